@@ -14,7 +14,8 @@ class AmbiguityFloor:
 
     card = MethodCard(
         name="ambiguity_floor",
-        summary="Control: another answer that is as right as the reference; less error means nothing",
+        title="second right answer",
+        summary="Control: another answer as right as the reference: errors below its own are equally good",
         version="1",
         accepts=("motion", "positions"),
         needs=("second_reference",),

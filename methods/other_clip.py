@@ -16,7 +16,8 @@ class OtherClip:
 
     card = MethodCard(
         name="other_clip",
-        summary="Control: the reference of some other clip of the target, blind to the source",
+        title="shuffled reference",
+        summary="Control: the reference of another clip: beats what does not follow the source",
         version="1",
         accepts=("motion", "positions"),
         needs=("other_clips",),

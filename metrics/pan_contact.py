@@ -14,17 +14,17 @@ SHARES = (0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.008, 0.01)
 
 KINDS = {
     "pan_recall": (
-        "PAN contact recall",
+        "PAN contact recall, by speed",
         "share of the reference's contacts that are found",
         "both / reference's",
     ),
     "pan_contact_precision": (
-        "PAN contact precision",
+        "PAN contact precision, by speed",
         "share of the contacts found that the reference has too",
         "both / prediction's (0 where it has none)",
     ),
     "pan_contact_f1": (
-        "PAN contact F1",
+        "PAN contact F1, by speed",
         "harmonic mean of contact recall and precision",
         "2 * both / (prediction's + reference's)",
     ),

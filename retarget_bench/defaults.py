@@ -1,4 +1,6 @@
-"""Defaults of the command line, the only place where the core names plug-ins."""
+"""Defaults of commands and of Python, the only place where the core names plug-ins."""
+
+import os
 
 DATASET = "puppets[size=tiny]"
 METHOD = "ik"
@@ -8,3 +10,14 @@ TASK_METRICS = ("position", "smoothness")
 """Metrics that say something of every task, beside those that are made for it."""
 VALIDATION = ("position", ("mpjpe_h.world", "mpjpe_h.root"))
 """The metric and its values that training is watched by; the first value decides which weights are kept."""
+OUT = "runs"
+"""The folder of results."""
+MOST_JOBS = 8
+"""Most processes that are started by default, since each one takes memory."""
+
+
+def jobs() -> int:
+    """Number of processes: one per core that this one may use, often fewer than exist in a container."""
+    if hasattr(os, "sched_getaffinity"):
+        return min(len(os.sched_getaffinity(0)), MOST_JOBS)
+    return min(os.cpu_count() or 1, MOST_JOBS)

@@ -21,19 +21,29 @@ from tests.in_process import in_process  # noqa: F401  (a fixture)
 from tests.viewing.browser import browser, open_page, tabs  # noqa: F401  (fixtures)
 
 LONGEST = (
-    "training/test_train_processes.py",
     "engine/test_run.py",
-    "engine/test_submission.py",
+    "training/test_train_processes.py",
+    "test_testing.py",
     "metrics/test_fid_sensitivity.py",
+    "methods/test_humot_network.py",
+    "engine/test_probe.py",
+    "datasets/test_puppets_training.py",
+    "methods/test_pan_learner.py",
+    "test_plot.py",
     "test_plugins.py",
     "test_architecture.py",
-    "test_plot.py",
-    "test_testing.py",
-    "methods/test_humot_network.py",
-    "methods/test_pan_learner.py",
+    "methods/test_paired.py",
     "methods/test_smrm_training.py",
-    "tasks/test_task_command.py",
+    "engine/test_submission.py",
+    "methods/test_nkn.py",
+    "engine/test_batches.py",
     "viewing/test_player.py",
+    "engine/test_check.py",
+    "motion/test_fit.py",
+    "motion/test_bvh_faults.py",
+    "methods/test_footfix.py",
+    "datasets/test_mixamo_real.py",
+    "motion/test_bvh_real.py",
 )
 """Files that begin: a worker that were given one of them last would end alone."""
 
@@ -59,11 +69,13 @@ def real_data() -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Parsed and generated data goes to a temporary folder of all workers, also in child processes."""
+    """Parsed and generated data goes to a temporary folder of all workers, also in child processes; the
+    terminal is nobody's."""
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
     patch = pytest.MonkeyPatch()
     patch.setenv("RETARGET_BENCH_CACHE", str(folder / "cache"))
+    patch.delenv("COLUMNS", raising=False)  # workers have one, and printed tables are as wide
     yield
     patch.undo()

@@ -20,7 +20,16 @@ class InThisProcess:
     def __init__(self, workers: int = 1) -> None:
         del workers
 
-    def run(self, function: Callable[[Any], Any], payloads: Sequence[Any]) -> Iterator[Done]:
+    def __enter__(self) -> InThisProcess:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def run(
+        self, function: Callable[[Any], Any], payloads: Sequence[Any], workers: int | None = None
+    ) -> Iterator[Done]:
+        del workers
         for number, payload in enumerate(payloads):
             try:
                 yield Done(number, function(pickle.loads(pickle.dumps(payload))))

@@ -327,7 +327,7 @@ def test_a_method_has_a_name_already(bench):
 def documented() -> list[tuple[str, list[str]]]:
     """(page, words) of every ``bench`` command line in the documents."""
     found = []
-    for page in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md"):
+    for page in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "docs/commands.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         lines = re.findall(r"`(bench [^`]+)`|^(?: {4})?(bench [^#\n]+)", text, re.MULTILINE)
         found += [(page, "".join(line).split()) for line in lines]

@@ -62,8 +62,14 @@ def test_thin_lines_stand_out_on_white(colour):
 
 
 def test_colours_start_again():
-    methods = [palette.method_style(place).colour for place in (0, 7, 8)]
+    last = len(palette.COLOURS)
+    methods = [palette.method_style(place).colour for place in (0, last - 1, last)]
     assert methods[2] == methods[0] != methods[1]
     control = MethodInfo(label="still", privileged=(), control=True)
     controls = [palette.method_style(place, control).colour for place in (0, 3)]
     assert controls[0] == controls[1]
+
+
+def test_no_two_methods_share_colour_and_mark():
+    styles = [palette.method_style(place) for place in range(len(palette.COLOURS) * palette.SHAPES)]
+    assert len({(style.colour, style.shape) for style in styles}) == len(styles)

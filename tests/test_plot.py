@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+from scipy import optimize
 
 from retarget_bench import cli
 from retarget_bench.analysis import summary
+from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
 from retarget_bench.errors import BenchError
@@ -19,6 +25,7 @@ from retarget_bench.figures.data import model as data
 from retarget_bench.figures.plotting import canvas, drawing
 from retarget_bench.results import result_matrix
 from tests.engine.stored import header
+from tests.in_process import without_processes
 
 EPSILONS = ("0.05", "0.1", "1", "4")
 
@@ -103,8 +110,64 @@ def test_controls_are_dashed_and_methods_that_see_more_dotted(tmp_path, sections
     drawn(tmp_path / "out.png", sections)
     styles = {line.get_label(): line.get_linestyle() for line in figures[0].axes[0].lines}
     assert styles == {"frozen": "--", "pan+footfix": "-", "told": ":"}
+
+
+def named(axes) -> list[str]:
+    """The names at the ends of lines, from above."""
+    box = {text.get_text(): Text.get_window_extent(text) for text in axes.texts}
+    ordered = sorted(box, key=lambda name: -box[name].y0)
+    assert all(box[above].y0 > box[below].y1 - 1 for above, below in pairwise(ordered))
+    assert all(each.x0 > axes.bbox.x1 for each in box.values())
+    return ordered
+
+
+def test_lines_are_named_at_their_ends_where_there_is_room(tmp_path, sections, figures):
+    drawn(tmp_path / "out.png", sections)
+    figures[0].draw_without_rendering()  # so that extents are of one resolution
+    assert not figures[0].legends
+    ends = [named(axes) for axes in figures[0].axes]
+    assert ends == [[], ["frozen", "told", "pan+footfix"], [], ["pan+footfix", "told", "frozen"]]
+
+
+@pytest.mark.parametrize(("label", "more"), [("x" * 60, 1), ("m", 30)])
+def test_more_or_longer_names_are_a_legend_in_the_order_of_the_lines(
+    tmp_path, sections, figures, label, more
+):
+    values = both([0.4, 0.5, 0.7, 0.9], [0.9, 0.9, 0.95, 0.97])
+    sections[0].scores[1:1] = [score(f"{label}{k}", values) for k in range(more)]
+    drawn(tmp_path / "out.png", sections)
     (legend,) = figures[0].legends
-    assert [text.get_text() for text in legend.get_texts()] == ["frozen", "pan+footfix", "told"]
+    labels = [canvas.drawable(each.label) for each in sections[0].scores]
+    assert [text.get_text() for text in legend.get_texts()] == labels
+    assert not any(axes.texts for axes in figures[0].axes)
+
+
+@given(
+    st.lists(st.floats(0, 100), min_size=1, max_size=12),
+    st.floats(0, 12),
+)
+def test_names_keep_apart_in_the_order_of_the_ends_and_move_no_more_than_they_must(places, gap):
+    found = lines.apart(places, gap, 0.0, 100.0)
+    if gap * (len(places) - 1) > 100:
+        assert found is None
+        return
+    assert found is not None
+    upwards = sorted(range(len(places)), key=lambda k: places[k])
+    kept = [found[k] for k in upwards]
+    assert all(b - a >= gap - 1e-9 for a, b in pairwise(kept))
+    assert kept[0] >= -1e-9
+    assert kept[-1] <= 100 + 1e-9
+    wanted = [places[k] for k in upwards]
+    if all(b - a >= gap for a, b in pairwise(wanted)):
+        assert kept == pytest.approx(wanted)
+    # a general solver moves them no less
+    count = len(places)
+    solved = optimize.minimize(
+        lambda at: np.sum((at - wanted) ** 2), np.linspace(0, 100, count), jac=lambda at: 2 * (at - wanted),
+        bounds=[(0, 100)] * count, method="SLSQP",
+        constraints={"type": "ineq", "fun": lambda at: np.diff(at) - gap} if count > 1 else (),
+    )  # fmt: skip
+    assert np.sum((np.array(kept) - wanted) ** 2) <= solved.fun + 1e-4 * max(1.0, solved.fun)
 
 
 def test_bands_are_left_out_where_intervals_are_withheld(tmp_path, sections, figures):
@@ -154,7 +217,7 @@ def bench(capsys, *arguments: str) -> tuple[int, str, str]:
 def runs(tmp_path_factory) -> Path:
     """Results of three methods on the smallest embedded data, one of them with a post-processor."""
     root = tmp_path_factory.mktemp("plots") / "runs"
-    with pytest.raises(SystemExit) as stop:
+    with without_processes(), pytest.raises(SystemExit) as stop:
         cli.main(
             "run copy_rotations copy_rotations+footfix[steps=2] rest_pose -s intra -d puppets[size=tiny] "
             f"-m pan_contact -j 1 --out {root}".split()
@@ -166,7 +229,8 @@ def runs(tmp_path_factory) -> Path:
 def test_what_is_drawn_is_what_tables_say(runs, tmp_path, capsys, figures):
     output = tmp_path / "recall.svg"
     assert bench(capsys, "plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
-    (section,) = summary.split_summaries(summary_places(runs))
+    section, *_ = summary.split_summaries(summary_places(runs), select=Selection())
+    assert section.bodies == "people"
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}
     assert set(lines) == {"copy_rotations", "copy_rotations+footfix[steps=2]", "rest_pose"}
     for each in section.scores:

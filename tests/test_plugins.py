@@ -12,8 +12,13 @@ from pathlib import Path
 
 import pytest
 
+from retarget_bench.cli import main
+from retarget_bench.plugins import registry
+from tests.in_process import without_processes
+
 HERE = Path(__file__).parent
 ROOT = HERE.parent
+PACKAGES = ("retarget_bench_sway", "retarget_bench_broken")
 Bench = subprocess.CompletedProcess[str]
 
 
@@ -44,25 +49,37 @@ def site(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def bench(site, tmp_path):
-    """Runs ``bench`` with both packages installed, in an empty folder."""
+def bench(site, tmp_path, monkeypatch, capsys):
+    """Runs ``bench`` with both packages installed, in an empty folder and without a new process."""
+    before = set(sys.modules)
+    monkeypatch.syspath_prepend(site)
+    monkeypatch.chdir(tmp_path)
+    registry._installed.cache_clear()
 
     def run(*arguments: str) -> Bench:
-        path = os.pathsep.join([str(ROOT), str(site)])
-        return subprocess.run(
-            [sys.executable, "-m", "retarget_bench", *arguments],
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": path},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        with pytest.raises(SystemExit) as stopped:
+            main(list(arguments))
+        told = capsys.readouterr()
+        return Bench(arguments, int(stopped.value.code or 0), told.out, told.err)
 
-    return run
+    with without_processes():
+        yield run
+    registry._installed.cache_clear()
+    for name in set(sys.modules) - before:
+        if name.startswith(PACKAGES):
+            del sys.modules[name]
 
 
-def test_installed_plug_ins_are_listed_with_their_origin(bench):
-    done = bench("list")
+def test_installed_plug_ins_are_listed_with_their_origin(site, tmp_path):
+    """By a new process, as users have it."""
+    done = subprocess.run(
+        [sys.executable, "-m", "retarget_bench", "list"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(site)])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     lines = {line.split()[0]: line for line in done.stdout.splitlines() if line.startswith("  ")}
     assert "Copies the pose and lets the hips sway" in lines["sway"]

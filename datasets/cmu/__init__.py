@@ -67,6 +67,8 @@ class Cmu:
             "unit": "unit of the files, or auto",
             "bodies": "number of drawn training bodies of the puppets that ik puts takes on; what fails "
             "checks of contact, speed and floor is not trained on",
+            "own": "whether training has takes by those who performed them, too; false: for methods with a "
+            "network for each joint set",
         },
     )
 
@@ -76,13 +78,16 @@ class Cmu:
         part: Literal["test", "validation"] = "test",
         unit: str = "auto",
         bodies: int = 0,
+        own: bool = True,
     ) -> None:
         if part not in ("test", "validation"):
             raise BenchError(f"cmu: there is no part {part!r}; cases are of test or validation")
         self._root, self._part, self._unit = root or os.environ.get(PLACE, ""), part, unit
         if bodies < 0:
             raise BenchError(f"cmu: bodies={bodies} is no number of bodies")
-        self._bodies = bodies
+        if not (own or bodies):
+            raise BenchError("cmu[own=false] has nothing to train on but what bodies=NUMBER gives")
+        self._bodies, self._own = bodies, own
         self._take = lru_cache(maxsize=_KEPT)(self._read)
         self._character = lru_cache(maxsize=None)(self._found)
 
@@ -137,7 +142,7 @@ class Cmu:
     def training(self) -> Mapping[str, Mapping[str, Clips]]:
         """Structure -> subject, or body that takes are put on -> whole takes."""
         found: dict[str, dict[str, Clips]] = {}
-        for who, takes in self._takes["train"].items():
+        for who, takes in (self._takes["train"] if self._own else {}).items():
             found.setdefault(self._character(who).structure, {})[_called(who)] = Clips(self.motion, takes)
         if self._onto:
             for name, takes in self._onto.by_body.items():

@@ -21,7 +21,7 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .features import body, unfit
-from .settings import DESIGNS, PARAMETERS, Overrides, Settings, Variant
+from .settings import DESIGNS, PARAMETERS, PUBLISHED, Overrides, Settings, Variant
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -101,7 +101,23 @@ class HuMoT(LearnedMethod):
         ),
         "finetune": TrainingConfig(steps=20_000, batch=32, window=30, rate=5e-5),
         "default": TrainingConfig(
-            steps=20_000, batch=16, window=30, rate=7e-4, schedule="cosine", warm_up=50, validate=1000
+            steps=20_000,
+            batch=16,
+            window=30,
+            rate=7e-4,
+            schedule="cosine",
+            warm_up=50,
+            validate=1000,
+        ),
+        "gpu": TrainingConfig(
+            steps=20_000,
+            batch=64,
+            window=30,
+            rate=1e-3,
+            schedule="cosine",
+            warm_up=100,
+            validate=300,
+            precision="bfloat16",
         ),
         "quick": TrainingConfig(steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2),
     }
@@ -116,10 +132,13 @@ class HuMoT(LearnedMethod):
         self.settings = Settings(**given)
         self.card = MethodCard(
             name="humot",
+            title="HuMoT",
             summary="One autoencoder for all skeletons, also for those never trained on: positions",
             version="1",
             paper="Mourot, Hoyet, Le Clerc, Hellier: HuMoT: Human Motion Representation using "
             "Topology-Agnostic Transformers for Character Animation Retargeting, 2023",
+            published=tuple({**PUBLISHED, "variant": variant} for variant in ("text", "paper_count")),
+            differs="small, facing ahead, bodies in one size",
             accepts=("motion", "positions"),
             parameters=PARAMETERS,
         )

@@ -10,7 +10,8 @@ from retarget_bench.api.comparison import body_joints, structure_joints
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import aligned, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.fitting.fit import fit
+from retarget_bench.motion.motion import Motion, Positions, Prediction
 from retarget_bench.motion.roles import SIDES, ancestors
 
 USUAL = 1.3
@@ -69,35 +70,40 @@ class HumotBody:
         """``(frames, joints, 3)`` metres, Z up."""
         return upright(motion.positions[:, list(self.joints)])
 
-    def positions(self, positions: np.ndarray, fps: float) -> Positions:
+    @cached_property
+    def seen(self) -> Character:
+        """The joints seen as a body of their own, which rests in the reference pose."""
+        one = self.character
+        shown = aligned.Aligned(one, self.joints)
+        still = rotation.identity(len(self.joints))
+        skeleton, roles = shown.skeleton, shown.roles
+        return Character(one.name, skeleton, one.structure, roles, still, one.measures, hinges=one.hinges)
+
+    def positions(self, positions: np.ndarray, fps: float, source: Prediction | None = None) -> Positions:
         """The whole body from positions ``(frames, joints, 3)``, Z up, of the joints seen.
 
-        A joint that is not seen keeps to the bone that leads to the joint it hangs from, as in the neutral
-        pose; one above the hips keeps to the hips.
+        A joint that is not seen keeps to the one that it hangs from as in the reference pose, turned as a
+        fit to the joints seen turns that; one above the hips keeps to the hips.
+
+        source: the motion that this is an answer to, as many frames; see ``fit``.
         """
-        skeleton = self.character.skeleton
-        rest = aligned.template(self.character)
+        skeleton, rest = self.character.skeleton, self.character.reference_places
         found = np.zeros((len(positions), len(skeleton), 3))
-        found[:, list(self.joints)] = upright(positions)
-        hips, seen = self.joints[0], set(self.joints)
+        found[:, list(self.joints)] = shown = upright(positions)
+        hips, rank = self.joints[0], {joint: number for number, joint in enumerate(self.joints)}
+        if len(rank) < len(skeleton):
+            turned = fit(self.seen.positions(shown, fps), source).motion.global_rotations
         for joint, parent in enumerate(skeleton.parents.tolist()):
-            if joint in seen:
+            if joint in rank:
                 continue
-            if hips not in ancestors(skeleton, joint):
+            if hips not in (above := ancestors(skeleton, joint)):
                 found[:, joint] = found[:, hips] + rest[joint] - rest[hips]
                 continue
-            leader = next(each for each in ancestors(skeleton, joint) if each in seen)
-            rotated = self._swing(found, rest, leader)
-            found[:, joint] = found[:, parent] + rotation.rotate(rotated, rest[joint] - rest[parent])
+            leader = next(rank[each] for each in above if each in rank)
+            found[:, joint] = found[:, parent] + rotation.rotate(
+                turned[:, leader], rest[joint] - rest[parent]
+            )
         return self.character.positions(found, fps)
-
-    def _swing(self, found: np.ndarray, rest: np.ndarray, joint: int) -> np.ndarray:
-        """``(frames, 4)`` the shortest turn, from the neutral pose, of the bone to a joint seen."""
-        above = self.joints[self.parents[self.joints.index(joint)]]
-        if joint == self.joints[0] or not np.any(rest[joint] - rest[above]):
-            return rotation.identity(len(found))
-        bones = found[:, joint] - found[:, above]
-        return rotation.between(np.broadcast_to(rest[joint] - rest[above], bones.shape), bones)
 
 
 @lru_cache(maxsize=1024)

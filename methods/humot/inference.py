@@ -149,7 +149,7 @@ def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> 
         weight[piece.start : piece.stop] += share
     positions = (total / weight)[: question.frames]
     positions += (question.ratio - 1.0) * positions[:, :1]
-    whole = question.body.positions(positions, rates.FPS)
+    whole = question.body.positions(positions, rates.FPS, rates.at_thirty(question.source))
     found = rates.at(whole, question.source.frames, question.source.fps)
     assert isinstance(found, Positions)
     return found

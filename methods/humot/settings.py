@@ -91,6 +91,14 @@ class Overrides(TypedDict, total=False):
     windows: Annotated[Windows, "overlapping"]
 
 
+PUBLISHED: Mapping[str, str | int | float | bool] = {
+    "facing": False,
+    "sized": False,
+    "varied": False,
+    "mirrored": False,
+    "root_rule": "leg_length",
+}
+"""The paper's own way; the variant comes on top."""
 PARAMETERS = {
     "variant": "small, text (the appendix by the letter) or paper_count (2,475,511 parameters)",
     "subsampling": "false: without stochastic joint subsampling (no SJS)",

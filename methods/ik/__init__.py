@@ -1,5 +1,7 @@
 """Copies rotations, then plants the feet and keeps hand contacts by inverse kinematics."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
@@ -8,8 +10,12 @@ from retarget_bench.motion import kinematics, root_rules, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.roles import SIDES
 
-from . import feet, hands
-from .two_bone import Limb, Pose, bend, ease_reach, rig_of
+from . import feet, hands, head
+from .two_bone import LEG, Limb, Pose, bend, ease_reach, rig_of
+
+_JUMP, _SUDDEN = 0.1, 4.0
+"""Body heights, and times: the steps of a cut. Recorded and generated motion have at most 0.05 heights with
+a step that stands out as much, files with a rest pose before them at least 0.13."""
 
 
 class InverseKinematics:
@@ -20,29 +26,40 @@ class InverseKinematics:
        width. Ankles and toes that the source holds still (slower than 0.003 heights per frame at 30 fps)
        are held at one place; corrections are eased in and out over a third of a second, and from step to
        step over the swing.
-    3. The hips take half of the height that the planted feet ask for together; where a planted foot is
-       still out of its leg's reach, they move towards it, smoothly.
-    4. Legs bend in closed form, in the plane they are in; feet keep their copied orientation but for the
-       turn that holds both ankle and toe.
-    5. Hands near the other hand, the own body or the floor keep that contact, likewise with the arms.
+    3. The hips take half of the height that the planted feet ask for together; where a planted foot would
+       stretch its leg beyond 97 % of its length, and further than copied, they move towards it, smoothly.
+    4. Legs bend in closed form, in the plane they are in, and are never stretched to the full; feet keep
+       their copied orientation but for the turn that holds both ankle and toe.
+    5. Where that brings the head far below the floor, the back is raised.
+    6. Hands near the other hand, the own body or the floor keep that contact, likewise with the arms.
+
+    What 4 to 6 change is slowed down where a joint would turn faster than 1.4 times its greatest copied
+    speed. Cuts divide the motion: no correction is eased over them.
 
     Four-legged bodies among themselves are held by all four feet. No training, no optimisation.
     """
 
     def __init__(
-        self, root_rule: root_rules.ScalingRule = "hip_height", feet: bool = True, hands: bool = True
+        self,
+        root_rule: root_rules.ScalingRule = "hip_height",
+        feet: bool = True,
+        hands: bool = True,
+        floor: bool = False,
     ) -> None:
         self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
-        self.feet, self.hands = feet, hands
+        self.feet, self.hands, self.floor = feet, hands, floor
         self.card = MethodCard(
             name="ik",
+            title="IK",
             summary="Copied rotations with planted feet and kept hand contacts, by two-bone IK",
-            version="1",
+            version="2",
             parameters={
                 "root_rule": "length whose ratio scales the root path: "
                 + ", ".join(root_rules.SCALING_RULES),
                 "feet": "hold ankles and toes where the source holds them (true, false)",
                 "hands": "keep hands that touch hands, the body or the floor (true, false)",
+                "floor": "stand on the floor where the source's feet stand above or below it by much the "
+                "same throughout (true, false)",
             },
         )
 
@@ -58,6 +75,13 @@ class InverseKinematics:
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("ik needs a source with rotations, not positions only")
+        whole = feet.grounded(source) if self.floor else source
+        pieces = [self._piece(whole.at(piece), target) for piece in takes(whole)]
+        rotations, root = (np.concatenate(each) for each in zip(*pieces, strict=True))
+        return target.motion(rotation.continuous(rotation.normalise(rotations)), root, source.fps)
+
+    def _piece(self, source: Motion, target: Character) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations and root path for a source without cuts."""
         copied = transfer.carry(source, target, self.root_rule)
         pose = Pose(copied.rotations.copy(), copied.root, copied.positions, copied.global_rotations)
         ratio = root_rules.ratio(self.root_rule, source.character, target)
@@ -65,9 +89,24 @@ class InverseKinematics:
         four_legged = source.character.four_legged and target.four_legged
         if self.feet:
             _plant(exchange, ("leg", "arm") if four_legged else ("leg",))
+            head.lift(exchange)
         if self.hands and not four_legged:
             _touch(exchange)
-        return target.motion(rotation.continuous(rotation.normalise(pose.rotations)), pose.root, source.fps)
+        return pose.rotations, pose.root
+
+
+def takes(source: Motion) -> list[slice]:
+    """Stretches of frames between cuts, where the whole body is elsewhere or in another pose at once.
+
+    Files often begin with a frame in the rest pose at the origin. At a cut, joints move by more than
+    ``_JUMP`` heights on average and ``_SUDDEN`` times as far as in the steps before and after.
+    """
+    steps = np.linalg.norm(np.diff(source.positions, axis=0), axis=-1).mean(axis=1)
+    beside = np.pad(steps, 1, constant_values=-1.0)
+    calm = np.maximum(beside[:-2], beside[2:])
+    jump = (steps > _JUMP * source.character.height) & (steps > _SUDDEN * calm) & (calm >= 0.0)
+    edges = [0, *(np.flatnonzero(jump) + 1).tolist(), source.frames]
+    return [slice(first, last) for first, last in pairwise(edges)]
 
 
 def _limbs(exchange: feet.Exchange, kind: str) -> list[tuple[Limb, Limb]]:
@@ -87,7 +126,8 @@ def _plant(exchange: feet.Exchange, kinds: tuple[str, ...]) -> None:
     pose.shift(feet.settle(pose, ours, plans, exchange.source.fps))
     pose.shift(feet.give(pose, ours, plans, exchange.source.fps))
     for leg, each in zip(ours, plans, strict=True):
-        bend(body, pose, leg, each.goal, each.orientation)
+        goal = ease_reach(pose, leg, each.goal, LEG)
+        bend(body, pose, leg, goal, each.orientation, exchange.source.fps)
     pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)
 
 
@@ -101,7 +141,7 @@ def _touch(exchange: feet.Exchange) -> None:
         move = hands.lean(exchange, theirs, ours, move)
         if np.abs(move).max() > 1e-9:
             goal = ease_reach(pose, ours, pose.places[:, ours.end] + move)
-            bend(body, pose, ours, goal, pose.turned[:, ours.end])
+            bend(body, pose, ours, goal, pose.turned[:, ours.end], exchange.source.fps)
 
 
 plugin = InverseKinematics

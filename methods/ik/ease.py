@@ -44,3 +44,18 @@ def smooth(curves: np.ndarray, fps: float, seconds: float = FADE) -> np.ndarray:
     window = np.hanning(2 * half + 3)[1:-1]
     padded = np.pad(curves, ((half, half), (0, 0)), mode="edge")
     return np.stack([np.convolve(each, window / window.sum(), mode="valid") for each in padded.T], axis=1)
+
+
+def limited(curves: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """``(frames, n)`` curves whose steps are at most ``most`` ``(frames - 1, n)``.
+
+    Halfway between the greatest such curve below the given one and the least one above it: where the curve
+    is slow enough for as far as it matters, it stays.
+    """
+    way = np.concatenate([np.zeros_like(most[:1]), np.cumsum(most, axis=0)])
+
+    def below(values: np.ndarray) -> np.ndarray:
+        later = np.minimum.accumulate(values - way) + way
+        return np.minimum(later, np.minimum.accumulate((values + way)[::-1])[::-1] - way)
+
+    return (below(curves) - below(-curves)) / 2.0

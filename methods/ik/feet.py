@@ -9,15 +9,15 @@ from retarget_bench.motion import contact, rotation
 from retarget_bench.motion.motion import Motion
 
 from .ease import smooth, smoothstep, spread
-from .two_bone import Limb, Pose, Rig, reach
+from .two_bone import LEG, Limb, Pose, Rig, reach, rig_of
 
 _GAP, _SHORTEST = 2 / 30, 2 / 30
 """Seconds: breaks in a contact that are closed, contacts that are too short to count."""
 _ON_FLOOR, _IN_AIR = 0.06, 0.15
 """Body heights above its rest height: up to where a joint belongs to the floor, from where to the body."""
+_EVEN = 0.03
+"""Body heights by which the places of planted feet may differ in height on one floor."""
 
-_STRAIGHT = 0.998
-"""Share of a leg's length that it may span; the rest is left to the knee, which would lock otherwise."""
 _SHARE = 0.5
 """Of what the planted feet ask for together, how much the hips take; knees and hips share it equally."""
 _ROUNDS = 8
@@ -105,6 +105,25 @@ def walked(exchange: Exchange, theirs: int, ours: int) -> np.ndarray:
     return scaled + air[:, None] * (copied - scaled)
 
 
+def grounded(source: Motion) -> Motion:
+    """The source with its feet on the floor, where they always stand as high above or as deep below it.
+
+    Recordings float by the thickness of markers and shoes; steps and boxes are higher or not always there.
+    """
+    rig, height = rig_of(source.character), source.character.height
+    joints = [
+        limb.tip if limb.tip >= 0 else limb.end for (_, kind), limb in rig.limbs.items() if kind == "leg"
+    ]
+    still = contact.planted(source.positions[:, joints], height, source.fps)
+    over = (source.positions[:, joints, 1] - rig.rest[joints, 1])[still]
+    if not over.size:
+        return source
+    low, middle, high = np.quantile(over, (0.05, 0.5, 0.95))
+    if high - low > _EVEN * height or abs(middle) > _ON_FLOOR * height:
+        return source
+    return source.character.motion(source.rotations, source.root - [0.0, middle, 0.0], source.fps)
+
+
 def planted(source: Motion, joint: int) -> np.ndarray:
     """``(frames,)`` bool: the joint is held still, by its speed; specks of a frame or two do not count."""
     labels = contact.planted(source.positions[:, joint, None], source.character.height, source.fps)[:, 0]
@@ -177,7 +196,7 @@ def give(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -
     for limb, plan in zip(limbs, plans, strict=True):
         hip = pose.places[:, limb.upper]
         copied = np.linalg.norm(pose.places[:, limb.end] - hip, axis=1)  # may stay as straight
-        legs.append((plan.goal - hip, np.maximum(_STRAIGHT * reach(pose, limb), copied), plan.firm))
+        legs.append((plan.goal - hip, np.maximum(LEG[2] * reach(pose, limb), copied), plan.firm))
     for _ in range(_ROUNDS):
         wanted = offset
         for to_goal, whole, firm in legs * 2:

@@ -11,13 +11,17 @@ from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.hinges import HINGES
 from retarget_bench.motion.roles import SIDES, chain
 
+from .ease import limited, smooth
+
 _PARTS = {"leg": ("up_leg", "leg", "foot", "toe"), "arm": ("arm", "forearm", "hand", "")}
-_THICKEST = 0.05
-"""Body heights: a rest pose higher above y = 0 than any sole is thick does not stand on it."""
 _BENT = 0.2
 """Sine of the bend from which a four-legged body's own rest pose tells the hinge of a limb."""
-_SPAN, _EASY = (0.25, 0.98), (0.4, 0.9)
-"""Shares of its length that a limb is made to span at least and at most, and between which it is free."""
+ARM, LEG = (0.25, 0.4, 0.9, 0.98), (0.0, 0.0, 0.97, 0.99)
+"""Shares of its length that a limb is made to span: the least, from where to where it is free, the most."""
+_FASTEST, _SLOW = 1.4, np.radians(60.0)
+"""How many times its greatest copied speed a joint may turn; radians per second that it may at least."""
+_SETTLE, _NEAR = 0.1, 1e-6
+"""Seconds over which a joint that would turn faster is smoothed; radians that make a difference."""
 _LEAN = 0.1
 """How strongly the anatomical hinge axis speaks against the bend at hand: it decides for straight limbs."""
 
@@ -65,12 +69,7 @@ class Rig:
 @lru_cache(maxsize=256)
 def rig_of(character: Character) -> Rig:
     """The rig of a character, made once."""
-    places, height = character.reference_places, character.measures.hip_height
-    sole = character.measures.root_offset - height  # where the file's rest pose stands on y = 0
-    if character.joint_of["hips"] != 0 or not 0.0 < sole < _THICKEST * character.height:
-        sole = 0.0
-    rest = places - places[character.joint_of["hips"]] + [0.0, height + sole, 0.0]
-    limbs = {}
+    rest, limbs = character.standing_places, {}
     for side in SIDES:
         for kind, parts in _PARTS.items():
             upper, lower, end, tip = (character.joint_of.get(f"{side}_{part}", -1) for part in parts)
@@ -109,17 +108,19 @@ def reach(pose: Pose, limb: Limb) -> float:
     return float(np.linalg.norm(lower - upper) + np.linalg.norm(end - lower))
 
 
-def ease_reach(pose: Pose, limb: Limb, goal: np.ndarray) -> np.ndarray:
+def ease_reach(
+    pose: Pose, limb: Limb, goal: np.ndarray, shares: tuple[float, float, float, float] = ARM
+) -> np.ndarray:
     """``goal`` ``(frames, 3)`` drawn in smoothly where it asks for a nearly straight or wholly folded limb.
 
     There a hair's breadth at the end of the limb swings its middle joint wildly. What the limb spans as it
-    was copied stays allowed.
+    was copied stays allowed. shares: ``ARM`` or ``LEG``.
     """
     first = pose.places[:, limb.upper]
-    copied = _norm(pose.places[:, limb.end] - first)
-    whole, far = reach(pose, limb), _norm(goal - first)
-    low, high = np.minimum(_SPAN[0] * whole, copied), np.maximum(_SPAN[1] * whole, copied)
-    soon, late = np.minimum(_EASY[0] * whole, copied), np.maximum(_EASY[1] * whole, copied)
+    copied, far = _norm(pose.places[:, limb.end] - first), _norm(goal - first)
+    low, soon, late, high = (share * reach(pose, limb) for share in shares)
+    low, soon = np.minimum(low, copied), np.minimum(soon, copied)
+    late, high = np.maximum(late, copied), np.maximum(high, copied)
     folded = soon - _saturate(soon - far, soon - low)
     stretched = late + _saturate(far - late, high - late)
     out = np.where(far < soon, folded, np.where(far > late, stretched, far))
@@ -132,17 +133,15 @@ def _saturate(over: np.ndarray, room: np.ndarray) -> np.ndarray:
     return room * (1.0 - np.exp(-np.maximum(over, 0.0) / room))
 
 
-def solve(
-    upper: np.ndarray, lower: np.ndarray, goal: np.ndarray, axis: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """World turns of the two bones that bring the end of the limb to its goal.
+def fold(upper: np.ndarray, lower: np.ndarray, goal: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """World turn of the second bone that brings the end of a limb as far from its first joint as the goal.
 
     upper, lower: ``(frames, 3)`` the two bones as vectors, metres.
     goal:         ``(frames, 3)`` where the end shall be, from the limb's first joint. Beyond reach the
-                  limb points at it, straight.
+                  limb is straight.
     axis:         ``(frames, 3)`` the anatomical bend axis; a positive turn about it folds the limb.
-    Returns the turn of the first bone and that of the second, ``(frames, 4)`` each, to be applied on the
-    left of their world orientations. The limb keeps its bend plane, turned by the shortest arc.
+    Returns ``(frames, 4)``, to be applied on the left of the bone's world orientation. The limb keeps its
+    bend plane.
     """
     across = np.cross(_unit(upper), _unit(lower))
     against = np.maximum(0.0, -_dot(across, axis))
@@ -154,31 +153,51 @@ def solve(
     far = _dot(goal, goal) - (a + b) ** 2
     cosine = (far - size_a**2 - size_b**2) / np.maximum(2.0 * size_a * size_b, 1e-12)
     bend = np.arccos(np.clip(cosine, -1.0, 1.0)) - now
-    fold = rotation.about(normal, bend[:, 0])
-    swing = rotation.between(upper + rotation.rotate(fold, lower), goal)
-    return swing, rotation.multiply(swing, fold)
+    return rotation.about(normal, bend[:, 0])
 
 
-def bend(body: Character, pose: Pose, limb: Limb, goal: np.ndarray, end: np.ndarray) -> None:
+def bend(body: Character, pose: Pose, limb: Limb, goal: np.ndarray, end: np.ndarray, fps: float) -> None:
     """Bring a limb's end to ``goal`` ``(frames, 3)``, with world orientation ``end`` ``(frames, 4)``.
 
-    In place: only the limb's three local rotations change, not ``pose.places`` and ``pose.turned``.
+    In place: only the limb's three local rotations change, not ``pose.places`` and ``pose.turned``. Where a
+    joint would become faster than ``_FASTEST`` times its own greatest speed before, the goal is missed.
     """
-    first, second, last = pose.places[:, limb.upper], pose.places[:, limb.lower], pose.places[:, limb.end]
-    upper, lower = pose.turned[:, limb.upper], pose.turned[:, limb.lower]
+    joints, parents = (limb.upper, limb.lower, limb.end), body.skeleton.parents
+    first, second, last = (pose.places[:, joint] for joint in joints)
+    upper, lower, _ = (pose.turned[:, joint] for joint in joints)
+    above = [pose.turned[:, parents[joint]] for joint in joints]
     rest = rotation.conjugate(body.reference_globals[limb.upper])
     axis = rotation.rotate(rotation.multiply(upper, rest), limb.axis)
-    swing, fold = solve(second - first, last - second, goal - first, axis)
-    parents = body.skeleton.parents
-    for joint, above, world in (
-        (limb.upper, None, rotation.multiply(swing, upper)),
-        (limb.lower, swing, rotation.multiply(fold, lower)),
-        (limb.end, fold, end),
-    ):
-        parent = pose.turned[:, parents[joint]]
-        if above is not None:
-            parent = rotation.multiply(above, parent)
-        pose.rotations[:, joint] = rotation.multiply(rotation.conjugate(parent), world)
+
+    def turned(joint: int, above: np.ndarray, world: np.ndarray) -> np.ndarray:
+        local = rotation.multiply(rotation.conjugate(above), world)
+        pose.rotations[:, joint] = slowed(pose.rotations[:, joint], local, fps)
+        return rotation.multiply(above, pose.rotations[:, joint])
+
+    folded = fold(second - first, last - second, goal - first, axis)
+    folded = turned(limb.lower, above[1], rotation.multiply(folded, lower))
+    folded = rotation.multiply(folded, rotation.conjugate(lower))
+    swing = rotation.between(second - first + rotation.rotate(folded, last - second), goal - first)
+    swing = turned(limb.upper, above[0], rotation.multiply(swing, upper))
+    swing = rotation.multiply(swing, rotation.conjugate(upper))
+    turned(limb.end, rotation.multiply(swing, rotation.multiply(folded, above[2])), end)
+
+
+def slowed(copied: np.ndarray, wanted: np.ndarray, fps: float) -> np.ndarray:
+    """A joint's ``wanted`` local rotations ``(frames, 4)``, ``_FASTEST`` times as fast as copied at most.
+
+    The change from copied to wanted is slowed to what the copied motion leaves of the limit in each frame.
+    """
+    change = rotation.to_rotation_vector(rotation.multiply(wanted, rotation.conjugate(copied)))
+    steps, own = np.abs(np.diff(change, axis=0)), rotation.angle(copied[1:], copied[:-1])
+    room = _FASTEST * max(own.max(initial=0.0), _SLOW / fps) - own
+    if (np.linalg.norm(steps, axis=1) <= room).all():
+        return wanted
+    share = steps.max(axis=0)
+    slow = limited(change, room[:, None] * share / np.linalg.norm(share))
+    near = smooth(1.0 * (np.abs(slow - change) > _NEAR).any(axis=1, keepdims=True), fps, _SETTLE)
+    slow += near * (smooth(slow, fps, _SETTLE) - slow)
+    return rotation.multiply(rotation.from_rotation_vector(slow), copied)
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
 
+import numpy as np
+
 from retarget_bench.api import MethodCard
-from retarget_bench.errors import SkeletonError
-from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.body22 import Body22, unfit
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.structures import BODY22, reduce
 from retarget_bench.training.config import TrainingConfig
 
 from .inference import Retargeter, common_reasons
 
-PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
-"""Of the 22 joints, as the published code has them."""
 STRUCTURE = "body22"
 
 PARAMETERS = {
@@ -26,6 +24,7 @@ PARAMETERS = {
     "drift": "weight of errors of movements summed up over time (the paper: 0)",
     "facing": "frames over which the direction that a body faces is averaged",
     "yaw": "where the target turns: predicted, or as the source",
+    "path": "integrated (movements summed up) or relative (the source's, scaled; what differs fades)",
     "clean": "movements take the source's sign, and nothing rises where the source does not",
     "lengths": "what lengths are counted in: world (centimetres) or body (its hips are 90 high)",
     "weights": "name of shipped weights, or a path to others",
@@ -41,17 +40,24 @@ class Nkn(Retargeter):
     kinematics makes places of that. It learns from unpaired clips: there and back again must give the
     source, and a discriminator watches how the answer moves.
 
+    The paper's networks know one set of joints. Ours also answer for bodies that lack a spine joint, the
+    neck, a collar bone or a toe: in its place they see a joint of no length, which does not turn. Shipped
+    weights have not been trained on such bodies.
+
     cell: ``tf`` is the GRU of the published code and its parameter counts.
     losses: ``adversarial`` is the paper's method, ``cycle`` and ``autoencoder`` its ablations.
     drift: a term of our own, squared differences of movements summed up over time; the paper has none (0),
     and its path drifts until training has been long.
     facing: an answer depends on three times as many frames to come.
     yaw: ``predicted`` integrates the decoder's turns, as the paper does; ``source`` takes the source's own.
+    path: ``integrated`` sums up the decoder's movements, as the paper does. ``relative``, our own, takes
+    the source's path, scaled, and its turns; what the decoder's movements differ by is summed up and fades
+    within ``root_rules.MEMORY``, so that no error grows with time.
     lengths: ``world`` counts in centimetres, as the paper; ``body`` in a unit that grows with the body, in
     which a movement that is copied is one that is scaled. In centimetres nothing but the discriminator says
     how far a smaller body should go, since a path that is copied as it is comes back as it was.
 
-    As published, with no weights shipped: ``nkn[drift=0,lengths=world]``, preset ``paper``.
+    As published, with no weights shipped: ``nkn[drift=0,lengths=world,path=integrated]``, preset ``paper``.
     """
 
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
@@ -59,47 +65,42 @@ class Nkn(Retargeter):
         "default": TrainingConfig(
             steps=6_000, batch=16, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
         ),
+        "gpu": TrainingConfig(
+            steps=6_000, batch=256, window=60, rate=1e-3, schedule="cosine", warm_up=100, validate=200
+        ),
         "quick": TrainingConfig(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
     }
 
     card = MethodCard(
         name="nkn",
-        summary="Recurrent encoder and decoder on 22 joints, trained without pairs",
+        title="NKN",
+        summary="Recurrent encoder and decoder on 22 joints, trained without pairs; ours: bodies that lack "
+        "some of them",
         version="1",
         paper="Villegas, Yang, Ceylan, Lee: Neural Kinematic Networks for Unsupervised Motion "
         "Retargetting, CVPR 2018",
+        published=({"drift": 0.0, "lengths": "world", "path": "integrated"},),
+        differs="in hip heights, loss on displacement, path relative to the source's",
         accepts=("motion", "positions"),
         parameters=PARAMETERS,
     )
 
     def unfit(self, character: Character) -> str:
-        return _unfit(character)
+        return unfit(character, self.card.name) or common_reasons(character)
 
-    def body(self, character: Character) -> Aligned:
+    def body(self, character: Character) -> Body22:
         return _body(character)
+
+    def lacks(self, character: Character) -> np.ndarray:
+        return _body(character).lacks
 
     def structure(self, character: Character) -> str:
         return STRUCTURE
 
 
 @lru_cache(maxsize=1024)
-def _body(character: Character) -> Aligned:
-    return Aligned(character, reduce(character, STRUCTURE).joints)
-
-
-@lru_cache(maxsize=1024)
-def _unfit(character: Character) -> str:
-    if character.four_legged:
-        return f"{character.name} stands on four legs, and nkn knows bodies of two"
-    try:
-        roles, body = reduce(character, STRUCTURE).character.roles, _body(character)
-    except SkeletonError as error:
-        return str(error)
-    if missing := [role for role in BODY22 if role not in roles]:
-        return f"{character.name} has no {', '.join(missing)} of the 22 joints that nkn sees"
-    if tuple(body.skeleton.parents.tolist()) != PARENTS:
-        return f"the 22 joints of {character.name} do not hang together as those that nkn sees"
-    return common_reasons(character)
+def _body(character: Character) -> Body22:
+    return Body22(character)
 
 
 plugin = Nkn

@@ -11,8 +11,9 @@ from typing import Literal
 import numpy as np
 
 from retarget_bench.api import Prediction
-from retarget_bench.motion import facing, rates, rotation
+from retarget_bench.motion import facing, rates, root_rules, rotation
 from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character, interpolated
 from retarget_bench.motion.motion import Motion
 
@@ -21,6 +22,7 @@ CENTIMETRE = 0.01
 MIDDLING = 90.0
 """Of a body's own centimetres, how many its hips stand above the floor."""
 Lengths = Literal["world", "body"]
+Yaw = Literal["predicted", "source"]
 SIGNATURE = ".signature"
 """Suffix of the tensor that holds a structure's joints, after the structure's name."""
 Signature = list[list[int]]
@@ -49,7 +51,7 @@ class Sight:
     hips: np.ndarray
 
 
-def see(source: Prediction, body: Aligned, smoothing: float, unit: float) -> Sight:
+def see(source: Prediction, body: Aligned | Body22, smoothing: float, unit: float) -> Sight:
     """smoothing: frames over which the direction is averaged (``facing.facing``). unit: metres."""
     places = source.positions
     if len(places) > 1:
@@ -78,26 +80,48 @@ def begin(poses: np.ndarray) -> np.ndarray:
 class Path:
     """Places and facing directions of the bodies of a batch; goes on from chunk to chunk.
 
-    place: ``(rows, 3)`` metres. turn: ``(rows,)`` unit complex numbers. unit: ``(rows,)`` metres.
-    first: nothing came before.
+    unit: ``(rows,)`` metres. kind: of the path, and of directions where ``yaw`` is ``predicted``.
     """
 
-    place: np.ndarray
-    turn: np.ndarray
     unit: np.ndarray
-    first: bool = True
+    kind: root_rules.PathKind = "integrated"
+    yaw: Yaw = "predicted"
 
-    def follow(self, moves: np.ndarray, turn: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Directions ``(frames, rows)`` and hips ``(frames, rows, 3)`` metres after these movements
-        ``(frames, rows, 4)``; turn: the directions, where they are known."""
+    def __post_init__(self) -> None:
+        self._lead: tuple[np.ndarray, np.ndarray] | None = None
+        self._place = self._turn = self._astray = self._askew = np.zeros(())
+
+    def follow(
+        self, moves: np.ndarray, turn: np.ndarray, hips: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Directions ``(frames, rows)`` and hips ``(frames, rows, 3)`` metres after movements
+        ``(frames, rows, 4)``; they begin where the sources do.
+
+        turn, hips: of the sources, directions and places scaled to the targets.
+        """
         moves = np.array(moves, dtype=np.float64)
-        if self.first:
-            moves[0] = 0.0
-        if turn is None:
-            turn = self.turn * np.exp(1j * np.cumsum(moves[..., 3], axis=0))
-        hips = self.place + np.cumsum(facing.placed(moves[..., :3] * self.unit[:, None], turn), axis=0)
-        self.place, self.turn, self.first = hips[-1], turn[-1], False
-        return turn, hips
+        if self._lead is None:
+            moves[0], self._lead = 0.0, (turn[0], hips[0])
+            self._turn, self._place = self._lead
+        turned = np.angle(turn * np.concatenate([self._lead[0][None], turn[:-1]]).conj())
+        walked = np.diff(hips, axis=0, prepend=self._lead[1][None])
+        self._lead = turn[-1], hips[-1]
+        relative = self.kind == "relative"
+        if self.yaw == "source":
+            faced = turn
+        elif relative:
+            askew = root_rules.fading(moves[..., 3] - turned, rates.FPS, self._askew)
+            faced, self._askew = turn * np.exp(1j * askew), askew[-1]
+        else:
+            faced = self._turn * np.exp(1j * np.cumsum(moves[..., 3], axis=0))
+        steps = facing.placed(moves[..., :3] * self.unit[:, None], faced)
+        if relative:
+            astray = root_rules.fading(steps - walked, rates.FPS, self._astray)
+            places, self._astray = hips + astray, astray[-1]
+        else:
+            places = self._place + np.cumsum(steps, axis=0)
+        self._turn, self._place = faced[-1], places[-1]
+        return faced, places
 
 
 def cleaned(moves: np.ndarray, source: np.ndarray) -> np.ndarray:
@@ -109,7 +133,7 @@ def cleaned(moves: np.ndarray, source: np.ndarray) -> np.ndarray:
 
 
 def answer(
-    body: Aligned, turns: np.ndarray, turn: np.ndarray, hips: np.ndarray, frames: int, fps: float
+    body: Aligned | Body22, turns: np.ndarray, turn: np.ndarray, hips: np.ndarray, frames: int, fps: float
 ) -> Motion:
     """The body's motion: ``frames`` at ``fps``, from quaternions ``(frames', joints, 4)`` seen from where
     it faces, ``turn`` ``(frames',)`` and ``hips`` ``(frames', 3)`` metres, at 30 frames per second."""

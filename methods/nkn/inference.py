@@ -4,7 +4,6 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
-from typing import Literal
 
 import numpy as np
 import torch
@@ -14,6 +13,7 @@ from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion import facing, root_rules, transfer
 from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.motion import Motion
@@ -33,13 +33,12 @@ ROOT_RULE = "hip_height"
 """What the first place of the hips is scaled by."""
 CHUNK = 256
 """Frames that go through the networks at a time."""
-Yaw = Literal["predicted", "source"]
 
 
 class Stream:
     """A batch of motions while they are retargeted: states, last answers, places and directions.
 
-    encoder, scale: of the sources. decoder, bodies: of the targets. path: where the targets begin.
+    encoder, scale: of the sources. decoder, bodies: of the targets.
     """
 
     def __init__(
@@ -58,13 +57,14 @@ class Stream:
         return [*self._states, memory.lower, memory.upper, memory.pose, memory.rise]
 
     def advance(
-        self, poses: np.ndarray, turn: np.ndarray | None = None, clean: bool = False
+        self, poses: np.ndarray, turn: np.ndarray, hips: np.ndarray, clean: bool = False
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The next frames: quaternions ``(frames, rows, joints, 4)`` seen from where the targets face,
         these directions ``(frames, rows)`` and the hips ``(frames, rows, 3)`` in metres.
 
         poses: ``(frames, rows, channels)`` of the sources (``features.see``), at least one frame.
-        turn:  ``(frames, rows)``, where the targets shall face; None: where the decoder turns them.
+        turn:  ``(frames, rows)``, where the sources face.
+        hips:  ``(frames, rows, 3)`` metres, those of the sources, scaled to the targets.
         clean: the published clean-up of movements (``features.cleaned``).
         """
         with torch.no_grad():
@@ -77,7 +77,7 @@ class Stream:
             moves = self._bodies.scale.plain(answers)[..., -MOVES:].cpu().numpy().astype(np.float64)
         if clean:
             moves = features.cleaned(moves, poses[..., -MOVES:])
-        return turns, *self._path.follow(moves, turn)
+        return turns, *self._path.follow(moves, turn, hips)
 
 
 @dataclass(eq=False)
@@ -85,7 +85,8 @@ class Retargeter(Choices, LearnedMethod):
     """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
 
     facing: float = 20.0
-    yaw: Yaw = "predicted"
+    yaw: features.Yaw = "predicted"
+    path: root_rules.PathKind = "relative"
     clean: bool = False
     lengths: features.Lengths = "body"
     weights: str = "puppets"
@@ -97,13 +98,17 @@ class Retargeter(Choices, LearnedMethod):
             )
 
     def facts(self) -> Mapping[str, Scalar]:
-        names = (each.name for each in fields(self))
-        return {name: getattr(self, name) for name in names if name not in ("yaw", "clean", "weights")}
+        free = ("yaw", "path", "clean", "weights")
+        return {each.name: getattr(self, each.name) for each in fields(self) if each.name not in free}
 
     # ---------------------------------------------------------------------------- bodies and networks
     @abstractmethod
-    def body(self, character: Character) -> Aligned:
+    def body(self, character: Character) -> Aligned | Body22:
         """The joints that the networks see. Raises SkeletonError where there are none."""
+
+    def lacks(self, character: Character) -> np.ndarray:
+        """``(joints,)`` bool: those of them that are of no length since the body lacks them."""
+        return np.zeros(len(self.body(character).skeleton), dtype=bool)
 
     @abstractmethod
     def structure(self, character: Character) -> str:
@@ -175,19 +180,21 @@ class Retargeter(Choices, LearnedMethod):
         return [found[number] for number in range(len(sources))]
 
     def stream(
-        self,
-        sources: Sequence[Character],
-        targets: Sequence[Character],
-        place: np.ndarray,
-        turn: np.ndarray,
-        device: str = "cpu",
+        self, sources: Sequence[Character], targets: Sequence[Character], device: str = "cpu"
     ) -> Stream:
-        """A batch of targets at ``place`` ``(rows, 3)`` metres, facing ``turn`` ``(rows,)``, to be moved on
-        by chunks of what ``features.see`` gives for the sources; all of one pair of structures."""
+        """A batch of targets, to be moved on by chunks of what ``features.see`` gives for the sources; all
+        of one pair of structures."""
         source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
-        path = features.Path(place, turn, np.array([features.unit(each, self.lengths) for each in targets]))
+        unit = np.array([features.unit(each, self.lengths) for each in targets])
+        path = features.Path(unit, self.path, self.yaw)
         offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets])).to(device)
-        bodies = Bodies(Tree.of(self.body(targets[0]).skeleton).to(device), offsets, target.scale)
+        lacks = torch.from_numpy(np.stack([self.lacks(each) for each in targets]))
+        bodies = Bodies(
+            Tree.of(self.body(targets[0]).skeleton).to(device),
+            offsets,
+            target.scale,
+            lacks.to(device) if lacks.any() else None,
+        )
         return Stream(source.encoder, source.scale, target.decoder, bodies, path)
 
     def _together(
@@ -197,15 +204,13 @@ class Retargeter(Choices, LearnedMethod):
         actors = [source.character for source in sources]
         seen = [self.see(source) for source in sources]
         ratio = [root_rules.ratio(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
-        place = np.stack([sight.hips[0] * by for sight, by in zip(seen, ratio, strict=True)])
-        begin = np.array([sight.turn[0] for sight in seen])
-        stream = self.stream(actors, targets, place, begin, device)
         poses, turn = _padded([sight.poses for sight in seen]), _padded([sight.turn for sight in seen])
+        hips = _padded([sight.hips * by for sight, by in zip(seen, ratio, strict=True)])
+        stream = self.stream(actors, targets, device)
         parts = []
         for first in range(0, len(poses), CHUNK):
             chunk = slice(first, first + CHUNK)
-            known = turn[chunk] if self.yaw == "source" else None
-            parts.append(stream.advance(poses[chunk], known, self.clean))
+            parts.append(stream.advance(poses[chunk], turn[chunk], hips[chunk], self.clean))
         turns, faced, hips = (np.concatenate(each) for each in zip(*parts, strict=True))
         found = []
         for row, (source, target, sight) in enumerate(zip(sources, targets, seen, strict=True)):
@@ -229,8 +234,16 @@ class Retargeter(Choices, LearnedMethod):
             name: self.body(training_data.characters[mine[0]]).skeleton for name, mine in casts.items()
         }
         bones = {name: self.bones(training_data.characters[name]) for name in sorted(training_data.clips)}
+        lacks = {name: self.lacks(training_data.characters[name]) for name in bones}
         return NknTraining(
-            training_data, casts, trees, bones, self, config, lambda tensors: replace(self).using(tensors)
+            training_data,
+            casts,
+            trees,
+            bones,
+            lacks,
+            self,
+            config,
+            lambda tensors: replace(self).using(tensors),
         )
 
 

@@ -66,8 +66,9 @@ class NknTraining:
     """Rows go in groups of one source and one target structure; NKN itself knows one structure only.
 
     material: the clips, with ``poses`` as ``features.see`` gives them. casts: structure -> its characters.
-    skeletons: of each structure. bones: character -> ``(joints, 3)``. build: a method with the tensors that
-    it is given. ``signatures``: structure -> its joints, where exported tensors are to tell.
+    skeletons: of each structure. bones: character -> ``(joints, 3)``. lacks: character -> ``(joints,)``
+    bool, which of these are of no length. build: a method with the tensors that it is given.
+    ``signatures``: structure -> its joints, where exported tensors are to tell.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class NknTraining:
         casts: Mapping[str, Sequence[str]],
         skeletons: Mapping[str, Skeleton],
         bones: Mapping[str, np.ndarray],
+        lacks: Mapping[str, np.ndarray],
         choices: Choices,
         config: TrainingConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
@@ -85,6 +87,7 @@ class NknTraining:
         self._names = sorted(casts)
         self._casts = {name: sorted(casts[name]) for name in self._names}
         self._bones = bones
+        self._lacks = lacks if any(each.any() for each in lacks.values()) else {}
         self._trees = {name: Tree.of(skeletons[name]) for name in self._names}
         self._generators: dict[str, Generator] = {}
         self._discriminators: dict[str, TemporalDiscriminator] = {}
@@ -127,11 +130,17 @@ class NknTraining:
             names.append(name)
         windows = self._material.draw(numbers, cast, self._window)
         group = self._windows(windows) | {
-            "structures": np.array([source, target]),
+            "structures": (source, target),  # not arrays: what is asked for on a GPU is waited for
             "same": np.array([a == b for a, b in zip(cast, names, strict=True)]),
+            "other": np.flatnonzero([a != b for a, b in zip(cast, names, strict=True)]),
             "bones": np.stack([self._bones[name] for name in cast]),
             "target_bones": np.stack([self._bones[name] for name in names]),
         }
+        if self._lacks:
+            group["lacks"] = np.stack([self._lacks[name] for name in cast])
+            group["target_lacks"] = np.stack([self._lacks[name] for name in names])
+            for key in ("", "target_"):
+                group[f"{key}lacking"] = np.flatnonzero(group[f"{key}lacks"].any(0)).tolist()
         if self._choices.losses == "adversarial":
             group["real"] = self._windows(self._material.draw(numbers, names, self._window))
         return group
@@ -166,11 +175,17 @@ class NknTraining:
 
     def _terms(self, group: Mapping[str, Any], fakes: list[Fake]) -> dict[str, Tensor]:
         """Sums over a group's real frames."""
-        names = [self._names[number] for number in group["structures"].tolist()]
+        names = [self._names[number] for number in group["structures"]]
         source, target = (self._generators[name] for name in names)
         body, other = (
-            Bodies(self._tree(name, group[key]), group[key], self._generators[name].scale)
-            for name, key in zip(names, ("bones", "target_bones"), strict=True)
+            Bodies(
+                self._tree(name, group[f"{whose}bones"]),
+                group[f"{whose}bones"],
+                self._generators[name].scale,
+                group.get(f"{whose}lacks"),
+                group.get(f"{whose}lacking"),
+            )
+            for name, whose in zip(names, ("", "target_"), strict=True)
         )
         poses = source.scale.poses(group["poses"].transpose(0, 1))
         real = losses.mask(len(poses), group["lengths"])
@@ -199,8 +214,8 @@ class NknTraining:
 
     def _show(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[Fake]) -> None:
         """The discriminator's logits for rows whose source is another body."""
-        rows = ~group["same"]
-        if not bool(rows.any()):
+        rows = group["other"]
+        if not len(rows):
             return
         real = group["real"]
         bones = self._generators[name].scale.bones(group["target_bones"][rows])

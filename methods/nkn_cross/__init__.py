@@ -48,10 +48,13 @@ class NknCross(Retargeter):
     structures: str = TWO_LEGGED
     card = MethodCard(
         name="nkn_cross",
+        title="NKN*",
         summary="NKN with an encoder and a decoder for each structure",
         version="1",
         paper="Hu, Zhang, Zhong, Jiang, Wang, Zhang: Pose-Aware Attention Network for Flexible Motion "
         "Retargeting by Body Part, TVCG 2023 (NKN*)",
+        published=({"drift": 0.0, "lengths": "world", "path": "integrated"},),
+        differs="in hip heights, loss on displacement, path relative to the source's",
         accepts=("motion", "positions"),
         default=False,
         parameters={**PARAMETERS, "structures": "trained on: two_legged, all, or names joined by +"},

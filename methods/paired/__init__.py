@@ -9,13 +9,14 @@ from torch import Tensor
 from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules
+from retarget_bench.motion.body22 import unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .features import RoleBody, unfit
+from .features import RoleBody
 from .inference import retargeted
 from .network import Corrector
 from .training import PairedTraining
@@ -60,7 +61,7 @@ class Paired(LearnedMethod):
 
     # -------------------------------------------------------------------------------------- training
     def unfit(self, character: Character) -> str:
-        return unfit(character)
+        return unfit(character, self.card.name)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return RoleBody(motion.character).see(motion)
@@ -74,7 +75,7 @@ class Paired(LearnedMethod):
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
         unsized = root_rules.reason("hip_height", source, target)
-        return self.untrained or unfit(source) or unfit(target) or unsized
+        return self.untrained or self.unfit(source) or self.unfit(target) or unsized
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
@@ -91,7 +92,23 @@ class Paired(LearnedMethod):
 PRESETS = {
     "paper": TrainingConfig(steps=200_000, batch=64, window=64, rate=1e-3, schedule="cosine", warm_up=500),
     "default": TrainingConfig(
-        steps=40_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=200, validate=1000
+        steps=40_000,
+        batch=16,
+        window=64,
+        rate=1e-3,
+        schedule="cosine",
+        warm_up=200,
+        validate=1000,
+    ),
+    "gpu": TrainingConfig(
+        steps=40_000,
+        batch=256,
+        window=64,
+        rate=1e-3,
+        schedule="cosine",
+        warm_up=200,
+        validate=500,
+        precision="bfloat16",
     ),
     "quick": TrainingConfig(
         steps=60, batch=8, window=64, rate=1e-3, schedule="cosine", warm_up=10, validate=30, cases=4

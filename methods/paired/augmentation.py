@@ -1,13 +1,15 @@
-"""Other bodies out of a body: its mirror image, and bodies without some joints."""
+"""Other bodies out of a body: its mirror image, other reference poses, bodies without some joints."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from retarget_bench.motion import rotation
+from retarget_bench.motion.body22 import JOINTS, PARENTS, folded
 from retarget_bench.motion.structures import BODY22
 
-from .features import MIRRORED, PARENTS
+from .features import MIRRORED
+from .pose import END
 
 Arrays = dict[str, np.ndarray]
 
@@ -22,6 +24,11 @@ SPARED: Mapping[str, tuple[str, ...]] = {
 _CHANCE = {"toes": 0.2, "collar bones": 0.2, "spine": 0.2, "neck": 0.08}
 _TOES = (1, 3)
 """Columns of ``planted``."""
+PLAIN = 0.2
+"""Share of bodies whose reference pose is left as it is."""
+UNALIGNED = 0.07
+"""Radians: standard deviation, over other bodies, of the size of the turns of their joints in the reference
+pose; feet and hands turn twice as much."""
 
 
 def mirrored(arrays: Mapping[str, np.ndarray]) -> Arrays:
@@ -40,6 +47,31 @@ def mirrored_bones(offsets: np.ndarray) -> np.ndarray:
     return found
 
 
+def turns(numbers: np.random.Generator) -> np.ndarray:
+    """``(22, 4)`` by which the joints of a body are turned in its reference pose from where they ought to
+    be: little, as on rigs that people make."""
+    size = 0.0 if numbers.random() < PLAIN else UNALIGNED * numbers.standard_normal()
+    vectors = size * numbers.standard_normal((len(BODY22), 3))
+    vectors[END] *= 2.0
+    return rotation.from_rotation_vector(vectors)
+
+
+def reposed(
+    arrays: Mapping[str, np.ndarray], offsets: np.ndarray, turned: np.ndarray
+) -> tuple[Arrays, np.ndarray]:
+    """The same motion and bones of the same body, its reference pose turned by ``turned`` ``(22, 4)``:
+    every joint stays where it is in the world. Joints of no length still do not turn."""
+    turned = turned.copy()
+    for joint in np.flatnonzero(~offsets[1:].any(-1)) + 1:
+        turned[joint] = turned[PARENTS[joint]]
+    back = rotation.conjugate(turned[list(PARENTS[1:])])
+    bones = offsets.copy()
+    bones[1:] = rotation.rotate(back, offsets[1:])
+    rotations = rotation.multiply(arrays["rotations"], turned)
+    rotations[:, 1:] = rotation.multiply(back, rotations[:, 1:])
+    return {**arrays, "rotations": rotations.astype(np.float32)}, bones
+
+
 def spare(numbers: np.random.Generator) -> list[str]:
     """Names of ``SPARED`` that a body shall do without: never toes, collar bones and spine at once, since
     that structure is one that the puppets' test holds out."""
@@ -54,16 +86,23 @@ def without(
 ) -> tuple[Arrays, np.ndarray]:
     """A motion and the bones of a body that lacks these joints: what hangs from them hangs, as it is at
     rest, from what they hung from."""
-    found, bones = dict(arrays), offsets.copy()
-    rotations = found["rotations"].copy()
-    # parents first, so that what a joint that is left out hung from is settled
-    for joint in sorted(BODY22.index(role) for name in names for role in SPARED[name]):
-        for child in (child for child, parent in enumerate(PARENTS) if parent == joint):
-            rotations[:, child] = rotation.multiply(rotations[:, joint], rotations[:, child])
-            bones[child] += bones[joint]
-        rotations[:, joint], bones[joint] = (1.0, 0.0, 0.0, 0.0), 0.0
-    found["rotations"] = rotations
+    gone = np.isin(np.arange(JOINTS), _gone(names))
+    found = {**arrays, "rotations": np.asarray(folded(arrays["rotations"], gone), np.float32)}
     if "toes" in names:
         found["planted"] = found["planted"].copy()
         found["planted"][:, _TOES] = 0.0
-    return found, bones
+    return found, bones_without(offsets, names)
+
+
+def bones_without(offsets: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """The bones ``(22, 3)`` of a body that lacks these joints."""
+    bones = offsets.copy()
+    for joint in _gone(names):
+        bones[np.array(PARENTS) == joint] += bones[joint]
+        bones[joint] = 0.0
+    return bones
+
+
+def _gone(names: Sequence[str]) -> list[int]:
+    """Parents first, so that what a joint that is left out hung from is settled."""
+    return sorted(BODY22.index(role) for name in names for role in SPARED[name])

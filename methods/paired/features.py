@@ -1,27 +1,17 @@
-"""Both bodies and a motion as arrays over the 22 roles of ``body22``.
+"""Both bodies and a motion as arrays over the 22 roles of ``body22``; see ``motion/body22.py``."""
 
-A body that lacks a spine joint, the neck, a collar bone or a toe has a joint of no length in its place,
-which never turns, so that all bodies share one tree.
-"""
-
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import contact, facing, rotation, transfer
-from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.motion.structures import BODY22, reduce
+from retarget_bench.motion.structures import BODY22
 
 FPS = 30.0
-JOINTS = len(BODY22)
-PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
-SKELETON = Skeleton(BODY22, np.array(PARENTS), np.zeros((JOINTS, 3)))
 FEET = tuple(BODY22.index(f"{side}_{part}") for side in ("left", "right") for part in ("foot", "toe"))
 HANDS = tuple(BODY22.index(f"{side}_hand") for side in ("left", "right"))
 _OTHER = {"left": "right", "right": "left"}
@@ -33,27 +23,6 @@ SMOOTHING = 3.0
 """Frames: standard deviation of the Gaussian over which the facing direction is averaged."""
 
 
-def unfit(character: Character) -> str:
-    """Reason why a body cannot be seen over the 22 roles, as a sentence; "" where it can."""
-    try:
-        found = RoleBody(character)
-        parents = found.parents
-    except SkeletonError as error:
-        return str(error)
-    if character.four_legged:
-        return f"{character.name} stands on four legs, and paired knows bodies with two"
-    if any(parents[rank] != _present_parent(rank, found.ranks) for rank in found.ranks):
-        return f"the joints of {character.name} hang together in another way than paired knows"
-    return facing.unknown(character)
-
-
-def _present_parent(rank: int, present: tuple[int, ...]) -> int:
-    parent = PARENTS[rank]
-    while parent >= 0 and parent not in present:
-        parent = PARENTS[parent]
-    return parent
-
-
 @dataclass(frozen=True, eq=False)
 class RoleBody:
     """A body over the 22 roles. Raises SkeletonError where it lacks hips, head, arms or legs."""
@@ -61,31 +30,13 @@ class RoleBody:
     character: Character
 
     @cached_property
-    def aligned(self) -> Aligned:
-        """Those of its joints that have one of the roles."""
-        return Aligned(self.character, reduce(self.character, "body22").joints)
-
-    @cached_property
-    def ranks(self) -> tuple[int, ...]:
-        """Which of the 22 each of these joints is."""
-        reduced = reduce(self.character, "body22").character
-        return tuple(BODY22.index(str(role)) for role in reduced.roles)
-
-    @property
-    def parents(self) -> Mapping[int, int]:
-        """Role -> role that it hangs from, by their numbers; -1 for the hips."""
-        above = self.aligned.skeleton.parents.tolist()
-        return {
-            rank: self.ranks[parent] if parent >= 0 else -1
-            for rank, parent in zip(self.ranks, above, strict=True)
-        }
+    def body(self) -> Body22:
+        return Body22(self.character)
 
     @cached_property
     def offsets(self) -> np.ndarray:
         """``(22, 3)`` metres: bones in the T-pose; zeros for the hips and for what the body lacks."""
-        found = np.zeros((JOINTS, 3), np.float32)
-        found[list(self.ranks)] = self.aligned.offsets
-        return found
+        return self.body.offsets.astype(np.float32)
 
     @property
     def lengths(self) -> np.ndarray:
@@ -99,15 +50,13 @@ class RoleBody:
         rotations: ``(22, 4)`` in aligned form. hips: ``(3,)`` metres. turn: ``(2,)`` where it faces, the
         parts of a unit complex number. planted: ``(4,)`` 1 where ankles and toes rest, by speed.
         """
-        local, hips = self.aligned.see(motion)
-        rotations = rotation.identity(motion.frames, JOINTS)
-        rotations[:, list(self.ranks)] = local
+        rotations, hips = self.body.see(motion)
         places = motion.positions
         turn = facing.facing(places, self.character, SMOOTHING)
         planted = np.zeros((motion.frames, len(FEET)))
         for column, role in enumerate(FEET):
-            if role in self.ranks:
-                joint = self.aligned.joints[self.ranks.index(role)]
+            if not self.body.lacks[role]:
+                joint = self.body.joints[role]
                 rests = contact.planted(places[:, [joint]], self.character.height, motion.fps)[:, 0]
                 planted[:, column] = contact.tidy(rests, 2, 2)
         arrays = {
@@ -124,7 +73,7 @@ class RoleBody:
         parents."""
         relative = transfer.relative(motion)
         found = np.array(relative)
-        rank_of = dict(zip(self.aligned.joints, self.ranks, strict=True))
+        rank_of = dict(zip(self.body.present.joints, self.body.ranks, strict=True))
         for joint, parent in enumerate(self.character.skeleton.parents.tolist()):
             if joint in rank_of:
                 found[:, joint] = turned[:, rank_of[joint]]

@@ -31,9 +31,7 @@ def retargeted(network: Corrector, source: Motion, target: Character, feet: bool
     arrays = seen_at_thirty if thirty is source else _arrays(theirs, source)
     motion = {**arrays, "rotations": torch.from_numpy(ours.see(copied)["rotations"])[None]}
     motion = {name: each.double() for name, each in motion.items()}
-    start = copy_of(
-        network.tree, found.scale, motion, *(_sizes(body, torch.float64) for body in (theirs, ours))
-    )
+    start = copy_of(network, found.scale, motion, *(_sizes(body, torch.float64) for body in (theirs, ours)))
     mine = _sizes(ours, torch.float64)
     goals = goals_of(found, start, motion["turn"], mine)
     if feet:
@@ -65,7 +63,7 @@ def correction(
         for first in range(0, frames, CHUNK):
             last = min(first + CHUNK, frames)
             start, end = max(first - network.reach - 1, 0), min(last + network.reach, frames)
-            what, sizes = seen(network.tree, {k: each[:, start:end] for k, each in arrays.items()}, *bodies)
+            what, sizes = seen(network, {k: each[:, start:end] for k, each in arrays.items()}, *bodies)
             answer = network(what, sizes, torch.ones(what.shape[:2], dtype=torch.bool))
             kept = slice(first - start, last - start)
             found.append(Correction._make([*(each[:, kept] for each in answer[:-1]), answer.scale]))

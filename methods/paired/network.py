@@ -1,17 +1,19 @@
 """The network: temporal convolutions over what is seen of a motion, steered by both bodies."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from retarget_bench.motion.body22 import JOINTS, SKELETON
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.training.weights import fill
 
-from .features import FEET, FPS, JOINTS, SKELETON
+from .features import FEET, FPS
+from .figure import Figures, Told
 from .pose import ARMS, END, LEGS, TRUNK, UPPER, Goals, Posed, copied, exponential, multiply, posed
 
 SEEN = 2 * 3 * JOINTS + 6 * JOINTS + 5 + len(FEET)
@@ -73,8 +75,15 @@ class Corrector(nn.Module):
         for layer in (self.path, self.leave):
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)
+        self.figures = Figures()
         self.tree = Tree.of(SKELETON)
         self.reach = sum(reaches)
+
+    def _apply(self, fn: Any, recurse: bool = True) -> Self:
+        """Move to another device, the tree as well."""
+        super()._apply(fn, recurse)  # type: ignore[no-untyped-call]
+        self.tree = self.tree.to(self.enter.weight.device)
+        return self
 
     def take(self, tensors: Mapping[str, Tensor]) -> None:
         """Take over exported tensors. Raises BenchError where they are another network's."""
@@ -133,7 +142,7 @@ def columns(quaternions: Tensor) -> Tensor:
 Arrays = Mapping[str, Tensor]
 
 
-def seen(tree: Tree, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Tensor, Tensor]:
+def seen(network: Corrector, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Tensor, Tensor]:
     """Inputs of the network: of a motion ``(rows, frames, SEEN)`` and of both bodies ``(rows, BODIES)``.
 
     motion: ``rotations``, ``hips``, ``turn``, ``planted`` as ``RoleBody.see`` gives them. source, target:
@@ -145,33 +154,43 @@ def seen(tree: Tree, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Te
     back = torch.stack([half.cos(), zero, -half.sin(), zero], -1)
     facing = torch.cat([multiply(back, rotations[..., 0, :]).unsqueeze(-2), rotations[..., 1:, :]], -2)
     still = torch.zeros_like(motion["hips"])
+    bodies = [network.figures(body) for body in (source, target)]
     parts = []
-    for body in (source, target):
-        places, _ = kinematics(tree, body["offsets"], facing, still)
-        parts.append((places / body["lengths"][:, :1, None, None]).flatten(-2))
+    for body in bodies:
+        places, _ = kinematics(network.tree, body.offsets, facing, still)
+        parts.append((places / body.height[..., None, None]).flatten(-2))
     parts[1] = 4 * (parts[1] - parts[0])
-    hips, height = motion["hips"], source["lengths"][:, :1, None]
-    step = ahead(hips.diff(dim=1, prepend=hips[:, :1]), turn) * (0.5 * FPS) / height
-    level = hips[..., 1:2] / height
-    ratio = (target["lengths"][:, 1] / source["lengths"][:, 1] / target["lengths"][:, 0])[:, None, None]
+    hips = motion["hips"]
+    step = ahead(hips.diff(dim=1, prepend=hips[:, :1]), turn) * (0.5 * FPS) / bodies[0].height[..., None]
+    level = bodies[0].level(hips[..., 1])
+    copied = bodies[1].level(_carried(hips[..., 1], *bodies))
     parts += [
         columns(facing).flatten(-2),
         step,
-        level,
-        4 * (hips[..., 1:2] * ratio - level),
+        level[..., None],
+        4 * (copied - level)[..., None],
         motion["planted"],
     ]
-    bones = [(body["offsets"] / body["lengths"][:, :1, None]).flatten(-2) for body in (source, target)]
-    sizes = [body["lengths"][:, 1:] / body["lengths"][:, :1] for body in (source, target)]
-    return torch.cat(parts, -1), torch.cat([4 * bones[0], 8 * (bones[1] - bones[0]), *sizes], -1)
+    bones = [(body.offsets / body.height[..., None]).flatten(-2) for body in bodies]
+    legs = [body.drop * body.stretch / body.height for body in bodies]
+    return torch.cat(parts, -1), torch.cat([4 * bones[0], 8 * (bones[1] - bones[0]), *legs], -1)
 
 
-def copy_of(tree: Tree, scale: Tensor, motion: Arrays, source: Arrays, target: Arrays) -> Posed:
-    """The source's rotations on the target, its path scaled by the heights of the hips, level also by
-    ``scale`` ``(rows,)``."""
-    ratio = target["lengths"][:, 1] / source["lengths"][:, 1]
-    path = motion["hips"] * torch.stack([ratio * scale, ratio, ratio * scale], -1)[:, None]
-    return copied(tree, motion["rotations"], path, target["offsets"])
+def _carried(hips: Tensor, source: Told, target: Told) -> Tensor:
+    """Heights of hips ``(rows, frames)`` metres of the copy, from the source's: ankles that stand on the
+    floor stay there."""
+    return target.ankle + (hips - source.ankle) * target.drop / source.drop.clamp(min=1e-6)
+
+
+def copy_of(network: Corrector, scale: Tensor, motion: Arrays, source: Arrays, target: Arrays) -> Posed:
+    """The source's rotations on the target. Its level path is scaled by the heights of the hips and by
+    ``scale`` ``(rows,)``; its height keeps standing ankles on the floor."""
+    ratio = (target["lengths"][:, 1] / source["lengths"][:, 1] * scale)[:, None]
+    x, y, z = motion["hips"].unbind(-1)
+    path = torch.stack(
+        [x * ratio, _carried(y, network.figures(source), network.figures(target)), z * ratio], -1
+    )
+    return copied(network.tree, motion["rotations"], path, target["offsets"])
 
 
 def goals_of(correction: Correction, start: Posed, turn: Tensor, target: Arrays) -> Goals:
@@ -190,8 +209,10 @@ def goals_of(correction: Correction, start: Posed, turn: Tensor, target: Arrays)
     )
 
 
-def applied(tree: Tree, correction: Correction, motion: Arrays, source: Arrays, target: Arrays) -> Posed:
+def applied(
+    network: Corrector, correction: Correction, motion: Arrays, source: Arrays, target: Arrays
+) -> Posed:
     """The copy with its correction."""
-    start = copy_of(tree, correction.scale, motion, source, target)
+    start = copy_of(network, correction.scale, motion, source, target)
     goals = goals_of(correction, start, motion["turn"], target)
-    return posed(tree, motion["rotations"], target["offsets"], goals)
+    return posed(network.tree, motion["rotations"], target["offsets"], goals)

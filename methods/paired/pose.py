@@ -73,7 +73,7 @@ def posed(tree: Tree, rotations: Tensor, offsets: Tensor, goals: Goals) -> Posed
     places, turned = kinematics(tree, offsets, local, goals.hips)
     first, second, last = places[:, :, UPPER], places[:, :, LOWER], places[:, :, END]
     aims = torch.cat([goals.feet - first[:, :, LEGS], goals.hands], 2)
-    axes = rotate(turned[:, :, UPPER], AXES.to(places.dtype).expand_as(first))
+    axes = rotate(turned[:, :, UPPER], AXES.to(places, non_blocking=True).expand_as(first))
     swing, fold = bend(second - first, last - second, aims, axes, goals.swivel)
     upper, lower = multiply(swing, turned[:, :, UPPER]), multiply(fold, turned[:, :, LOWER])
     knee = first + rotate(swing, second - first)

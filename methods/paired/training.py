@@ -16,7 +16,7 @@ from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.layers import exported
 
 from . import losses
-from .augmentation import mirrored, mirrored_bones, spare, without
+from .augmentation import mirrored, mirrored_bones, reposed, spare, turns, without
 from .features import RoleBody
 from .network import Corrector, applied, seen
 
@@ -24,7 +24,7 @@ WEIGHTS = {
     "world": 1.0,
     "relative": 1.0,
     "speed": 6.0,
-    "acceleration": 6.0,
+    "acceleration": 12.0,
     "rests": 3.0,
     "floor": 1.0,
     "turns": 0.02,
@@ -61,6 +61,7 @@ class PairedTraining:
         bodies = {name: RoleBody(training_data.characters[name]) for name in training_data.clips}
         self._bodies = {name: (body.offsets, body.lengths) for name, body in bodies.items()}
         self._window, self._trained = config.window, trained
+        network.figures.learn(self._bodies.values())
         self.network, self.average = network, deepcopy(network).requires_grad_(False)
         self.modules = nn.ModuleDict({"network": network, "average": self.average})
         self.phases: Sequence[Phase] = (Phase("network", ("network",), clip=20.0),)
@@ -83,16 +84,17 @@ class PairedTraining:
         start = int(numbers.integers(max(pair[0].frames - self._window, 0) + 1))
         flip = numbers.random() < 0.5
         lacking = [spare(numbers), spare(numbers)]
+        poses = [turns(numbers), turns(numbers)]
         if pair[0] is pair[1]:
-            lacking[1] = lacking[0]
+            lacking[1], poses[1] = lacking[0], poses[0]
         row: dict[str, dict[str, np.ndarray]] = {}
         names = (("motion", "source"), ("truth", "target"))
-        for clip, lacks, (motion, body) in zip(pair, lacking, names, strict=True):
+        for clip, lacks, pose, (motion, body) in zip(pair, lacking, poses, names, strict=True):
             arrays = {key: each[start : start + self._window] for key, each in clip.arrays.items()}
             offsets, lengths = self._bodies[clip.character]
             if flip:
                 arrays, offsets = mirrored(arrays), mirrored_bones(offsets)
-            arrays, offsets = without(arrays, offsets, lacks)
+            arrays, offsets = without(*reposed(arrays, offsets, pose), lacks)
             row[motion] = {key: self._padded(each) for key, each in arrays.items()}
             row[body] = {"offsets": offsets, "lengths": lengths}
         self._lift(numbers, row)
@@ -118,12 +120,12 @@ class PairedTraining:
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         del phase, memory
         self._remember()
-        tree, real = self.network.tree, batch["real"]["frames"]
+        network, real = self.network, batch["real"]["frames"]
         bodies = batch["source"], batch["target"]
-        correction = self.network(*seen(tree, batch["motion"], *bodies), real)
+        correction = network(*seen(network, batch["motion"], *bodies), real)
         with torch.autocast(real.device.type, enabled=False):
-            answer = applied(tree, correction, batch["motion"], *bodies)
-            found = losses.terms(tree, answer, batch["truth"], batch["target"], real)
+            answer = applied(network, correction, batch["motion"], *bodies)
+            found = losses.terms(network.tree, answer, batch["truth"], batch["target"], real)
         return {name: WEIGHTS[name] * term for name, term in found.items()}
 
     @torch.no_grad()
@@ -139,5 +141,6 @@ class PairedTraining:
         return exported(self.average)
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
-        self.network.take(tensors)
-        self.average.take(tensors)
+        for network in (self.network, self.average):
+            network.take(tensors)
+            network.figures.learn(self._bodies.values())

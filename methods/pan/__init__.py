@@ -106,7 +106,16 @@ class Pan(LearnedMethod):
     presets: Mapping[str, TrainingConfig] = {
         "paper": TrainingConfig(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
         "default": TrainingConfig(
-            steps=20_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
+            steps=20_000, batch=16, window=64, rate=3e-4, schedule="cosine", warm_up=100, validate=200
+        ),
+        "gpu": TrainingConfig(
+            steps=20_000,
+            batch=128,
+            window=64,
+            rate=6e-4,
+            schedule="cosine",
+            warm_up=100,
+            validate=300,
         ),
         "quick": TrainingConfig(steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2),
     }
@@ -132,10 +141,13 @@ class Pan(LearnedMethod):
             )
         self.card = MethodCard(
             name="pan",
+            title="PAN",
             summary="Attention by body part: codes that any structure with these parts can decode",
             version="1",
             paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion "
-            "Retargeting by PanBody Part, TVCG 2023",
+            "Retargeting by Body Part, TVCG 2023",
+            published=({"variant": "released"}, {"variant": "paper"}),
+            differs="in hip heights, facing ahead, no dropout",
             needs=("target_motions",) if privileged else (),
             parameters=PARAMETERS,
         )
@@ -181,8 +193,8 @@ class Pan(LearnedMethod):
                 )
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
-            same = {"parts": self._asked, "tips": self.tips, "target_stats": self.target_stats}
-            return Pan(**{**self.facts(), **same}).using(tensors)
+            same = {"parts": self._asked, "path": self.settings.features.path, "tips": self.tips}
+            return Pan(**{**self.facts(), **same}, target_stats=self.target_stats).using(tensors)
 
         return PanTraining(training_data, config, bodies, self.settings, trained)
 

@@ -21,7 +21,7 @@ MIDDLING = 90.0
 Root = Literal["velocity", "position", "height"]
 Lengths = Literal["world", "body"]
 Yaw = Literal["predicted", "source"]
-Path = Literal["decoded", "carried"]
+Path = Literal["decoded", "relative", "carried"]
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,9 @@ class Features:
     lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
     (``body``): a movement that is copied then is one that is scaled.
     facing: frames over which the direction that a body faces is averaged.
-    path: ``carried``: the root's channels of an answer are those of its source, in the target's unit, plus
-    the decoder's output; ``decoded``: that output alone (as published).
+    path: ``decoded``: the root's channels of an answer are the decoder's output (as published);
+    ``relative``: likewise, and what the path differs by from the source's fades (``root_rules.relative``);
+    ``carried``: the source's channels, in the target's unit, plus that output.
     """
 
     root: Root
@@ -98,27 +99,31 @@ class Features:
     ) -> Motion:
         """The motion that an answer ``(frames, edges + 1, 4)`` means.
 
-        source: what ``see`` gave of the source. ratio: what the place where its hips begin is scaled by,
-        metres of the target per unit of the source. ends: see ``PanBody.motion``.
+        source: what ``see`` gave of the source. ratio: what the places of its hips are scaled by, metres of
+        the target per unit of the source. ends: see ``PanBody.motion``.
         """
         edges = np.asarray(edges, dtype=np.float64)
         root, unit = edges[:, -1], self.unit(body.character)
-        if not self.local:
-            return body.motion(edges[:, :-1], None, root[:, :3] * unit, FPS, ends)
-        turn = source["turn"][:, 0] + 1j * source["turn"][:, 1]
-        turns, steps = root[1:, 3], root[:, :3].copy()
-        if yaw == "predicted":
-            turn = turn[0] * np.exp(1j * np.concatenate([[0.0], np.cumsum(turns)]))
-        if self.root == "height":
-            steps[:, 1] = 0.0
-        steps[0] = 0.0
-        hips = source["hips"][0] * ratio + np.cumsum(facing.placed(steps, turn), axis=0) * unit
-        if self.root == "height":
-            hips[:, 1] = root[:, 1] * unit
-        return body.motion(edges[:, :-1], facing.rotation(turn), hips, FPS, ends)
+        lead, faced = source["hips"] * ratio, None
+        hips = root[:, :3] * unit
+        if self.local:
+            turn = source["turn"][:, 0] + 1j * source["turn"][:, 1]
+            turns, steps = root[1:, 3], root[:, :3].copy()
+            if yaw == "predicted":
+                turn = turn[0] * np.exp(1j * np.concatenate([[0.0], np.cumsum(turns)]))
+            if self.root == "height":
+                steps[:, 1] = 0.0
+            steps[0] = 0.0
+            hips = lead[0] + np.cumsum(facing.placed(steps, turn), axis=0) * unit
+            if self.root == "height":
+                hips[:, 1] = root[:, 1] * unit
+            faced = facing.rotation(turn)
+        if self.path == "relative":
+            hips = root_rules.relative(hips, lead, FPS)
+        return body.motion(edges[:, :-1], faced, hips, FPS, ends)
 
     def ratio(self, source: Character, target: Character) -> float:
-        """Metres of the target per unit of the source, for the place where hips begin."""
+        """Metres of the target per unit of the source, for the places of hips."""
         return root_rules.ratio(RULE, source, target) * self.unit(source)
 
 

@@ -88,16 +88,27 @@ class Objective:
         self, settings: Settings, layouts: Mapping[str, Layout], ranges: Mapping[str, Tensor]
     ) -> None:
         self.weights, self.height = settings.weights, settings.features.root == "height"
-        self._layouts, self._ranges = layouts, dict(ranges)
-        self._ends = {name: ends_of(layout) for name, layout in layouts.items()}
-        self._encoded = {
-            name: torch.tensor([*np.flatnonzero(each.encoded), each.edges])
-            for name, each in layouts.items()
+        self._layouts = layouts
+        self._tensors: dict[tuple[str, ...], Tensor] = {
+            ("speeds", name): each for name, each in ranges.items()
         }
+        ends = {name: ends_of(layout) for name, layout in layouts.items()}
+        for name, layout in layouts.items():
+            encoded = torch.tensor([*np.flatnonzero(layout.encoded), layout.edges])
+            self._tensors["edges", name] = encoded
+            self._tensors["joints", name] = (encoded + 1) % (layout.edges + 1)
+            for other, theirs in layouts.items():
+                both = sorted(ends[name].keys() & ends[other].keys())
+                joints = [ends[name][end] for end in both]
+                self._tensors["ends", name, other] = torch.tensor(joints, dtype=torch.long)
+                common = shared(layout, theirs)
+                self._tensors["parts", name, other] = torch.tensor(common, dtype=torch.long)
         self._terms: dict[str, list[Tensor]] = {}
 
-    def begin(self) -> None:
+    def begin(self, device: torch.device) -> None:
         self._terms = {}
+        if any(each.device != device for each in self._tensors.values()):
+            self._tensors = {key: each.to(device) for key, each in self._tensors.items()}
 
     def total(self) -> Terms:
         """The same names in every step, whichever structures it has."""
@@ -110,7 +121,7 @@ class Objective:
     # ------------------------------------------------------------------------------------------ terms
     def reconstruction(self, name: str, answer: Answer, real: Answer) -> None:
         """Eq. 10, and the second term of eq. 13."""
-        weights, (edges, joints) = self.weights, self._compared(name, answer.edges)
+        weights, (edges, joints) = self.weights, self._compared(name)
         found, wanted = answer.edges, real.edges
         self.add("slots", weights.edges, mse_loss(found[:, :, edges], wanted[:, :, edges]))
         self.add("moves", weights.moves, mse_loss(found[:, :, -1], wanted[:, :, -1]))
@@ -120,7 +131,7 @@ class Objective:
 
     def cycle(self, name: str, answer: Answer, real: Answer, times: int) -> None:
         """The second term of eq. 11 and the first of eq. 13, over ``times`` motions that came back."""
-        weights, (edges, joints) = self.weights, self._compared(name, answer.edges)
+        weights, (edges, joints) = self.weights, self._compared(name)
         wanted = real.edges[:, :, edges].repeat(times, 1, 1, 1)
         self.add("again", weights.again, mse_loss(answer.edges[:, :, edges], wanted))
         positions = self._positions(real)[:, :, joints].repeat(times, 1, 1, 1)
@@ -132,7 +143,7 @@ class Objective:
 
         pair: source and target structure. code: of the source. again: of its answer."""
         here, there = (self._layouts[name] for name in pair)
-        common = shared(here, there)
+        common = self._tensors["parts", *pair]
         carried = arranged(code, here, there)[:, :, common]
         distance = code_distance(carried, again[:, :, common], self.weights.measure)
         self.add("latent", self.weights.cycle, distance)
@@ -140,18 +151,17 @@ class Objective:
     def follow(self, pair: tuple[str, str], real: Answer, shown: Answer) -> None:
         """Movement of the end effectors that both structures have, and of the hips (eq. 20)."""
         weights, (here, there) = self.weights, pair
-        both = sorted(self._ends[here].keys() & self._ends[there].keys())
-        if weights.ends and both:
-            source = real.positions[:, :, [self._ends[here][end] for end in both]]
-            answer = shown.positions[:, :, [self._ends[there][end] for end in both]]
+        ours, theirs = self._tensors["ends", here, there], self._tensors["ends", there, here]
+        if weights.ends and len(ours):
+            source, answer = real.positions[:, :, ours], shown.positions[:, :, theirs]
             self.add("ends", weights.ends, end_effectors(source, answer))
         elif weights.ends:  # none in common; processes must agree on the names of terms
             self.add("ends", weights.ends, shown.positions.new_zeros(()))
         if weights.velocity:
             source, answer = real.plain[:, :, -1], shown.plain[:, :, -1]
-            level = [0, 2] if self.height else [0, 1, 2]
-            wanted = rescaled(source[..., level], self._ranges[here].to(source))
-            found = rescaled(answer[..., level], self._ranges[there].to(answer))
+            level = slice(0, 3, 2 if self.height else 1)
+            wanted = rescaled(source[..., level], self._tensors["speeds", here])
+            found = rescaled(answer[..., level], self._tensors["speeds", there])
             wrong = mse_loss(found, wanted)
             if weights.turns:
                 wrong = wrong + mse_loss(answer[..., 3], source[..., 3])
@@ -163,10 +173,9 @@ class Objective:
             return answer.positions
         return torch.cat([answer.positions[:, :, :1], answer.local[:, :, 1:]], 2)
 
-    def _compared(self, name: str, like: Tensor) -> tuple[Tensor, Tensor]:
+    def _compared(self, name: str) -> tuple[Tensor, Tensor]:
         """The edges and joints that losses compare: those of parts (section 7.1), and the root."""
-        edges = self._encoded[name].to(like.device)
-        return edges, (edges + 1) % (edges[-1] + 1)
+        return self._tensors["edges", name], self._tensors["joints", name]
 
 
 def ends_of(layout: Layout) -> dict[int, int]:

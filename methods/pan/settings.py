@@ -54,7 +54,8 @@ PARAMETERS = {
     "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
     "facing": "frames over which the direction faced is averaged; negative: as the variant",
     "yaw": "source (faces where it does) or predicted; empty: as the variant",
-    "path": "of the root: decoded, or carried (the source's plus what is decoded); empty: as the variant",
+    "path": "of the root: decoded, relative (to the source's; what differs fades) or carried (the source's "
+    "plus what is decoded); empty: as the variant",
     "statistics": "mean and deviation by structure or by character; empty: as the variant",
     "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
     "conv_mask": "paper, or released (shifted by one edge); empty: as the variant",
@@ -236,11 +237,14 @@ class Settings:
 
     def values(self) -> dict[str, Scalar]:
         """The parameters that weights depend on, by their names."""
-        return {
+        values = {
             name: getattr(getattr(self, part) if part else self, name)
             for part, names in FIELDS.items()
             for name in names
         }
+        if values["path"] == "relative":  # networks learn the same
+            values["path"] = "decoded"
+        return values
 
 
 RELEASED_WEIGHTS = Weights(
@@ -296,7 +300,7 @@ BETWEEN_LEGS: Mapping[Variant, Settings] = {
     "own": replace(
         SETTINGS["own"],
         design=RELEASED_THREE,
-        features=replace(SETTINGS["own"].features, path="decoded"),
+        features=replace(SETTINGS["own"].features, path="relative"),
         weights=replace(SETTINGS["own"].weights, ends=0.0, adversarial=1.0, velocity=1000.0),
     ),
 }

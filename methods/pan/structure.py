@@ -211,6 +211,7 @@ class Kinematics:
         # the nodes of ``PanBody.chains`` at the joints: the first that leaves each, or the end there
         nodes = [0, *layout.turned, *(layout.ends + 1)]
         self._node = torch.tensor([nodes.index(joint) for joint in range(len(layout.parents))])
+        self._identity = torch.tensor([1.0, 0.0, 0.0, 0.0])
 
     def __call__(self, edges: Tensor, bones: Tensor) -> Tensor:
         """``(rows, frames, joints, 3)`` relative to the hips, in the unit of the bones.
@@ -221,9 +222,8 @@ class Kinematics:
         if self._tree.mask.device != edges.device:
             self.__dict__.update({name: each.to(edges.device) for name, each in vars(self).items()})
         turns = functional.normalize(edges[..., :-1, :].float(), dim=-1, eps=1e-6)
-        identity = turns.new_tensor([1.0, 0.0, 0.0, 0.0])
-        first = identity.expand(*turns.shape[:2], 1, 4)
-        last = identity.expand(*turns.shape[:2], len(self._ends), 4)
+        first = self._identity.expand(*turns.shape[:2], 1, 4)
+        last = self._identity.expand(*turns.shape[:2], len(self._ends), 4)
         offsets = torch.cat(
             [torch.zeros_like(bones[:, :1]), bones[:, self._above], bones[:, self._ends]], 1
         )

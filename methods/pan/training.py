@@ -84,7 +84,7 @@ class PanTraining:
         parts = [self._structures[name] for name in names]
         real = [self._real(name, side) for name, side in zip(names, sides, strict=True)]
         codes = [part.encoder(truth.edges) for part, truth in zip(parts, real, strict=True)]
-        objective.begin()
+        objective.begin(codes[0].device)
         shown: list[list[Answer]] = []
         for there, side in enumerate(sides):
             *others, own = self._answers(names, there, codes, side, real)
@@ -193,10 +193,13 @@ class PanTraining:
         return found
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
-        """Take over weights, also of another data set: structures are matched by their joints.
+        """Take over weights, also of another data set: structures are matched by their joints. Statistics
+        stay those of this training's motion, which may be wider than what the weights have seen.
 
         Raises BenchError where one is missing or does not fit."""
         known = by_structure(tensors)
         found = {name: matching(each, name, known) for name, each in self._structures.items()}
         for name, structure in self._structures.items():
+            fitted = structure.mean.clone(), structure.deviation.clone()
             structure.load(found[name])
+            structure.mean, structure.deviation = fitted

@@ -11,8 +11,8 @@ class Fit:
 
     A method that gives positions can so be scored by metrics of rotations, with bones that do not stretch.
     The fit is that of ``bench retarget``: twists that no position shows come from the hinges of knees and
-    elbows and from the reference pose, and are smooth. They are the fit's, not the method's. An answer that
-    has rotations is left as it is.
+    elbows, from the source's rotations or else from the reference pose, and are smooth. They are not the
+    method's. An answer that has rotations is left as it is.
     """
 
     card = PostCard(
@@ -26,7 +26,7 @@ class Fit:
         return None
 
     def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Motion:
-        return prediction if isinstance(prediction, Motion) else fit.fit(prediction).motion
+        return prediction if isinstance(prediction, Motion) else fit.fit(prediction, source).motion
 
 
 plugin = Fit

@@ -9,6 +9,7 @@ import torch
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError
+from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
@@ -31,6 +32,14 @@ class SMRM(Weighting, LearnedMethod):
     A two-layer GRU reads places of 22 joints and a move of the hips frame by frame; a second one reads its
     code and the target's T-pose, and answers with 22 rotations and a move. It is trained without pairs: a
     motion carried to another body and back has to be itself again. Joints beyond the 22 (fingers) rest.
+
+    The paper's networks know one set of joints. Ours also answer for bodies that lack a spine joint, the
+    neck, a collar bone or a toe: in its place they see a joint of no length, which does not turn. Shipped
+    weights have not been trained on such bodies.
+
+    path: ``integrated`` is the decoder's, as in the paper; its errors add up. ``relative``, our own, takes
+    the source's path, scaled by hip heights; what the decoder's steps differ by is summed up and fades
+    within ``root_rules.MEMORY``.
 
     The paper leaves these open; they are parameters, and weights depend on all of them:
 
@@ -63,14 +72,19 @@ class SMRM(Weighting, LearnedMethod):
     yaw: Yaw = "removed"
     context: int = 30
     hidden: int = 512
+    path: root_rules.PathKind = "relative"
     weights: str = "puppets"
 
     ablations = ABLATIONS
     card = MethodCard(
         name="smrm",
-        summary="Recurrent retargeting learned without pairs: what is carried there comes back",
+        title="SMRM",
+        summary="Recurrent retargeting learned without pairs: what is carried there comes back; ours: "
+        "bodies that lack some of the 22 joints",
         version="1",
         paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
+        published=({"adversarial": 1.0, "path": "integrated"},),
+        differs="adversarial weight 0.0001, path relative to the source's",
         accepts=("motion", "positions"),
         parameters={
             "weights": "name of shipped weights, or a path to others",
@@ -83,6 +97,7 @@ class SMRM(Weighting, LearnedMethod):
             "reference_rotation": "what rotations are compared with: truth, self",
             "same": "share of training rows whose target is their own character",
             "context": "frames of a training window",
+            "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
             "hidden": "numbers of a GRU's state",
         },
     )
@@ -111,13 +126,14 @@ class SMRM(Weighting, LearnedMethod):
                 steps=1000 * 2330 // 16, batch=16, window=self.context, rate=1e-4, validate=2500
             ),
             "default": ours,
+            "gpu": replace(ours, batch=256),
             "quick": replace(ours, steps=60, batch=16, warm_up=10, validate=30, cases=4),
         }
 
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        """All parameters but the weights, which depend on them."""
-        return {name: x for name, x in asdict(self).items() if name != "weights"}
+        """All parameters that weights depend on."""
+        return {name: x for name, x in asdict(self).items() if name not in ("path", "weights")}
 
     def unfit(self, character: Character) -> str:
         return unfit(character)
@@ -148,7 +164,7 @@ class SMRM(Weighting, LearnedMethod):
         if not sources:
             return []
         device = torch.device(contexts[0].device)
-        return retargeted(self._generator.to(device), self.features, sources, targets)
+        return retargeted(self._generator.to(device), self.features, sources, targets, path=self.path)
 
     @cached_property
     def _generator(self) -> Generator:

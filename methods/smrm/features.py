@@ -14,19 +14,12 @@ import torch
 from torch import Tensor
 
 from retarget_bench.api import Prediction
-from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import facing, kinematics, root_rules, rotation, transfer
-from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion import body22, facing, kinematics, root_rules, rotation, transfer
+from retarget_bench.motion.body22 import JOINTS, Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.motion.structures import BODY22, reduce
 
 FPS = 30.0
-JOINTS = len(BODY22)
-PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
-"""Parents of the 22 joints."""
-SKELETON = Skeleton(BODY22, np.array(PARENTS), np.zeros((JOINTS, 3)))
 
 Normalisation = Literal["body", "global", "none"]
 Root = Literal["height", "displacement", "position"]
@@ -35,18 +28,7 @@ Yaw = Literal["removed", "kept"]
 
 def unfit(character: Character) -> str:
     """Reason why SMRM cannot take a body, as a sentence; "" where it can."""
-    try:
-        joints = reduce(character, "body22").joints
-        if len(joints) < JOINTS:
-            return f"{character.name} has {len(joints)} of the {JOINTS} joints that smrm works on"
-        parents = tuple(Aligned(character, joints).skeleton.parents.tolist())
-    except SkeletonError as error:
-        return str(error)
-    if parents != PARENTS:
-        return f"the {JOINTS} joints of {character.name} hang together in another way than smrm knows"
-    if character.four_legged:
-        return f"{character.name} stands on four legs, and smrm knows bodies with two"
-    return facing.unknown(character) or root_rules.reason("hip_height", character, character) or ""
+    return body22.unfit(character, "smrm") or root_rules.reason("hip_height", character, character) or ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +39,7 @@ class SmrmBody:
     resting: ``(22, 3)`` places in the T-pose relative to the hips, in units.
     """
 
-    aligned: Aligned
+    aligned: Body22
     unit: float
     offsets: np.ndarray
     resting: np.ndarray
@@ -72,7 +54,7 @@ class Features:
     yaw: Yaw
 
     def body(self, character: Character) -> SmrmBody:
-        aligned = Aligned(character, reduce(character, "body22").joints)
+        aligned = Body22(character)
         unit = character.measures.hip_height if self.normalisation == "body" else 1.0
         offsets = (aligned.offsets / unit).astype(np.float32)
         still, none = rotation.identity(1, JOINTS), np.zeros((1, 3))
@@ -158,18 +140,21 @@ class Features:
         rotations: np.ndarray,
         moves: np.ndarray,
         source: Mapping[str, np.ndarray],
-        start: np.ndarray,
+        lead: np.ndarray,
+        kind: root_rules.PathKind = "integrated",
     ) -> Motion:
         """The motion that an answer means.
 
         rotations: ``(frames, 22, 4)`` and moves: ``(frames, 3)``, the answer. source: what ``see`` gave.
-        start:     ``(3,)`` metres, where the hips begin.
+        lead: ``(frames, 3)`` metres, the source's hips scaled to the body. kind: of the path.
         """
         turn = source["turn"]
         turned = np.array(rotations, dtype=np.float64)
         turned[:, 0] = rotation.multiply(facing.rotation(turn[:, 0] + 1j * turn[:, 1]), turned[:, 0])
         path = self.path(torch.from_numpy(moves.astype(np.float64)), torch.from_numpy(turn)).numpy()
-        hips = path * body.unit + start * np.array([1.0, float(self.root == "displacement"), 1.0])
+        hips = path * body.unit + lead[0] * np.array([1.0, float(self.root == "displacement"), 1.0])
+        if kind == "relative":
+            hips = root_rules.relative(hips, lead, FPS)
         return body.aligned.motion(rotation.continuous(rotation.normalise(turned)), hips, FPS)
 
 

@@ -10,10 +10,11 @@ from torch import Tensor
 
 from retarget_bench.api import Prediction
 from retarget_bench.motion import rates, root_rules, transfer
+from retarget_bench.motion.body22 import JOINTS
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from .features import JOINTS, Features, SmrmBody
+from .features import Features, SmrmBody
 from .network import MOVES, Generator
 
 CHUNK = 256
@@ -22,12 +23,13 @@ CHUNK = 256
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One motion to be carried to one body. rotations, moved: the answer, filled chunk by chunk."""
+    """One motion to be carried to one body. hips: ``(frames, 3)`` metres, the source's, scaled to the body.
+    rotations, moved: the answer, filled chunk by chunk."""
 
     seen: Mapping[str, np.ndarray]
     moves: np.ndarray
     body: SmrmBody
-    start: np.ndarray
+    hips: np.ndarray
     rotations: np.ndarray
     moved: np.ndarray
 
@@ -40,7 +42,7 @@ class _Row:
             seen=seen,
             moves=features.moves(seen["hips"], seen["before"], seen["turn"]),
             body=features.body(target),
-            start=transfer.hips(shown)[0] * ratio,
+            hips=transfer.hips(shown) * ratio,
             rotations=np.empty((shown.frames, JOINTS, 4), np.float32),
             moved=np.empty((shown.frames, MOVES), np.float32),
         )
@@ -52,6 +54,7 @@ def retargeted(
     sources: Sequence[Prediction],
     targets: Sequence[Character],
     chunk: int = CHUNK,
+    path: root_rules.PathKind = "integrated",
 ) -> list[Motion]:
     """Every source on its target, at its own rate, by a generator in evaluation mode.
 
@@ -81,7 +84,7 @@ def retargeted(
             left = len(row.moved[part])
             row.rotations[part], row.moved[part] = turned[:left], moved[:left]
     return [
-        rates.back(features.motion(row.body, row.rotations, row.moved, row.seen, row.start), source)
+        rates.back(features.motion(row.body, row.rotations, row.moved, row.seen, row.hips, path), source)
         for row, source in zip(rows, sources, strict=True)
     ]
 

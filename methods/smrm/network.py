@@ -1,16 +1,16 @@
 """SMRM's networks: two recurrent ones and forward kinematics, as Table 6 of the paper lists them."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from retarget_bench.motion.body22 import JOINTS, SKELETON, folded
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.training.layers.normaliser import Normaliser
-
-from .features import JOINTS, SKELETON
 
 MOVES = 3
 
@@ -54,15 +54,25 @@ class Generator(nn.Module):
         return codes, after
 
     def decode(
-        self, codes: Tensor, offsets: Tensor, resting: Tensor, state: Tensor | None = None
+        self,
+        codes: Tensor,
+        offsets: Tensor,
+        resting: Tensor,
+        state: Tensor | None = None,
+        lacks: Tensor | None = None,
+        lacking: Sequence[int] | None = None,
     ) -> tuple[Answer, Tensor]:
         """The answer in the target's units, and the decoder's state after it.
 
         offsets, resting: ``(rows, 22, 3)`` of the target, see ``SmrmBody``.
+        lacks: ``(rows, 22)`` bool, its joints of no length (``motion/body22.py``), which do not turn.
+        lacking: their ranks, where they are known; see ``folded``.
         """
         body = self.scale.normalise("resting", resting.flatten(-2)).unsqueeze(1)
         hidden, after = self.decoder(torch.cat([body.expand(-1, codes.shape[1], -1), codes], -1), state)
         rotations = functional.normalize(self.turns(hidden).float().unflatten(-1, (JOINTS, 4)), dim=-1)
+        if lacks is not None:
+            rotations = folded(rotations, lacks.unsqueeze(1), lacking)
         moves = self.scale.restore("moves", self.moves(hidden).float())
         tree = self._tree(rotations.device)
         positions, _ = kinematics(tree, offsets, rotations, torch.zeros_like(moves))

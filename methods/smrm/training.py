@@ -11,6 +11,7 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
+from retarget_bench.motion.body22 import JOINTS
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
@@ -21,7 +22,7 @@ from retarget_bench.training.layers.masks import frame_mask
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
-from .features import FPS, JOINTS, Features
+from .features import FPS, Features
 from .network import MOVES, Answer, Generator
 
 Reference = Literal["truth", "self"]
@@ -63,6 +64,7 @@ class SmrmTraining:
         self._number = {name: number for number, name in enumerate(self._names)}
         self._offsets = np.stack([body.offsets for body in bodies])
         self._resting = np.stack([body.resting for body in bodies])
+        self._lacks = np.stack([body.aligned.lacks for body in bodies])
         if features.normalisation != "none":
             self._fit(generator)
         self.generator, self.rule = generator, NknUpdateRule()
@@ -102,6 +104,7 @@ class SmrmTraining:
             "body": self._bodies(own),
             "target": self._bodies(target),
             "same": same,
+            "other": np.flatnonzero(~same),
         }
         if self._adversarial:
             batch["real"] = self._seen(numbers, self.training_data.draw(numbers, target, self._window))
@@ -111,9 +114,14 @@ class SmrmTraining:
         step = 1 + int(numbers.integers(len(self._names) - 1))
         return self._names[(self._number[name] + step) % len(self._names)]
 
-    def _bodies(self, names: Sequence[str]) -> dict[str, np.ndarray]:
+    def _bodies(self, names: Sequence[str]) -> dict[str, Any]:
         rows = [self._number[name] for name in names]
-        return {"offsets": self._offsets[rows], "resting": self._resting[rows]}
+        return {
+            "offsets": self._offsets[rows],
+            "resting": self._resting[rows],
+            "lacks": self._lacks[rows],
+            "lacking": np.flatnonzero(self._lacks[rows].any(0)).tolist(),
+        }
 
     def _seen(self, numbers: np.random.Generator, windows: WindowBatch) -> dict[str, np.ndarray]:
         """Windows as the networks see them; where the direction is kept, turned at random."""
@@ -154,8 +162,9 @@ class SmrmTraining:
             terms["adversarial"] = weighting.adversarial * self._fooling(there, batch, memory)
         return terms
 
-    def _decoded(self, codes: Tensor, body: Mapping[str, Tensor]) -> Answer:
-        return self.generator.decode(codes, body["offsets"], body["resting"])[0]
+    def _decoded(self, codes: Tensor, body: Mapping[str, Any]) -> Answer:
+        offsets, resting = body["offsets"], body["resting"]
+        return self.generator.decode(codes, offsets, resting, None, body["lacks"], body["lacking"])[0]
 
     def _astray(self, answer: Answer, source: Mapping[str, Tensor], real: Tensor) -> Tensor:
         """Squared distance of the hips' path from the source's, over the window."""
@@ -165,7 +174,7 @@ class SmrmTraining:
     def _fooling(self, answer: Answer, batch: Batch, memory: dict[str, Any]) -> Tensor:
         """The adversarial term, of the rows that went to another body; what the discriminator's phase needs
         is left in ``memory``."""
-        other = ~batch["same"]
+        other = batch["other"]
         shown = self._shown(answer.positions, answer.moves)[other]
         bones = batch["target"]["offsets"][:, 1:].flatten(1)[other]
         lengths = (batch["source"]["lengths"] - 1)[other]
@@ -177,7 +186,7 @@ class SmrmTraining:
         shown, bones, lengths, logits = memory["shown"]
         if not self.rule.update([(0, logits)]):
             return {}
-        other, real = ~batch["same"], batch["real"]
+        other, real = batch["other"], batch["real"]
         truth = self._shown(real["positions"], real["moves"])[other]
         true = self.discriminator(truth, bones, (real["lengths"] - 1)[other], learns=True)
         fake = self.discriminator(shown, bones, lengths, learns=True)

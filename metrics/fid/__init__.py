@@ -124,7 +124,7 @@ class Fid:
         return CaseFeatures(generated, *self._real(comparison.case.reference, floor))
 
     def least(self, value_id: str) -> int:
-        return FEW if value_id == "kid" else PER_DIMENSION * network.LAYERS[-1]
+        return FEW if value_id == "kid" else PER_DIMENSION * network.OF_STRUCTURE.features
 
     def value(self, value_id: str, real: Sample, generated: Sample) -> float:
         if value_id == "fid":

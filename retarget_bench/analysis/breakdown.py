@@ -136,10 +136,13 @@ def _joint_means(
     for value in sorted(values):
         if f"{value}:values" not in arrays:
             continue
-        cases, case = np.unique(arrays[f"{value}:cases"], return_inverse=True)
-        joints, joint = np.unique(arrays[f"{value}:index"], return_inverse=True)
-        if strangers := [name for name in cases.tolist() if name not in position]:
-            raise FileError(place.arrays, f"names case {strangers[0]!r}, which {place.cases} does not list")
+        known = np.isin(arrays[f"{value}:cases"], list(position))
+        if not (known.all() or matrix.bodies):  # then others are of other bodies
+            stranger = arrays[f"{value}:cases"][~known][0]
+            raise FileError(place.arrays, f"names case {stranger!r}, which {place.cases} does not list")
+        numbers = arrays[f"{value}:values"][known]
+        cases, case = np.unique(arrays[f"{value}:cases"][known], return_inverse=True)
+        joints, joint = np.unique(arrays[f"{value}:index"][known], return_inverse=True)
         at = np.array([position[name] for name in cases.tolist()], dtype=np.int64)[case]
         pairs, pair = np.unique(at * len(joints) + joint, return_inverse=True)
         names = [
@@ -149,7 +152,7 @@ def _joint_means(
         shape = len(groups), len(matrix.cases)
         flat = group[pair] * len(matrix.cases) + at
         counts = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
-        totals = np.bincount(flat, arrays[f"{value}:values"], shape[0] * shape[1]).reshape(shape)
+        totals = np.bincount(flat, numbers, shape[0] * shape[1]).reshape(shape)
         with np.errstate(invalid="ignore"):
             means = totals / counts
         for name, row in zip(groups.tolist(), means, strict=True):

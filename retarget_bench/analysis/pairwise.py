@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.statistics import ALPHA, Interval
+from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
+from retarget_bench.plugins.spec import folded
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
-
-LEAST_CLIPS = 6
-"""With fewer, no pattern of signs can be significant: 2 of 2^5 is more than 5 %."""
+from retarget_bench.results.store import UNFINISHED
 
 
 @dataclass(frozen=True)
@@ -26,8 +24,9 @@ class Difference:
     first, second: means over clips, in the value's unit.
     difference:    of the first from the second, in the value's unit; where a value is best at a goal, of
                    their distances |log(value / goal)| from it.
-    p, adjusted:   of the difference being 0, by sign flips over clips; adjusted for all values compared.
-    none:          no clip differs by more than the value's tolerance.
+    won:           clips on which the first is better, and the second (of a description: higher, lower).
+    p, adjusted:   of the mean difference being 0, by sign flips over clips; adjusted for all ``compared``
+                   values.
     """
 
     value: str
@@ -35,26 +34,42 @@ class Difference:
     first: float
     second: float
     difference: float
+    won: tuple[int, int]
     interval: Interval | None
     p: float
     adjusted: float
+    compared: int
     cases: int
     clips: int
-    none: bool
 
     @property
     def verdict(self) -> str:
         """``first``, ``second`` (which is better), ``higher``, ``lower`` (the first, of a description),
-        ``same``, ``few`` (too few clips) or ``open`` (not significant)."""
-        if self.none:
+        ``same`` (no clip differs by more than the value's tolerance), ``few`` (no data of so many clips
+        could give a verdict) or ``open`` (not significant)."""
+        if not any(self.won):
             return "same"
-        if self.clips < LEAST_CLIPS:
-            return "few"
-        if self.adjusted >= ALPHA:
-            return "open"
+        if self.adjusted >= ALPHA or self.clips < ENOUGH_CLIPS:
+            return "open" if statistics.could_separate(self.clips, self.compared) else "few"
         if self.facts.better == "none":
             return "higher" if self.difference > 0 else "lower"
         return "first" if (self.difference > 0) == (self.facts.better == "higher") else "second"
+
+    @property
+    def clips_needed(self) -> int | None:
+        """Clips that a verdict asks for where there is none: at least, of ``few``; for ``open`` about as
+        many as would show this difference four times in five. None where no number would do."""
+        if self.verdict == "few":
+            return statistics.clips_needed(self.compared)
+        if self.verdict == "open":
+            return statistics.clips_for_power(self.p, self.clips, self.compared)
+        return None
+
+    @property
+    def limited(self) -> bool:
+        """True if the verdict leaves rare failures aside, which so few clips can miss."""
+        decided = self.verdict in ("first", "second", "higher", "lower")
+        return decided and self.clips < statistics.CLIPS_FOR_RARE
 
 
 @dataclass(frozen=True)
@@ -76,11 +91,15 @@ def find(matrix: ResultMatrix, name: str) -> MethodRow | None:
 
 
 def label_of(name: str, labels: Collection[str]) -> str | None:
-    """The label among these that a spec stands for, however it is written; None where there is none."""
+    """The label among these that a spec stands for, however it is written (``HuMoT``, ``copy rotations``);
+    None where there is none."""
     if name in labels:
         return name
+    alike = [label for label in labels if folded(label) == folded(name)]
+    if len(alike) == 1:
+        return alike[0]
     try:
-        label = str(registry.canonical("methods", Spec.parse(name)))
+        label = str(registry.canonical("methods", registry.spelled(name, ("methods",))))
     except BenchError:
         return None
     return label if label in labels else None
@@ -108,8 +127,9 @@ def compare(
             f"{first.label} and {second.label} were scored on different data called {matrix.dataset} "
             f"({contents[0]}; {contents[1]}); run one of them again"
         )
-    found = [_difference(matrix, first, second, value) for value in values]
+    found = [_difference(matrix, first, second, value, len(values)) for value in values]
     differences = [each for each in found if each is not None]
+    compared = len(differences)
     adjusted = statistics.holm(np.array([each.p for each in differences]))
     return PairwiseComparison(
         dataset=matrix.dataset,
@@ -117,13 +137,16 @@ def compare(
         first=first.label,
         second=second.label,
         differences=tuple(
-            replace(each, adjusted=float(p)) for each, p in zip(differences, adjusted, strict=True)
+            replace(each, adjusted=float(p), compared=compared)
+            for each, p in zip(differences, adjusted, strict=True)
         ),
         notes=tuple(_notes(first, second)),
     )
 
 
-def _difference(matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str) -> Difference | None:
+def _difference(
+    matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str, compared: int
+) -> Difference | None:
     one, two = (row.number((value, "")) for row in (first, second))
     if one is None or two is None:
         return None
@@ -137,19 +160,21 @@ def _difference(matrix: ResultMatrix, first: MethodRow, second: MethodRow, value
     pair = statistics.per_clip(scale, clips)
     apart = statistics.differences(pair[:1], pair[1:], facts.tolerance)
     means = statistics.per_clip(both, clips).mean(axis=1)
-    p = float(statistics.sign_flip(apart)[0])
+    p = float(statistics.sign_flip(apart, compared)[0])
+    higher, lower = int((apart > 0).sum()), int((apart < 0).sum())
     return Difference(
         value=value,
         facts=facts,
         first=float(means[0]),
         second=float(means[1]),
         difference=float(apart.mean()),
+        won=(higher, lower) if facts.better in ("higher", "none") else (lower, higher),
         interval=statistics.paired_intervals(apart)[0],
         p=p,
         adjusted=p,
+        compared=compared,
         cases=int(there.sum()),
         clips=apart.shape[1],
-        none=not apart.any(),
     )
 
 
@@ -162,7 +187,10 @@ def _notes(first: MethodRow, second: MethodRow) -> list[str]:
             notes.append(f"{row.label} sees {seen}")
         if method.control:
             notes.append(f"{row.label} is a control")
-        if counts.ok < counts.asked:
+        if waiting := sum(len(p.cases) for p in row.header.problems if p.message == UNFINISHED):
+            done = counts.asked - waiting
+            notes.append(f"{row.label} is unfinished: {done} of {counts.asked} cases are done so far")
+        elif counts.ok < counts.asked:
             notes.append(f"{row.label} answered {counts.ok} of {counts.asked} cases")
         if len(row.runs) > 1:
             notes.append(f"{row.label}: mean of {len(row.runs)} seeds in every case")

@@ -16,11 +16,21 @@ LEVEL = 0.95
 ALPHA = 0.05
 """Differences with a smaller adjusted p-value are called differences."""
 ENOUGH_CLIPS = 10
-"""With fewer clips no interval is given."""
+"""With fewer clips no interval is given, and no difference called one."""
+RARE = 0.04
+"""Failures on so small a share of all clips count as rare."""
+CLIPS_FOR_RARE = math.ceil(math.log(ALPHA) / math.log(1 - RARE))
+"""With fewer clips, more than 5 % of all samples have none of them; what no clip shows no test can see."""
+POWER = 0.8
+"""Share of data sets in which ``clips_for_power`` clips give a verdict."""
 EXACT_CLIPS = 13
 """Up to here all sign flips are tried."""
 SAMPLED_FLIPS = 9999
 """Above, so many are drawn; the smallest p-value is one in ten thousand."""
+DISTINCT_CLIPS = 25
+"""From here on a drawn flip that flips every clip or none is out of the question."""
+PAIRS_PER_DRAW = 250
+"""In larger families as many again are drawn for every so many pairs, or none could be significant."""
 ROWS_AT_ONCE = 16
 """Of differences that are flipped together: few enough for the processor's cache."""
 FARTHEST_ERRORS = 1e3
@@ -93,7 +103,7 @@ def _hall(q: np.ndarray, a: np.ndarray) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------------------------- pairs
-def sign_flip(differences: np.ndarray) -> np.ndarray:
+def sign_flip(differences: np.ndarray, pairs: int = 1) -> np.ndarray:
     """Two-sided p-values ``(rows,)`` of the mean of paired differences ``(rows, clips)`` being 0.
 
     The share of sign flips of the clips whose statistic is at least as far from 0 as the one observed: of
@@ -101,14 +111,17 @@ def sign_flip(differences: np.ndarray) -> np.ndarray:
     statistic is the mean, studentised and corrected for skew as in ``mean_intervals``. Where differences
     are as likely to be positive as negative, the test is exact whatever the statistic; where their
     distribution leans to one side, flips of a plain mean would raise several times too many alarms.
+
+    pairs: size of the family that the p-values will be adjusted in; decides how many flips are drawn.
+    What no clip shows no test can see: ``unseen``.
     """
     rows, clips = differences.shape
     if not clips:
         return np.ones(rows)
-    found = []
+    found, signs = [], _signs(clips, _draws(clips, pairs))
     for start in range(0, rows, ROWS_AT_ONCE):
         some = differences[start : start + ROWS_AT_ONCE]
-        both = _signs(clips) @ np.concatenate([some, some**3]).T / clips
+        both = signs @ np.concatenate([some, some**3]).T / clips
         found.append(_share(both[:, : len(some)], np.mean(some**2, axis=1), both[:, len(some) :], clips))
     return np.concatenate(found) if found else np.ones(0)
 
@@ -130,10 +143,11 @@ class _Flips:
     """
 
     def __init__(self, differences: np.ndarray) -> None:
-        signs, powers = _signs(len(differences)), differences[:, None] ** np.arange(4)
-        self.sums = (signs @ powers / max(1, len(differences))).T  # of s, s d, s d^2, s d^3 over clips
-        self.means = powers.mean(axis=0) if len(differences) else np.zeros(4)
-        self.clips = len(differences)
+        clips = len(differences)
+        signs, powers = _signs(clips, _draws(clips, 1)), differences[:, None] ** np.arange(4)
+        self.sums = (signs @ powers / max(1, clips)).T  # of s, s d, s d^2, s d^3 over clips
+        self.means = powers.mean(axis=0) if clips else np.zeros(4)
+        self.clips = clips
 
     def p(self, shift: float) -> float:
         """Of the mean being ``shift``."""
@@ -182,19 +196,67 @@ def _share(mean: np.ndarray, square: np.ndarray, cube: np.ndarray, clips: int) -
     return (size >= size[0] * (1 - 1e-9)).mean(axis=0)
 
 
+def _draws(clips: int, pairs: int) -> int:
+    """Number of flips that are drawn; 0 where all are tried."""
+    return 0 if clips <= EXACT_CLIPS else SAMPLED_FLIPS * max(1, math.ceil(pairs / PAIRS_PER_DRAW))
+
+
 @lru_cache(maxsize=4)
-def _signs(clips: int) -> np.ndarray:
-    """``(flips, clips)`` of ±1, no flip first: one of every flip and its opposite, or drawn ones."""
-    if clips <= EXACT_CLIPS:
+def _signs(clips: int, draws: int) -> np.ndarray:
+    """``(flips, clips)`` of ±1, no flip first: one of every flip and its opposite, or so many drawn."""
+    if not draws:
         numbers = np.arange(2 ** max(0, clips - 1))[:, None]
         return 1.0 - 2.0 * (numbers >> np.arange(clips) & 1)
-    words = -(-SAMPLED_FLIPS * clips // 64)
+    words = -(-draws * clips // 64)
     raw = np.random.Philox(key=0).random_raw(words).astype("<u8")  # raw: the same in every numpy
-    bits = np.unpackbits(raw.view(np.uint8))[: SAMPLED_FLIPS * clips]
-    drawn = 1.0 - 2.0 * bits.reshape(SAMPLED_FLIPS, clips)
+    bits = np.unpackbits(raw.view(np.uint8))[: draws * clips]
+    drawn = 1.0 - 2.0 * bits.reshape(draws, clips)
     return np.concatenate([np.ones((1, clips)), drawn])
 
 
+# ------------------------------------------------------------------------------- what clips can show
+def unseen(clips: int) -> float:
+    """The largest share of failing clips that a sample of so many misses in 5 % of all samples.
+
+    1 - 0.05^(1/clips), about 3/clips. A method that does well in a sample may fail on so many clips.
+    """
+    return 1 - ALPHA ** (1 / max(1, clips))
+
+
+def could_separate(clips: int, pairs: int) -> bool:
+    """True if some data of so many clips could give a significant difference in a family of so many pairs.
+
+    The least p-value is that of one method being better on every clip; Holm multiplies it by the pairs.
+    """
+    return clips >= DISTINCT_CLIPS or clips >= clips_needed(pairs)
+
+
+@lru_cache(maxsize=64)
+def clips_needed(pairs: int) -> int:
+    """The number of clips from which on some data give a significant difference among so many pairs."""
+    few = [n for n in range(ENOUGH_CLIPS, DISTINCT_CLIPS) if max(1, pairs) * _least_p(n, pairs) >= ALPHA]
+    return max(few, default=ENOUGH_CLIPS - 1) + 1
+
+
+def _least_p(clips: int, pairs: int) -> float:
+    """The p-value where all differences are 1: the share of flips that flip every clip or none."""
+    sums = _signs(clips, _draws(clips, pairs)).sum(axis=1)
+    return float(np.mean(np.abs(sums) == clips))
+
+
+def clips_for_power(p: float, clips: int, pairs: int) -> int | None:
+    """About how many clips would show a difference among so many pairs in ``POWER`` of all samples.
+
+    Taken as the true one is a difference that gave the p-value p on so many clips; the test statistic
+    grows with the root of their number, and is normal. None where p is 1.
+    """
+    from scipy.special import ndtri
+
+    observed, level, power = ndtri([1 - p / 2, 1 - ALPHA / max(1, pairs) / 2, POWER])
+    return math.ceil(clips * ((level + power) / observed) ** 2) if observed > 0 else None
+
+
+# ---------------------------------------------------------------------------------------- many tests
 def holm(p: np.ndarray, family: int | None = None) -> np.ndarray:
     """Holm's step-down adjustment of p-values ``(tests,)``, which are some of a ``family`` of tests.
 
@@ -219,7 +281,7 @@ def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.nda
     others = np.arange(len(means)) != best
     p = np.ones(len(means))
     family = len(means) * (len(means) - 1) // 2
-    p[others] = holm(sign_flip(differences(means[others], means[best], tolerance)), family)
+    p[others] = holm(sign_flip(differences(means[others], means[best], tolerance), family), family)
     return best, p
 
 

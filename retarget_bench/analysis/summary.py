@@ -1,15 +1,18 @@
 """Means, rankings and ties: values averaged per source clip, then over clips, by method and split."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By, breakdown, lasting
+from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.statistics import Interval
+from retarget_bench.api import TWO_LEGS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics, timing
+from retarget_bench.results import case_metadata
 from retarget_bench.results.header import DeclaredValue, MethodInfo, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
@@ -55,12 +58,23 @@ class Ranking:
     def best(self) -> str:
         return self.order[0]
 
+    @property
+    def pairs(self) -> int:
+        """Pairs of ranked methods, for which p-values are adjusted."""
+        return len(self.order) * (len(self.order) - 1) // 2
+
+    @property
+    def separable(self) -> bool:
+        """True if so many clips could have told the best from the worst."""
+        return len(self.order) > 1 and statistics.could_separate(self.clips, self.pairs)
+
 
 @dataclass
 class MethodSummary:
     """One method on one split.
 
-    means:  value id -> Mean; a value that no case has is absent. Of ranked methods over the common cases.
+    means:  value id -> Mean; a value that no case has is absent. Of ranked methods over the common cases,
+            of controls and methods with privileged inputs over those of them that they have.
     curves: value id -> index -> Mean.
     spread: value id -> standard deviation over seeds of the mean; empty where there is one seed.
     fps:    frames per second of one process and thread, or None where it was not measured.
@@ -94,7 +108,11 @@ class SplitSummary:
     """All methods on one split of one data set, or on one part of it.
 
     part:     which group of the cases, or joints, this is; "" for all.
+    bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none.
+    unfinished: a sentence on how far a running run is; "" where all is finished.
+    variants: labels of variants of methods that were left out.
+    matrix:   what it was made of.
     """
 
     dataset: str
@@ -107,6 +125,29 @@ class SplitSummary:
     values: dict[str, DeclaredValue] = field(default_factory=dict)
     rankings: dict[str, Ranking] = field(default_factory=dict)
     part: str = ""
+    bodies: str = ""
+    unfinished: str = ""
+    variants: tuple[str, ...] = ()
+    matrix: ResultMatrix | None = field(default=None, repr=False)
+
+    def on_cases_of(self, label: str, other: str) -> dict[str, tuple[Mean, Mean]]:
+        """Value id -> means of two methods over the cases that both have a number for."""
+        if self.matrix is None:
+            return {}
+        labels = [row.label for row in self.matrix.rows]
+        if not {label, other} <= set(labels):
+            return {}
+        at = [labels.index(label), labels.index(other)]
+        found = {}
+        for value, index in self.matrix.keys:
+            if index:
+                continue
+            numbers = self.matrix.numbers((value, ""))[at]
+            numbers[:, np.isnan(numbers).any(axis=0)] = np.nan
+            one, two = means_over_clips(numbers, self.matrix.clips)
+            if one is not None and two is not None:
+                found[value] = one, two
+        return found
 
 
 def never_ranked(method: MethodInfo) -> str:
@@ -125,7 +166,11 @@ def unranked(header: ResultHeader) -> str:
 
 
 def split_summaries(
-    places: Iterable[ResultPaths], by: By | None = None, at_least: int | None = None
+    places: Iterable[ResultPaths],
+    by: By | None = None,
+    at_least: int | None = None,
+    *,
+    select: Selection | None = None,
 ) -> list[SplitSummary]:
     """The results at these places, by data set and split (self, intra, cross).
 
@@ -133,6 +178,7 @@ def split_summaries(
         (characters and motion seen in the training of the method, or else of the data set), or per
         point of curves over it: ``second``, ``threshold``.
     at_least: only of the cases that last so many seconds.
+    select: only some methods; one section per group of bodies.
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
     Raises BenchError where results lack the metadata of the breakdown, or the durations of cases.
     """
@@ -141,19 +187,18 @@ def split_summaries(
         found = [matrix for matrix in (lasting(each, at_least) for each in found) if len(matrix.cases)]
         if not found:
             raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
+    found = found if select is None else select.parts(found)
     parts = found if by is None else [part for matrix in found for part in breakdown(matrix, by)]
-    made = [split_summary(part) for part in parts]
-    for each in made if at_least is not None else []:
-        each.notes.append(f"Only clips of {at_least} s or longer.")
-    return made
+    return [split_summary(part) for part in parts]
 
 
 def split_summary(matrix: ResultMatrix) -> SplitSummary:
     """Means, curves and rankings of all methods of a matrix."""
     own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
-    scores = [MethodSummary(row.label, row.header, {}, {}, _fps(row.paths)) for row in matrix.rows]
+    clips = {info.clip for info in own} if matrix.bodies else None
+    scores = [MethodSummary(row.label, row.header, {}, {}, _fps(row.paths, clips)) for row in matrix.rows]
     for score, row in zip(scores, matrix.rows, strict=True):
-        score.sets = [] if matrix.part else set_metrics.read(row.paths)
+        score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row.paths)
     made = SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
@@ -164,13 +209,19 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         frames=sum(info.frames for info in own),
         values=dict(matrix.values),
         part=matrix.part,
+        bodies=matrix.bodies,
+        unfinished=matrix.unfinished,
+        variants=matrix.variants,
+        matrix=matrix,
     )
     ranked = np.array([not score.unranked for score in scores])
+    never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
     for key in matrix.keys:
         value, index = key
         numbers = matrix.numbers(key)
         common, among, left_out = common_cases(numbers, ranked)
-        numbers[among] = np.where(common, numbers[among], np.nan)
+        alike = among | never if among.any() else among
+        numbers[alike] = np.where(common, numbers[alike], np.nan)
         for score, mean in zip(scores, means_over_clips(numbers, matrix.clips), strict=True):
             if mean is not None and index:
                 score.curves.setdefault(value, {})[index] = mean
@@ -252,8 +303,19 @@ def _add_spreads(
             score.spread[value] = float(means.std(ddof=1))
 
 
-def _fps(place: ResultPaths) -> float | None:
-    times = timing.read(place)
+def _sets(matrix: ResultMatrix, paths: ResultPaths) -> list[set_metrics.SetValue]:
+    """Values of sets, where bodies are told apart those of structures that the cases' targets have."""
+    found = set_metrics.read(paths)
+    structures = case_metadata.read_structures(paths) if matrix.bodies else None
+    if structures is None:
+        return found
+    here = {structures.get(info.target, "") for info in matrix.cases}
+    here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
+    return [each for each in found if each.structure in here]
+
+
+def _fps(place: ResultPaths, clips: Container[str] | None) -> float | None:
+    times = timing.read(place, clips)
     seconds = sum(second for _, second in times)
     return sum(frames for frames, _ in times) / seconds if seconds > 0 else None
 
@@ -270,10 +332,11 @@ def separated(matrix: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
     numbers = matrix.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
     _, means = _losses(matrix, value, numbers)
     count = len(means)
+    pairs = count * (count - 1) // 2
     apart = np.zeros((count, count), dtype=bool)
     for row in range(count - 1):
         differences = statistics.differences(means[row + 1 :], means[row], matrix.values[value].tolerance)
-        p = statistics.holm(statistics.sign_flip(differences), count * (count - 1) // 2)
+        p = statistics.holm(statistics.sign_flip(differences, pairs), pairs)
         apart[row, row + 1 :] = p < statistics.ALPHA
     found: np.ndarray = apart | apart.T
     return found

@@ -33,12 +33,15 @@ from retarget_bench.api.methods import Context as Context
 from retarget_bench.api.methods import Method as Method
 from retarget_bench.api.methods import MethodCard as MethodCard
 from retarget_bench.api.methods import Parameters as Parameters
+from retarget_bench.api.metrics import TWO_LEGS as TWO_LEGS
 from retarget_bench.api.metrics import CaseFeatures as CaseFeatures
 from retarget_bench.api.metrics import Direction as Direction
 from retarget_bench.api.metrics import Metric as Metric
 from retarget_bench.api.metrics import MetricCard as MetricCard
+from retarget_bench.api.metrics import OwnSets as OwnSets
 from retarget_bench.api.metrics import Sample as Sample
 from retarget_bench.api.metrics import SetMetric as SetMetric
+from retarget_bench.api.metrics import Stretches as Stretches
 from retarget_bench.api.metrics import Value as Value
 from retarget_bench.api.metrics import protocol as protocol
 from retarget_bench.motion.ground import Ground as Ground

@@ -83,7 +83,7 @@ class Case:
     source:     the motion to be retargeted (its ``character`` is the source body).
     target:     the body that shall perform it.
     reference:  the right answer, or None (then only reference-free metrics apply).
-    contacts:   true contact labels of the *target*, or None (then they are found by speed).
+    contacts:   true contact labels of the *target*, or None (then metrics find them in the reference).
     alternative: a second answer that is as right as the reference, where one is known.
     conditions: of tasks such as denoising: noise level, proportion of joints.
     touches:    where the *target* should touch itself, or None where that is not known. Empty: nowhere.

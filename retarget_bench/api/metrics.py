@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from retarget_bench.api.cases import TASKS
+from retarget_bench.api.cases import TASKS, Case
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.character import Character
 
@@ -121,10 +121,37 @@ class Sample:
         return Sample(self.features[rows], self.clips[rows], self, rows)
 
 
+TWO_LEGS = "two legs"
+"""Name of the set of all cases from bodies on two legs to such bodies; others are named by structures."""
+
+
+@dataclass(frozen=True)
+class Stretches:
+    """Halves of a set that are made of stretches of every clip by turns, instead of whole clips.
+
+    overlap: by how many windows two of them have to be apart to share no frame. length: windows
+             in a stretch, about; a clip has at least two stretches, and windows across two are left out.
+    """
+
+    overlap: int
+    length: int
+
+
+@runtime_checkable
+class OwnSets(Protocol):
+    """A set metric that has other sets than one per target structure, halved clip by clip."""
+
+    stretches: Stretches
+
+    def set_of(self, case: Case) -> str:
+        """The name of the set that a case belongs to; "" where it is in none."""
+
+
 class SetMetric(Protocol):
     """Compares sets of motions, not motion by motion: FID and its kin.
 
-    A set is of one split and one target structure. ``evaluation/set_metrics`` draws it."""
+    A set is of one split and one target structure, unless the metric has ``OwnSets``.
+    ``evaluation/set_metrics`` draws it."""
 
     card: MetricCard
 

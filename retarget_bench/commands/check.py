@@ -1,13 +1,23 @@
 """``bench check``: the regression gate."""
 
+from __future__ import annotations
+
+import re
 import traceback
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.python.progress import progress_bar
+
+if TYPE_CHECKING:
+    from retarget_bench.verification.gate.compare import Criteria
+
+_TOLERANCE = re.compile(r"(?:(?P<name>[^=]+)=)?(?P<number>\d+\.?\d*|\.\d+)\s*(?P<share>%?)")
 
 
 @click.command("check")
@@ -25,6 +35,16 @@ from retarget_bench.errors import BenchError, FileError
     shell_complete=options.plugin_names("methods"),
     help="Check this method only; may be repeated. [default: all of the golden rows]",
 )
+@click.option("--columns", metavar="ID,ID", help="Compare these values only, as bench table calls them.")
+@click.option("--worse-only", is_flag=True, help="Let numbers of methods get better.")
+@click.option(
+    "--tolerance",
+    "tolerances",
+    multiple=True,
+    metavar="SHARE",
+    help="By how much a method's mean may differ, such as 2%; of one value mpjpe=2%, or mpjpe=0.1 in its "
+    "unit. May be repeated.",
+)
 @click.option("-d", "--dataset", metavar="DATASET", help="[default: that of the golden rows]")
 @options.root_option
 @options.plugin_option
@@ -39,10 +59,13 @@ from retarget_bench.errors import BenchError, FileError
 @click.option(
     "--summary", metavar="FILE", type=options.FILE, help="Also append the report to this file, as Markdown."
 )
-@click.option("--all", "everything", is_flag=True, help="Write out every row that moved.")
+@click.option("--all", "--verbose", "everything", is_flag=True, help="Write out every row that moved.")
 def command(
     baseline: Path | None,
     methods: tuple[str, ...],
+    columns: str | None,
+    worse_only: bool,
+    tolerances: tuple[str, ...],
     dataset: str | None,
     root: str | None,
     accept: bool,
@@ -62,13 +85,16 @@ def command(
         raise BenchError('--accept and --because "why numbers may move" go together')
     if forget and not accept:
         raise BenchError("--forget goes with --accept")
+    if accept and (columns is not None or worse_only or tolerances):
+        raise BenchError("--accept takes everything; leave --columns, --worse-only and --tolerance")
+    asked = _criteria(columns, worse_only, tolerances)
     folder = baseline or golden.built_in()
     if root is not None and dataset is None:
         dataset = golden.read(folder).dataset["spec"] if golden.exists(folder) else defaults.DATASET
     spec = None if dataset is None else options.dataset_spec(dataset, root)
     try:
-        with options.progress_bar("bench check", "it") as progress:
-            found = run.check(folder, methods, spec, progress, accept=accept, forget=forget)
+        with progress_bar("bench check", "items") as progress:
+            found = run.check(folder, methods, spec, progress, accept=accept, forget=forget, asked=asked)
     except (BenchError, click.ClickException):
         raise
     except Exception:  # Python would end with 1, which says that something was measured and moved
@@ -88,3 +114,29 @@ def command(
         else:
             click.echo(f"Accepted, and logged in {run.accept(folder, found, because or '')}.")
     return found.verdict
+
+
+def _criteria(columns: str | None, worse_only: bool, tolerances: tuple[str, ...]) -> Criteria:
+    """The criteria that the options ask for. Raises BenchError for names of no value, and for what is no
+    tolerance."""
+    from retarget_bench.tables import names
+    from retarget_bench.verification.gate.compare import Criteria, Tolerance
+
+    if columns is None and not tolerances:
+        return Criteria(worse_only=worse_only)
+    known = names.installed()
+    allowed = {}
+    for each in (part.strip() for text in tolerances for part in text.split(",")):
+        found = _TOLERANCE.fullmatch(each)
+        if found is None or not (found["name"] or found["share"]):
+            raise BenchError(
+                f"--tolerance takes a share, such as 2%, or that of one value, such as mpjpe=2% or, in its "
+                f"unit, mpjpe=0.1; got {each!r}"
+            )
+        number = float(found["number"])
+        value = names.value_id(found["name"], known) if found["name"] else ""
+        allowed[value] = Tolerance(0.0, number / 100) if found["share"] else Tolerance(number, 0.0)
+    values = [] if columns is None else names.value_ids(options.ids(columns), known)
+    if columns is not None and not values:
+        raise BenchError("--columns names no value; leave it out for all of them")
+    return Criteria(frozenset(values), worse_only, allowed)

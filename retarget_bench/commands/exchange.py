@@ -8,6 +8,7 @@ from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.progress import progress_bar
 
 dataset_argument = click.argument(
     "dataset", metavar="DATASET", shell_complete=options.plugin_names("datasets")
@@ -42,7 +43,7 @@ def export_data(dataset: str, folder: Path, root: str | None) -> None:
     from retarget_bench.exchange import dataset_export
 
     spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
-    with options.progress_bar("bench data export", "clip") as progress:
+    with progress_bar("bench data export", "clips") as progress:
         for done, total in dataset_export.export(registry.create("datasets", spec), str(spec), folder):
             progress(done, total)
     files = [path for path in folder.rglob("*") if path.is_file()]
@@ -70,7 +71,7 @@ def prepare_data(dataset: str, root: str | None, jobs: int) -> None:
 
     spec, total = registry.canonical("datasets", options.dataset_spec(dataset, root)), 0
     unusable: list[str] = []
-    with options.progress_bar("bench data prepare", "item") as progress:
+    with progress_bar("bench data prepare", "items") as progress:
         for done, total in prepare(spec, jobs, unusable):
             progress(done, total)
     if unusable:

@@ -16,6 +16,7 @@ from retarget_bench.errors import BenchError
 @click.option("--between", metavar="ID,ID", default="", help="Only the factors between these protocols.")
 @click.option("--all", "every", is_flag=True, help="The factor between each pair, not from the first only.")
 @options.format_option("text", "md")
+@options.output_option
 def command(
     root: Path,
     method: str | None,
@@ -24,6 +25,7 @@ def command(
     between: str,
     every: bool,
     form: str,
+    output: Path | None,
 ) -> None:
     """Show what every position protocol says of the same predictions, and why they differ.
 
@@ -54,4 +56,4 @@ def command(
             refused.append(error)
     if not pages:
         raise refused[0]
-    click.echo("\n".join(pages), nl=False)
+    options.write_out("\n".join(pages), output)

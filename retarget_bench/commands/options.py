@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+import re
+import shutil
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -25,8 +25,6 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 FOLDER = click.Path(file_okay=False, path_type=Path)
 PATH = click.Path(path_type=Path)
 SPLITS = ("self", "intra", "cross")
-MOST_JOBS = 8
-"""Default limit of processes, since each one takes memory."""
 
 
 def together(*options: Decorator) -> Decorator:
@@ -98,7 +96,7 @@ def _add_plugins(ctx: click.Context, param: click.Parameter, paths: tuple[str, .
     return paths
 
 
-def _split_names(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
+def split_names(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
     """``-s self -s cross`` and ``-s self,cross`` are the same; none means every split."""
     asked = [name.strip() for each in given for name in each.split(",")]
     if unknown := [name for name in asked if name not in SPLITS]:
@@ -110,14 +108,7 @@ def _split_names(ctx: click.Context, param: click.Parameter, given: tuple[str, .
 
 def _job_count(ctx: click.Context, param: click.Parameter, given: int | None) -> int:
     del ctx, param
-    return given or min(usable_cores(), MOST_JOBS)
-
-
-def usable_cores() -> int:
-    """Number of cores that this process may use, often fewer than exist in a container."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return given or defaults.jobs()
 
 
 plugin_option = click.option(
@@ -149,11 +140,16 @@ split_option = click.option(
     "splits",
     multiple=True,
     metavar="SPLIT",
-    callback=_split_names,
+    callback=split_names,
     help="self, intra (same structure) or cross (another structure); may be repeated. [default: all]",
 )
 out_option = click.option(
-    "--out", metavar="DIR", default="runs", show_default=True, type=FOLDER, help="The folder of results."
+    "--out",
+    metavar="DIR",
+    default=defaults.OUT,
+    show_default=True,
+    type=FOLDER,
+    help="The folder of results.",
 )
 jobs_option = click.option(
     "-j",
@@ -161,7 +157,7 @@ jobs_option = click.option(
     type=click.IntRange(min=1),
     callback=_job_count,
     metavar="N",
-    help=f"Number of processes. [default: one per core, at most {MOST_JOBS}]",
+    help=f"Number of processes. [default: one per core, at most {defaults.MOST_JOBS}]",
 )
 seed_option = click.option(
     "--seed",
@@ -208,7 +204,7 @@ device_option = click.option(
     show_default=True,
     help="Device.",
 )
-output_option = click.option("-o", "--output", type=FILE, help="Write to this file.")
+output_option = click.option("-o", "--output", type=FILE, is_eager=True, help="Write to this file.")
 
 
 def methods_argument(metavar: str, *, required: bool = False) -> Decorator:
@@ -218,10 +214,40 @@ def methods_argument(metavar: str, *, required: bool = False) -> Decorator:
     )
 
 
+class FormatChoice(click.Choice[str]):
+    """A format by its ending or its name (``tex``, ``latex``; ``md``, ``markdown``). Gives the ending."""
+
+    NAMES: ClassVar = {"latex": "tex", "markdown": "md", "txt": "text", "htm": "html"}
+    ALL = ("text", "md", "tex", "html", "csv")
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        return super().convert(self.NAMES.get(value, value), param, ctx)
+
+
+bodies_option = click.option(
+    "--bodies",
+    type=click.Choice(["people", "four-legged", "mixed", "all"]),
+    help="Bodies on two legs, on four, or one of each. [default: people, where there are any]",
+)
+
+
 def format_option(*forms: str) -> Decorator:
-    return click.option(
-        "-f", "--format", "form", type=click.Choice(forms), default=forms[0], show_default=True
-    )
+    """``-f``; without it the format that the ending of ``-o`` says, or else the first."""
+
+    def form(ctx: click.Context, param: click.Parameter, given: str | None) -> str:
+        output = ctx.params.get("output")
+        if given is not None or output is None:
+            return given or forms[0]
+        ending = output.suffix.lower().removeprefix(".")
+        meant = FormatChoice.NAMES.get(ending, ending)
+        if meant in FormatChoice.ALL and meant not in forms:
+            known = ", ".join(forms)
+            raise click.BadParameter(f"{output} is to be {meant}; there are {known}", ctx, param)
+        return meant if meant in forms else forms[0]
+
+    kind = FormatChoice(forms)
+    usual = f"Format.  [default: by the ending of -o, else {forms[0]}]"
+    return click.option("-f", "--format", "form", type=kind, callback=form, help=usual)
 
 
 def reading_options(side: str = "") -> Decorator:
@@ -240,14 +266,16 @@ def reading_options(side: str = "") -> Decorator:
     )
 
 
-def imported(path: Path, reading: Mapping[str, Any], side: str = "", fps: float | None = None) -> Imported:
-    """A motion file, read as the ``reading_options`` of a side say; warnings are printed."""
+def imported(
+    path: Path, reading: Mapping[str, Any], side: str = "", fps: float | None = None, quiet: bool = False
+) -> Imported:
+    """A motion file, read as the ``reading_options`` of a side say; its warnings are printed, or not."""
     from retarget_bench.motion import importer
 
     prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
     unit, up, root, roles = (reading[f"{prefix}{name}"] for name in ("unit", "up", "root_place", "roles"))
     found = importer.load(path, unit=unit, up=up, root=root, roles=roles, fps=fps)
-    for warning in found.findings.warnings:
+    for warning in () if quiet else found.findings.warnings:
         click.echo(f"{path}: {warning.replace('--', option)}", err=True)
     return found
 
@@ -257,19 +285,30 @@ def ids(text: str) -> list[str]:
     return [each.strip() for each in text.split(",") if each.strip()]
 
 
+def method_names(text: str) -> list[str]:
+    """``METHOD,METHOD`` as a list; commas in brackets separate parameters."""
+    return [each.strip() for each in re.split(r",(?![^\[\]]*\])", text) if each.strip()]
+
+
 def results(
     roots: Sequence[Path],
     dataset: str | None = None,
     task: str = "retarget",
     maker: str = "bench run",
     what: str = "results",
+    *,
+    unfinished: bool = False,
 ) -> list[ResultPaths]:
-    """Results in these folders. Raises BenchError where one has none, or none are of the data set."""
+    """Results in these folders. Raises BenchError where one has none, or none are of the data set.
+
+    unfinished: with those of a run that is going on.
+    """
     from retarget_bench.results import store
 
     places = []
     for root in roots:
-        if not (found := store.find_results(root, task)):
+        found = store.find_results(root, task, unfinished=unfinished)
+        if not found:
             raise BenchError(f"no {what} in {root}; {maker} makes some")
         places += [place for place in found if dataset in (None, place.dataset)]
     if not places:
@@ -277,18 +316,9 @@ def results(
     return places
 
 
-@contextmanager
-def progress_bar(what: str, unit: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on a terminal; gives a function of how much is done, and of how much in all."""
-    from tqdm import tqdm
-
-    with tqdm(desc=what, unit=unit, leave=False, disable=None) as bar:
-
-        def progress(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        yield progress
+def screen_width() -> int:
+    """Characters in a line: of ``COLUMNS`` or of the terminal, 80 to 200; 100 elsewhere."""
+    return min(200, max(80, shutil.get_terminal_size((100, 24)).columns))
 
 
 def write_out(text: str, output: Path | None) -> None:

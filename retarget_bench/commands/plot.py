@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from retarget_bench.motion.character import Character
     from retarget_bench.motion.motion import Motion
     from retarget_bench.plugins.spec import Spec
+    from retarget_bench.results.result_matrix import ResultMatrix
     from retarget_bench.results.store import ResultPaths
 
 ERROR = "mpjpe_h.world"
@@ -43,6 +44,8 @@ RESULTS_OPTIONS = (
     options.only_dataset_option,
 )
 
+VARIANTS = click.option("--variants", is_flag=True, help="Show variants of methods, too.")
+
 
 def _command(
     name: str, told: str, make: Make, *more: Any, task: str = "", splits: bool = True
@@ -50,8 +53,10 @@ def _command(
     """``bench plot NAME``: the results asked for as one figure. more: options of this kind alone. task:
     whose results these are, of retargeting unasked."""
 
+    choice = [] if task else [options.bodies_option, VARIANTS]
+
     @options.together(
-        *RESULTS_OPTIONS, *([options.split_option] if splits and not task else []), *more[::-1]
+        *RESULTS_OPTIONS, *choice, *([options.split_option] if splits and not task else []), *more[::-1]
     )
     def drawing(
         roots: tuple[Path, ...],
@@ -73,6 +78,7 @@ def _command(
         else:
             places = _places(folders, dataset, asked.pop("splits") if splits else (asked["split"],))
             places = method_order.of_methods(places, methods) if methods else places
+            asked["variants"] |= bool(methods)
         # colours are by rank among all results, so that they are the same in every picture
         ranked = method_order.ranked(method_order.everything(folders))
         page = canvas.Page(canvas.WIDTHS[width], not no_title, ranked)
@@ -135,10 +141,11 @@ def _of_value(module: str, kind: str) -> Make:
     def make(places: Sequence[ResultPaths], order: Sequence[str], asked: dict[str, Any]) -> Figure:
         import importlib
 
-        from retarget_bench.results.result_matrix import result_matrices
-
         data: Any = importlib.import_module(f"retarget_bench.figures.data.{module}")
-        found: Figure = getattr(data, kind)(result_matrices(places), **asked, order=order)
+        matrices = _matrices(places, asked.pop("bodies"), asked.pop("variants"))
+        if "value" in asked:
+            asked["value"] = _value_id(matrices, asked["value"])
+        found: Figure = getattr(data, kind)(matrices, **asked, order=order)
         return found
 
     return make
@@ -162,13 +169,30 @@ def _of_levels(kind: str) -> Make:
 
 def _joints(places: Sequence[ResultPaths], order: Sequence[str], asked: dict[str, Any]) -> Figure:
     from retarget_bench.figures.data import bodies
+
+    (found,) = _matrices(places, asked["bodies"], asked["variants"])
+    value = _value_id([found], asked["value"])
+    if asked["dots"]:
+        return bodies.joint_rows(found, value, asked["structure"], order)
+    characters = _bodies(places[0], asked["root"])
+    return bodies.skeletons([found], value, characters, asked["structure"], order)
+
+
+def _matrices(places: Sequence[ResultPaths], bodies: str | None, variants: bool) -> list[ResultMatrix]:
+    """The results between bodies of one group, without variants of methods unless asked, as in tables."""
+    from retarget_bench.analysis.selection import Selection, of_bodies
     from retarget_bench.results.result_matrix import result_matrices
 
-    (found,) = result_matrices(places)
-    if asked["dots"]:
-        return bodies.joint_rows(found, asked["value"], asked["structure"], order)
-    characters = _bodies(places[0], asked["root"])
-    return bodies.skeletons([found], asked["value"], characters, asked["structure"], order)
+    chosen = Selection(variants=variants, apart=False).parts(result_matrices(places))
+    return of_bodies(chosen, bodies or "")
+
+
+def _value_id(matrices: Sequence[ResultMatrix], name: str) -> str:
+    """The id that a value's name stands for; an id that no result has is for the chart to answer."""
+    from retarget_bench.tables import names
+
+    known = {key: value for matrix in matrices for key, value in matrix.values.items()}
+    return names.value_id(name, known) if names.candidates(name, known) else name
 
 
 def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:

@@ -77,6 +77,9 @@ def section(kind: registry.Kind) -> str:
 def info(name: str | None, protocols: bool) -> None:
     """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
 
+    NAME may also be a value, by its id, its label or its family (MPJPE, "contact recall"). Case, spaces, _
+    and - do not count.
+
     For a learned method also the cards of its shipped weights: data, training config, time, scores. With
     NAME[weights=PATH] that of a file, or of a folder that bench train wrote.
     """
@@ -87,12 +90,43 @@ def info(name: str | None, protocols: bool) -> None:
     elif name is None:
         raise click.UsageError("give a NAME (bench list shows them), or --protocols")
     else:
-        spec = Spec.parse(name)
-        asked = [(kind, spec.alone) for kind in registry.kinds_of(spec.name)]
-        if spec.posts:
-            asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
-        for kind, each in asked:
-            click.echo("\n".join(description(kind, each)) + "\n")
+        for lines in _described(name):
+            click.echo("\n".join(lines) + "\n")
+
+
+def _described(name: str) -> list[list[str]]:
+    """The lines about what a name stands for: plug-ins, or else values of metrics, by id, label or family.
+
+    Raises BenchError where it stands for nothing.
+    """
+    from retarget_bench.tables import names
+
+    text = registry.spelled(name)
+    try:
+        spec = Spec.parse(text)
+        kinds = registry.kinds_of(spec.name)
+    except BenchError:
+        known = names.installed()
+        exact = [key for key in known if key.casefold() == name.casefold()]
+        if not (found := exact or names.candidates(name, known)):
+            plugins = [entry.name for kind in registry.KINDS for entry in registry.names(kind)]
+            if meant := names.close(name, known, plugins):
+                raise BenchError(
+                    f"nothing is called {name!r}; did you mean {' or '.join(meant)}?"
+                ) from None
+            raise
+        return [_value_of(known[key].metric, key) for key in found]
+    asked = [(kind, spec.alone) for kind in kinds]
+    if spec.posts:
+        asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
+    return [description(kind, each) for kind, each in asked]
+
+
+def _value_of(metric: str, value_id: str) -> list[str]:
+    """The lines that describe one value of a metric."""
+    card = registry.create("metrics", metric).card
+    (value,) = (each for each in card.values if each.id == value_id)
+    return [f"{value.label}, value of metric {metric} {card.version}", *_value(value)]
 
 
 def description(kind: registry.Kind, spec: Spec) -> list[str]:
@@ -106,6 +140,8 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
             text = value if isinstance(value, str) else ", ".join(map(str, value))
             lines += _wrapped(text, f"{title}: ")
     lines += [sentence for attribute, sentence in MARKS if getattr(card, attribute, False)]
+    if kind == "methods":
+        lines += _worse(spec)
     if taken := parameters.describe(factory):
         lines += ["", "Parameters"] + [line for each in taken for line in _wrapped(each, "  ")]
     if reported := getattr(card, "reported", None):
@@ -121,6 +157,17 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
     if hasattr(factory, "shipped"):
         lines += _weights(factory, spec)
     return lines
+
+
+def _worse(spec: Spec) -> list[str]:
+    """Where shipped results show a method worse than the default one. [] where it cannot be built."""
+    from retarget_bench.python import known
+
+    try:
+        found = known.worse(spec)
+    except BenchError:
+        return []
+    return [line for each in found for line in _wrapped(each.sentence)]
 
 
 def _weights(factory: Any, spec: Spec) -> list[str]:

@@ -125,7 +125,7 @@ def command(
     bench render walk.bvh retargeted.bvh --overlay -o walk.gif
     bench render 'rex>fox/dog_sit' --sheet -o sit.png
     """
-    from retarget_bench.viewer import clips
+    from retarget_bench.viewer import clips, scene_builder
     from retarget_bench.viewer.renderer import DrawingStyle
 
     kind = clips.ending(output)
@@ -134,6 +134,8 @@ def command(
     if fps is not None and every is not None:
         raise BenchError("--fps and --every both say which frames are shown; give one of them")
     scene = scene_of(names, **source)
+    if skin:
+        scene = scene_builder.dressed(scene)
     frames = chosen(scene, start, end, fps, every)
     look = DrawingStyle(size or (1280, 720), view, overlay, skin, camera)
     if sheet:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
+from retarget_bench import defaults
 from retarget_bench.commands import options
-from retarget_bench.errors import BenchError
 
 
 @click.command("report")
@@ -22,10 +22,9 @@ from retarget_bench.errors import BenchError
 @click.option(
     "--clips",
     type=click.IntRange(0),
-    default=20,
-    show_default=True,
     metavar="N",
-    help="How many cases can be seen in motion: the worst, median and best ones, of many kinds and pairs.",
+    help="How many cases can be seen in motion: the worst, median and best ones, of many kinds and pairs. "
+    "[default: all, or as many as fit 4 MB]",
 )
 @click.option("--case", "cases", multiple=True, metavar="ID", help="This case in motion, too.")
 @click.option("--no-player", is_flag=True, help="Leave the motion out: tables and charts alone.")
@@ -44,7 +43,7 @@ def command(
     roots: tuple[Path, ...],
     output: Path,
     title: str | None,
-    clips: int,
+    clips: int | None,
     cases: tuple[str, ...],
     no_player: bool,
     skins: bool,
@@ -58,19 +57,23 @@ def command(
 
     RESULTS: folders written by `bench run` and `bench task`. [default: runs]
     """
-    from retarget_bench import files
-    from retarget_bench.figures import method_order
-    from retarget_bench.report import chapters, motions, page
+    from retarget_bench.report import writing
     from retarget_bench.tables.model import count
 
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise BenchError(f"{output}: a report is a page; end its name in .html")
-    roots = roots or (Path("runs"),)
-    asked = options.ids(columns or "")
-    found = chapters.chapters(roots, task, dataset, methods, root, asked)
-    chosen = [] if no_player else motions.chosen(found, clips, cases)
-    shown = motions.motions(found, chosen, skins=skins)
-    files.write_text(output, page.page(found, shown, method_order.ranked(chapters.results(roots)), title))
+    shown = writing.write(
+        output,
+        roots or (Path(defaults.OUT),),
+        task=task,
+        dataset=dataset,
+        methods=methods,
+        data=root,
+        columns=options.ids(columns or ""),
+        title=title,
+        clips=clips,
+        motion=not no_player,
+        cases=cases,
+        skins=skins,
+    )
     told = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
     click.echo(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB{told})")
     for note in shown.notes:

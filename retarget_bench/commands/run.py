@@ -1,6 +1,7 @@
 """``bench run``, its two stages alone (``bench predict``, ``bench score``), ``bench task``; their plans."""
 
 import json
+import shlex
 from collections.abc import Sequence
 from copy import copy
 from pathlib import Path
@@ -8,11 +9,11 @@ from typing import Any
 
 import click
 
-from retarget_bench import defaults, files
+from retarget_bench import files
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.progress import progress_bar
 
 MANIFEST = "manifest.json"
 OVERWRITE = ("never", "missing", "failed", "always")
@@ -86,12 +87,20 @@ common_options = options.together(
 """All options of a plan."""
 
 
-def _show(places: list[Any], *, nl: bool = True) -> None:
-    from retarget_bench.analysis import summary
+def _show(places: list[Any], root: Path, *, variants: bool) -> None:
+    """The first table, and where there is more."""
+    from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import text
 
-    click.echo(text(builder.tables(summary.split_summaries(places))), nl=nl)
+    made = builder.overview(places, Selection(variants=variants))
+    click.echo(text(made, columns=options.screen_width()), nl=False)
+    click.echo(f"More columns of a split: bench table {root} -s cross. Every value: --all. Notes: --notes.")
+    ranked = [row.label for table in made for group in table.groups for row in group.ranked]
+    if len(ranked) > 1:
+        two = " ".join(shlex.quote(label) for label in ranked[:2])
+        click.echo(f"Two methods: bench compare {two} --results {root}. A method: bench info METHOD.")
+    click.echo(f"A page with charts and motion: bench report {root}.")
 
 
 @click.command("run")
@@ -104,14 +113,11 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     With no METHOD: all that are untrained or come with weights. Results are kept; a second run computes
     only what is missing, and an interrupted one goes on where it stopped.
     """
-    from retarget_bench.evaluation import timing
+    from retarget_bench.python import plans
 
     plan = make_plan(methods, **given)
-    places = carry_out(plan, "bench run")
-    if plan.redo != "never":
-        timing.measure(plan)
-    _show(existing(places, plan.root))
-    click.echo(f"All values: bench table {plan.root} --all. Rows lie in {plan.root}/.")
+    places = carry_out(plan, "bench run", timed=True)
+    _show(plans.existing(places, plan.root), plan.root, variants=bool(methods))
 
 
 @click.command("predict")
@@ -141,6 +147,8 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     A FOLDER holds one .npz or .bvh per case, named as in the manifest that `bench export-cases` wrote;
     where the manifest lies in the folder, its data set is used.
     """
+    from retarget_bench.python import plans
+
     folder = Path(what[0])
     if folder.is_dir():
         if len(what) > 1:
@@ -151,7 +159,7 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     elif name:
         raise BenchError(f"--name is what a folder's method is called, and {what[0]} is no folder")
     plan = make_plan(what, stage="score", **given)
-    _show(existing(carry_out(plan, "bench score"), plan.root), nl=False)
+    _show(plans.existing(carry_out(plan, "bench score"), plan.root), plan.root, variants=True)
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
@@ -245,13 +253,14 @@ def _run_task(
     name: str, levels: str | None, methods: tuple[str, ...], motions: int | None, **given: Any
 ) -> None:
     from retarget_bench.evaluation import tasks
+    from retarget_bench.python import plans
     from retarget_bench.tables.builder import task_tables
     from retarget_bench.tables.rendering import text
 
     spec = str(tasks.canonical(name, levels, motions or 0))
     plan = make_plan(methods, splits=("self",), task=spec, **given)
     shown = options.task_name(name)
-    places = existing(carry_out(plan, f"bench task {shown}"), plan.root)
+    places = plans.existing(carry_out(plan, f"bench task {shown}"), plan.root)
     click.echo(text(task_tables(places, name)))
     click.echo(f"All values: bench table {plan.root} --task {shown} --all. Rows lie in {plan.root}/.")
 
@@ -267,80 +276,19 @@ def make_plan(
     **others: Any,
 ) -> Any:
     """A Plan. Without methods or metrics: those that take part in the task by default."""
-    from retarget_bench.evaluation import plan
+    from retarget_bench.python import plans
 
-    task = Spec.parse(others.get("task", "retarget")).name
-    return plan.Plan(
-        methods=tuple(map(Spec.parse, methods)) or _default_methods(task),
-        datasets=(options.dataset_spec(dataset, root),),
-        metrics=tuple(metric) or _default_metrics(task),
-        root=out,
-        **others,
-    )
+    data = options.dataset_spec(dataset, root)
+    return plans.make_plan(list(map(Spec.parse, methods)), [data], metric, _left_out, root=out, **others)
 
 
-def _default_methods(task: str = "retarget") -> tuple[Spec, ...]:
-    """The methods that take part in a task by default, with the variants that their cards name.
-
-    Derived tasks leave out methods with privileged inputs; where their sources are positions, also methods
-    that do not accept positions.
-    """
-    from retarget_bench.api import TASKS
-    from retarget_bench.api.optional import method_card
-
-    kind = "motion" if task in ("retarget", "reconstruct") else "positions"
-    specs = []
-    for name, each in _working("methods").items():
-        card = method_card(each)
-        if card.default and task in card.tasks and kind in card.accepts:
-            specs += [Spec(name), *(Spec(name, changes) for changes in card.variants)]
-    if task != TASKS[0]:
-        specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
-    return tuple(specs)
+def _left_out(problem: str) -> None:
+    click.echo(f"bench: left out: {problem}", err=True)
 
 
-def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
-    """All metrics of a task, and for derived tasks ``defaults.TASK_METRICS``. A metric with a value id that
-    another one declares is left out; built-in ones come first."""
-    from retarget_bench.api import TASKS
-    from retarget_bench.api.optional import metric_tasks
-    from retarget_bench.evaluation.score import declared_values
-
-    kept: dict[str, Any] = {}
-    working = _working("metrics")
-    for name in sorted(
-        working, key=lambda each: registry.find("metrics", each).origin != registry.BUILT_IN
-    ):
-        each = working[name]
-        if task not in metric_tasks(each) and (task == TASKS[0] or name not in defaults.TASK_METRICS):
-            continue
-        try:
-            declared_values([*kept.values(), each])
-        except BenchError as problem:
-            click.echo(f"bench: left out: {problem}", err=True)
-        else:
-            kept[name] = each
-    return tuple(kept)
-
-
-def _working(kind: registry.Kind) -> dict[str, Any]:
-    """Every plug-in of a kind that can be built; broken ones are reported and left out."""
-    found, problems = registry.working(kind)
-    for problem in problems:
-        click.echo(f"bench: left out: {problem}", err=True)
-    return found
-
-
-def carry_out(plan: Any, what: str) -> list[Any]:
-    """Run a plan under a progress bar (shown on a terminal); returns the places of its results."""
+def carry_out(plan: Any, what: str, *, timed: bool = False) -> list[Any]:
+    """Run a plan under a progress bar (elsewhere a line a minute); returns the places of its results."""
     from retarget_bench.evaluation import runner
 
-    with options.progress_bar(what, "case") as progress:
-        return runner.run(plan, progress)
-
-
-def existing(places: Sequence[Any], root: Path) -> list[Any]:
-    """The places that have results. Raises BenchError where none has."""
-    if there := [place for place in places if place.header.exists()]:
-        return there
-    raise BenchError(f"no results in {root}, and --overwrite never makes none")
+    with progress_bar(what, "cases") as progress:
+        return runner.run(plan, progress, timed=timed)

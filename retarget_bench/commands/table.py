@@ -1,6 +1,6 @@
 """``bench table``: results as a table."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,33 @@ BREAKDOWNS = (
 )  # fmt: skip
 
 
+def _asked_splits(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
+    return options.split_names(ctx, param, given) if given else ()
+
+
 @click.command("table")
 @options.roots_argument
+@click.option(
+    "-s",
+    "--split",
+    "splits",
+    multiple=True,
+    metavar="SPLIT",
+    callback=_asked_splits,
+    help="self, intra or cross, with more columns; may be repeated. [default: all side by side]",
+)
+@click.option(
+    "-m",
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="METHOD",
+    shell_complete=options.plugin_names("methods"),
+    help="Only these methods, and controls; may be repeated, or METHOD,METHOD.",
+)
+@click.option("--variants", is_flag=True, help="Show variants of methods, too.")
+@click.option("--controls/--no-controls", default=True, help="Show controls.  [default: controls]")
+@options.bodies_option
 @click.option("--columns", metavar="ID,ID", help="Value ids to show (bench info METRIC lists them).")
 @click.option("--all", "everything", is_flag=True, help="Show every value.")
 @click.option(
@@ -43,7 +68,10 @@ BREAKDOWNS = (
     "or correspondence-free-table4.",
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
-@click.option("--intervals", is_flag=True, help="Show 95 % intervals in text and md; the others always do.")
+@click.option("--notes", is_flag=True, help="Print all notes, and how numbers are made in full.")
+@click.option(
+    "--intervals", is_flag=True, help="Show 95 % intervals in text, md and tex; the others always do."
+)
 @options.format_option(*FORMATS)
 @options.output_option
 @options.only_dataset_option
@@ -56,20 +84,22 @@ def command(
     at_least: int | None,
     paper: str | None,
     probes: bool,
+    notes: bool,
     intervals: bool,
     form: str,
     output: Path | None,
     dataset: str | None,
+    **choice: Any,
 ) -> None:
-    """Print the table of finished results. RESULTS: folders written by `bench run`. [default: runs]
+    """Print the table of results. RESULTS: folders written by `bench run`. [default: runs]
 
-    What `bench probe` wrote beside them is a table of its own: --probes.
+    MPJPE, contact recall and FID on all splits, for people; -s cross has more columns of one split. While
+    a run is going on, the cases that it has finished.
     """
-    from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
-
-    if paper is not None and (columns is not None or everything or by or at_least):
+    if paper is not None and (columns is not None or everything or by or at_least or any(_narrow(choice))):
         raise BenchError(
-            "--paper has columns of its own, and all cases; leave --columns, --all, --by and --at-least"
+            "--paper has columns of its own, and all cases and methods; leave --columns, --all, --by, "
+            "--at-least, -s, -m, --variants, --no-controls and --bodies"
         )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
@@ -81,40 +111,64 @@ def command(
 
         if (wanted := published(paper).task) != "retarget":
             task, maker = wanted, f"bench task {wanted}"
-    everything = everything or (probes and columns is None)
     what = "results of probes" if probes else "results"
-    places = options.results(roots or (Path("runs"),), dataset, task, maker, what)
-    renderers = WITH_INTERVALS if intervals else RENDERERS
+    places = options.results(roots or (Path("runs"),), dataset, task, maker, what, unfinished=not paper)
     if paper is not None:
         made = _published(places, paper)
     else:
-        made = _tables(places, task, columns, everything, by, at_least)
-    options.write_out(renderers[form](made), output)
+        from retarget_bench.tables import requested
+
+        everything = everything or (probes and columns is None)
+        made = requested.tables(places, _request(task, columns, everything, by, at_least, **choice), form)
+    options.write_out(_drawn(made, form, intervals, notes, output is None), output)
 
 
-def _tables(
-    places: Sequence[Any], task: str, columns: str | None, everything: bool, by: Any, at_least: int | None
-) -> list[Any]:
-    from retarget_bench.analysis import summary
-    from retarget_bench.evaluation.tasks import DERIVED
-    from retarget_bench.tables import builder
-    from retarget_bench.tables.groups import FPS
+def _narrow(choice: Mapping[str, Any]) -> Iterator[bool]:
+    """True for each option that chooses rows or cases and was given."""
+    yield from (bool(choice[name]) for name in ("splits", "methods", "variants", "bodies"))
+    yield not choice["controls"]
 
-    if task in DERIVED and columns is None and not everything and at_least is None:
-        return builder.task_tables(places, task, by)
-    if task in DERIVED and columns is not None and task != "reconstruct":
-        by = by or builder.TASK_BREAKDOWN[task]
-    found = summary.split_summaries(places, by, at_least)
-    wanted: tuple[str, ...] = builder.DEFAULT_COLUMNS
-    if everything:
-        # nobody times probes, nor derived tasks
-        timed = places[0].task == "retarget"
-        wanted = tuple(column for column in builder.all_columns(found) if timed or column != FPS)
-    elif columns is not None:
-        wanted = tuple(options.ids(columns))
-        if by is None and (over := builder.curve_index(found, wanted)):
-            by, found = over, summary.split_summaries(places, over, at_least)
-    return builder.tables(found, wanted, by or "")
+
+def _drawn(made: Sequence[Any], form: str, intervals: bool, notes: bool, here: bool) -> str:
+    """The tables in a format; text that is printed here is as wide as the terminal."""
+    from retarget_bench.tables import rendering
+
+    if form == "text":
+        width = options.screen_width() if here else rendering.WIDTH
+        return rendering.text(made, intervals, notes=notes, columns=width)
+    if form == "md":
+        return rendering.markdown(made, intervals, notes=notes)
+    renderers = rendering.WITH_INTERVALS if intervals else rendering.RENDERERS
+    return renderers[form](made)
+
+
+def _request(
+    task: str,
+    columns: str | None,
+    everything: bool,
+    by: Any,
+    at_least: int | None,
+    *,
+    splits: tuple[str, ...],
+    methods: tuple[str, ...],
+    variants: bool,
+    controls: bool,
+    bodies: str | None,
+) -> Any:
+    from retarget_bench.analysis.selection import Selection
+    from retarget_bench.tables.requested import Request
+
+    plain = task == "retarget"
+    labels = tuple(name for each in methods for name in options.method_names(each))
+    return Request(
+        columns=None if columns is None else options.ids(columns),
+        everything=everything,
+        by=by,
+        at_least=at_least,
+        splits=splits,
+        bodies=bodies or "",
+        select=Selection(labels, variants or not plain, controls, apart=plain),
+    )
 
 
 def _published(places: Sequence[Any], name: str) -> list[Any]:

@@ -7,11 +7,18 @@ from typing import Any
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.python.progress import progress_bar
 
 
 @click.command("train-features")
 @click.argument("dataset", shell_complete=options.plugin_names("datasets"))
-@click.option("--structure", "structures", multiple=True, metavar="NAME", help="Only these. [default: all]")
+@click.option(
+    "--structure",
+    "structures",
+    multiple=True,
+    metavar="NAME",
+    help="Only these, or 'two legs'. [default: all]",
+)
 @click.option(
     "-o",
     "--out",
@@ -37,25 +44,26 @@ def command(
     root: str | None,
     jobs: int,
 ) -> None:
-    """Train the feature network of every structure of DATASET on its training motion.
+    """Train the feature network of every structure of DATASET on its training motion, and the one of all
+    bodies on two legs.
 
     Each is an autoencoder of 64-frame windows, written as half-precision weights and a card that says what
     it was trained on and how. The card's hash stands beside every FID. Test clips are never used.
     """
     from tqdm import tqdm
 
+    from retarget_bench.api import TWO_LEGS
     from retarget_bench.evaluation import plan
     from retarget_bench.training.features import data as material
     from retarget_bench.training.features import network
-    from retarget_bench.training.features.train import FeatureTrainingConfig, train
+    from retarget_bench.training.features.train import CONFIG_OF_TWO_LEGS, FeatureTrainingConfig, train
 
     spec = options.dataset_spec(dataset, root)
     data, folder = plan.dataset(spec), out or network.own_folder()
-    config = FeatureTrainingConfig(seed=seed)
-    if steps is not None:
-        config = replace(config, steps=steps)
     for source in material.sources(data, structures):
-        with options.progress_bar(f"motion for {source.structure}", "body") as progress:
+        config = CONFIG_OF_TWO_LEGS if source.structure == TWO_LEGS else FeatureTrainingConfig()
+        config = replace(config, seed=seed, steps=config.steps if steps is None else steps)
+        with progress_bar(f"motion for {source.structure}", "bodies") as progress:
             clips = material.gather(spec, source, jobs, progress)
         with tqdm(total=config.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
 
@@ -73,12 +81,14 @@ def command(
 
 def _facts(spec: Any, data: Any, source: Any) -> dict[str, Any]:
     """Facts of the data for the card."""
+    from retarget_bench.training.features.data import performers
+
     facts = {
         "dataset": str(spec),
         "content": data.content,
         "trained_on": source.lender,
         "joints": list(source.joints),
-        "characters": sorted(data.training()[source.lender]),
+        "characters": list(performers(data, source)),
     }
     if source.borrowed:
         facts["note"] = (

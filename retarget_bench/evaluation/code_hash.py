@@ -5,6 +5,7 @@ import hashlib
 import io
 import tokenize
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 
 ENGINE = "retarget_bench"
@@ -54,6 +55,7 @@ def imports(path: Path, name: str) -> bool:
     return any(f"{each}.".startswith(f"{ENGINE}.{name}.") for each in found)
 
 
+@cache  # most files count for every method or metric of a run
 def statements(source: bytes) -> str:
     """A module's text without comments, docstrings, blank lines and trailing space.
 

@@ -247,6 +247,13 @@ def dataset_slug(spec: Spec) -> str:
     return f"{slug(spec.name)}-{store.key(facts)[:8]}"
 
 
+def forget() -> None:
+    """Forget what was built and hashed: in a session that goes on, files may have changed since."""
+    kept = (_dataset, method, _built, spec_by_weights, locations, method_code, metric_versions, folder_hash)
+    for each in kept:
+        each.cache_clear()
+
+
 # ---------------------------------------------------------------------------------------------- hashes
 @cache
 def method_code(spec: Spec) -> str:

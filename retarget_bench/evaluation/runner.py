@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
 from retarget_bench.evaluation.process_pool import LocalPool
@@ -19,8 +20,8 @@ Progress = Callable[[int, int], None]
 """Called with the number of cases done and of all that are to be asked."""
 
 
-def run(plan: Plan, progress: Progress) -> list[ResultPaths]:
-    """Compute what a plan lacks and return the paths of its results.
+def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPaths]:
+    """Compute what a plan lacks and return the paths of its results. timed: measure speeds, too.
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there.
     """
@@ -30,13 +31,19 @@ def run(plan: Plan, progress: Progress) -> list[ResultPaths]:
     done = {unit: _begun(unit) if keep else {} for unit in todo}
     jobs = _jobs(todo, done)
     by_paths = {unit.paths: unit for unit in todo}
-    pool = LocalPool(plan.jobs)
-    for paths, entry in _answers(pool, jobs, progress):
+    for unit in todo if keep else ():
+        if not unit.paths.cases.exists():
+            case_metadata.write(unit.paths, unit.data, unit.infos)
+        store.begin(unit.paths, header_of(unit, ()), unit.infos)
+    with LocalPool(plan.jobs) as pool:
+        for paths, entry in _answers(pool, jobs, progress):
+            if keep:
+                store.append_journal(paths, entry)
+            done[by_paths[paths]][entry.case] = entry
         if keep:
-            store.append_journal(paths, entry)
-        done[by_paths[paths]][entry.case] = entry
-    if keep:
-        _finish(pool, done)
+            _finish(pool, done)
+        if timed and plan.redo != "never":
+            timing.measure(plan, pool)
     return [unit.paths for unit in wanted]
 
 
@@ -101,43 +108,51 @@ def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
 def _jobs(
     todo: Mapping[EvaluationUnit, Sequence[str]], done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
 ) -> list[CaseJob]:
-    """One job per case with all methods that lack it, so that a case is loaded once; and one per batch of
-    a method that takes several at once, whole if it lacks any of it."""
+    """One job per case with all methods that lack it, so that a case is loaded once; and one per batch with
+    all methods that take several at once and lack any of it.
+
+    Batches come last and the longest of them first, so that all workers end at about the same time.
+    """
     jobs: dict[tuple[Any, ...], CaseJob] = {}
+    lengths: dict[tuple[Any, ...], int] = {}
     for unit, cases in todo.items():
         lacking = set(cases) - done[unit].keys()
+        frames = {info.id: info.frames for info in unit.infos}
         for batch in unit.batches:
             wanted = {case: unit.case_key(case) for case in batch if case in lacking}
             if not wanted:
                 continue
-            alone = unit.method if unit.in_batches else None
-            shared = (unit.dataset, unit.split, batch, unit.plan.seed, alone)
+            shared = (unit.dataset, unit.split, batch, unit.plan.seed)
             job = jobs.get(shared, CaseJob(unit.plan, unit.dataset, unit.split, batch))
             jobs[shared] = replace(job, parts=(*job.parts, JobPart(unit.method, unit.paths, wanted)))
-    return list(jobs.values())
+            lengths[shared] = sum(frames[case] for case in batch) if len(batch) > 1 else 0
+    alone = [shared for shared in jobs if not lengths[shared]]
+    together = sorted((shared for shared in jobs if lengths[shared]), key=lengths.__getitem__, reverse=True)
+    return [jobs[shared] for shared in (*alone, *together)]
 
 
 def _answers(
     pool: LocalPool, jobs: Sequence[CaseJob], progress: Progress
 ) -> Iterator[tuple[ResultPaths, CaseResult]]:
-    """Entries as they come. A job that killed its worker is tried again, one method and one case at a
-    time, so that it costs the method and the case that did it and no other."""
-    again: list[CaseJob] = []
+    """Entries as they come. A job that killed its worker is tried again, one method at a time, and then
+    one case at a time, so that it costs the method and the case that did it and no other."""
     count, total = 0, sum(map(_size, jobs))
     progress(0, total)
-    for answer in pool.run(work, jobs):
-        job = jobs[answer.job]
-        if answer.error:
-            again += _apart(job)
-        else:
-            yield from _entries(answer.result)
-        count += _size(job)
-        progress(count, total + len(again))
-    for number, answer in enumerate(pool.run(work, again), count + 1):
-        (part,) = again[answer.job].parts
-        lost = [(part.paths, CaseResult(case, "failed", answer.error)) for case in part.keys]
-        yield from lost if answer.error else _entries(answer.result)
-        progress(number, total + len(again))
+    while jobs:
+        again: list[CaseJob] = []
+        for answer in pool.run(work, jobs):
+            job = jobs[answer.job]
+            if not answer.error:
+                yield from _entries(answer.result)
+            elif apart := _apart(job):
+                again += apart
+                total += sum(map(_size, apart))
+            else:
+                (part,) = job.parts
+                yield from ((part.paths, CaseResult(case, "failed", answer.error)) for case in part.keys)
+            count += _size(job)
+            progress(count, total)
+        jobs = again
 
 
 def _size(job: CaseJob) -> int:
@@ -146,7 +161,14 @@ def _size(job: CaseJob) -> int:
 
 
 def _apart(job: CaseJob) -> list[CaseJob]:
-    """A job as jobs of one method and one case."""
+    """A job as jobs of one method, and one of a single method as jobs of one case; none where it is both.
+
+    A method is given its whole batch as long as that is possible, since in another one it rounds otherwise.
+    """
+    if len(job.parts) > 1:
+        return [replace(job, parts=(part,)) for part in job.parts]
+    if len(job.cases) == 1:
+        return []
     return [
         replace(job, cases=(case,), parts=(replace(part, keys={case: key}),))
         for part in job.parts

@@ -5,18 +5,18 @@ machine, and rows must not.
 """
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, replace
 
-from retarget_bench.api import CaseInfo
+from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import Plan, dataset, evaluation_units, method
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, method
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.files import write_csv
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import ResultPaths, case_seed, read_csv
+from retarget_bench.results.store import ResultPaths, case_seed, read_cases, read_csv
 
 CASES = 5
 REPEATS = 3
@@ -34,18 +34,26 @@ class TimingJob:
     cases: tuple[CaseInfo, ...]
 
 
-def measure(plan: Plan) -> None:
-    """Write times for every unit of a plan that has results but no times newer than them."""
-    wanted = [
-        unit
-        for unit in evaluation_units(plan)
-        if plan.external is None and not unit.seed_number and _stale(unit.paths)
-    ]
+def measure(plan: Plan, pool: LocalPool) -> None:
+    """Write times for every method of a plan that has results but no times newer than them.
+
+    They are taken on the last split, one method after the other while the other workers have nothing to do,
+    and are those of the method on all splits.
+    """
+    units: dict[tuple[Spec, Spec], list[EvaluationUnit]] = {}
+    for unit in evaluation_units(plan) if plan.external is None else ():
+        if not unit.seed_number and unit.paths.rows.exists():
+            units.setdefault((unit.dataset, unit.method), []).append(unit)
+    wanted = [mine[-1] for mine in units.values() if _stale([unit.paths for unit in mine])]
     jobs = [TimingJob(plan, unit.dataset, unit.method, spread(unit.infos)) for unit in wanted]
-    for done in LocalPool(1).run(time_method, jobs):
+    for done in pool.run(time_method, jobs, workers=1):
         if done.result is not None:
+            paths = wanted[done.job].paths
             rows = ((case, frames, f"{seconds:.6g}") for case, frames, seconds in done.result)
-            write_csv(wanted[done.job].paths.timing, FIELDS, rows)
+            write_csv(paths.timing, FIELDS, rows)
+            for other in _times(paths):
+                if other != paths:
+                    other.timing.unlink()
 
 
 def spread(infos: Sequence[CaseInfo]) -> tuple[CaseInfo, ...]:
@@ -81,17 +89,29 @@ def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
     return times
 
 
-def read(paths: ResultPaths) -> list[tuple[int, float]]:
-    """(frames, seconds) of the timed cases; empty where none were timed."""
-    if not paths.timing.exists():
-        return []
-    try:
-        return [(int(frames), float(seconds)) for _, frames, seconds in read_csv(paths.timing, FIELDS)]
-    except (FileError, ValueError) as error:
-        raise FileError(paths.timing, f"cannot be read as times ({error}); delete it") from error
+def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[tuple[int, float]]:
+    """(frames, seconds) of the cases that a method was timed on; empty where there are none.
+
+    They may be of another split than these results. clips: only of these clips.
+    """
+    for place in _times(paths)[:1]:
+        try:
+            times = [(case, int(frames), float(s)) for case, frames, s in read_csv(place.timing, FIELDS)]
+        except (FileError, ValueError) as error:
+            raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error
+        if clips is None:
+            return [(frames, seconds) for _, frames, seconds in times]
+        clip = {info.id: info.clip for info in read_cases(place.cases, place.task, place.split)}
+        return [(frames, seconds) for case, frames, seconds in times if clip.get(case) in clips]
+    return []
 
 
-def _stale(paths: ResultPaths) -> bool:
-    if not paths.rows.exists():
-        return False
-    return not paths.timing.exists() or paths.timing.stat().st_mtime < paths.rows.stat().st_mtime
+def _times(paths: ResultPaths) -> list[ResultPaths]:
+    """The splits of the same method that have times, its own first."""
+    places = [paths, *(replace(paths, split=split) for split in SPLITS[::-1] if split != paths.split)]
+    return [place for place in places if place.timing.exists()]
+
+
+def _stale(places: Sequence[ResultPaths]) -> bool:
+    times = [place.timing.stat().st_mtime for place in _times(places[-1])]
+    return max(times, default=0.0) < max(place.rows.stat().st_mtime for place in places)

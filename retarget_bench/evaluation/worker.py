@@ -72,10 +72,12 @@ def work(job: CaseJob) -> list[tuple[ResultPaths, CaseResult]] | Stop:
             lost = CaseResult(each, "failed", str(error))
             found += [(part.paths, lost) for part in job.parts if each in part.keys]
     try:
-        for part in job.parts:
+        outcomes = [_outcomes(job, part, cases) for part in job.parts]
+        for case in cases:  # all methods of one case in turn: metrics keep features of its reference
             found += [
-                (part.paths, _entry(plan, part.paths, cases[case], outcome, real))
-                for case, outcome in _outcomes(job, part, cases).items()
+                (part.paths, _entry(plan, part.paths, cases[case], mine[case], real))
+                for part, mine in zip(job.parts, outcomes, strict=True)
+                if case in mine
             ]
     except CannotStore as error:
         return Stop(str(error))

@@ -81,7 +81,14 @@ def _end(
 
 def colour_end(numbers: Mapping[str, Sequence[float]], ranked: Iterable[str], share: float) -> float:
     """The end of a colour scale: this share of the numbers of ranked methods is below (of all methods where
-    none is ranked). numbers: label -> what is drawn of it."""
-    among = [number for label in ranked for number in numbers.get(label, ())]
-    known = sorted(among or [number for each in numbers.values() for number in each])
-    return max(known[int(share * (len(known) - 1))], 1e-9) if known else 1.0
+    none is ranked), and it is no more than ``ROOM`` times the highest number of the median one.
+
+    numbers: label -> what is drawn of it.
+    """
+    among = [each for label in ranked if (each := numbers.get(label))]
+    among = among or [each for each in numbers.values() if each]
+    known = sorted(number for each in among for number in each)
+    if not known:
+        return 1.0
+    median = float(np.median([max(each) for each in among]))
+    return max(min(known[int(share * (len(known) - 1))], ROOM * median), 1e-9)

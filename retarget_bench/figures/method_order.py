@@ -1,14 +1,17 @@
 """The order of methods, by rank in the tables; it decides their colours everywhere."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from retarget_bench.analysis import pairwise
-from retarget_bench.analysis.summary import SplitSummary, split_summary
+import numpy as np
+
+from retarget_bench.analysis import pairwise, selection, statistics
+from retarget_bench.analysis.summary import Mean, SplitSummary, split_summary
 from retarget_bench.api import TASKS
 from retarget_bench.figures import palette
 from retarget_bench.results import result_matrix, store
-from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder
@@ -20,7 +23,7 @@ def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
     then those that only later tables have."""
     found: dict[str, ResultHeader] = {}
     for group in apart(places):
-        panels = result_matrix.result_matrices(group)
+        panels = selection.of_bodies(result_matrix.result_matrices(group))
         mains = {
             each.split: main for each in panels if (main := main_value(each, group[0].task)) is not None
         }
@@ -33,19 +36,29 @@ def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
     return found
 
 
-def everything(roots: Iterable[Path]) -> list[ResultPaths]:
-    """All results under some folders, of every task: what ranks, and so colours, are of."""
-    return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
+def everything(roots: Iterable[Path], *, unfinished: bool = False) -> list[ResultPaths]:
+    """All results under some folders, of every task: what ranks, and so colours, are of.
+
+    unfinished: also those of a run that is going on.
+    """
+    return [
+        place
+        for root in roots
+        for task in TASKS
+        for place in store.find_results(root, task, unfinished=unfinished)
+    ]
 
 
 def styles(ranked: Mapping[str, ResultHeader]) -> dict[str, palette.MethodStyle]:
-    """Label -> its style, the same in reports and files: methods and controls are counted apart.
+    """Label -> its style, the same in reports and files: methods and controls are counted apart, variants
+    of methods last, so that methods keep colours of their own.
 
     ranked: label -> a header of its results, in the order of ``ranked``.
     """
     found: dict[str, palette.MethodStyle] = {}
     counts = {False: 0, True: 0}
-    for label, header in ranked.items():
+    for label in sorted(ranked, key=lambda label: selection.is_variant(ranked[label].method, ranked)):
+        header = ranked[label]
         control = header.method.control
         found[label] = palette.method_style(counts[control], header.method)
         counts[control] += 1
@@ -61,7 +74,7 @@ def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
     """Places by task, retargeting first, and by what tables call the data set."""
     groups: dict[tuple[int, str, str], list[ResultPaths]] = {}
     for place in places:
-        label = store.read_header(place.header).dataset.label
+        label = store.read_header(place.any_header).dataset.label
         rank = TASKS.index(place.task.split("-")[0])
         groups.setdefault((rank, place.task, label), []).append(place)
     return [groups[key] for key in sorted(groups)]
@@ -69,7 +82,7 @@ def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
 
 def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
     """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
-    label_of = {place: store.read_header(place.header).method.label for place in places}
+    label_of = {place: store.read_header(place.any_header).method.label for place in places}
     chosen: list[ResultPaths] = []
     for name in names:
         label = pairwise.label_of(name, set(label_of.values()))
@@ -80,18 +93,26 @@ def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Resu
 
 
 def order(sections: Sequence[SplitSummary], main: Mapping[str, str]) -> list[str]:
-    """Labels by their mean place over splits, then those that are not ranked.
+    """Labels as a table of all splits has them: as the last split ranks them, then the one before; those
+    that no split ranks by their means.
 
-    main: split -> the value that places are by.
+    main: split -> the value that they are ranked by.
     """
-    places: dict[str, list[float]] = {}
-    for each in sections:
-        ranking = each.rankings.get(main.get(each.split, ""))
-        for score in each.scores:
-            known = ranking is not None and score.label in ranking.order
-            at = ranking.order.index(score.label) if ranking is not None and known else 1e6
-            places.setdefault(score.label, []).append(float(at))
-    return sorted(places, key=lambda label: (sum(places[label]) / len(places[label]), label))
+    labels = sorted({score.label for each in sections for score in each.scores})
+    places: dict[str, list[float]] = {label: [] for label in labels}
+    means: dict[str, list[float]] = {label: [] for label in labels}
+    for each in reversed(sections):
+        key = main.get(each.split, "")
+        ranked = each.rankings[key].order if key in each.rankings else ()
+        losses = {s.label: _loss(s.means[key], each.values[key]) for s in each.scores if key in s.means}
+        for label in labels:
+            places[label].append(ranked.index(label) if label in ranked else math.inf)
+            means[label].append(losses.get(label, math.inf))
+    return sorted(labels, key=lambda label: (*places[label], *means[label]))
+
+
+def _loss(mean: Mean, declared: DeclaredValue) -> float:
+    return float(statistics.losses(np.array(mean.value), declared.better, declared.goal))
 
 
 def main_value(found: ResultMatrix, task: str) -> str | None:

@@ -1,7 +1,7 @@
 """Colours and line styles of methods and motions, and the colour scale of errors.
 
-Eight colours that stay apart for people who are colour-blind, of which any two that follow each other
-differ in grey too, each dark enough for a thin line on white (a contrast of 3). Beyond eight they start
+Nine colours that stay apart for people who are colour-blind, of which any two that follow each other
+differ in grey too, each dark enough for a thin line on white (a contrast of 3). Beyond nine they start
 again: marks and dashes tell methods apart then. What a colour says is always said by something else as
 well.
 """
@@ -10,7 +10,17 @@ from dataclasses import dataclass
 
 from retarget_bench.results.header import MethodInfo
 
-COLOURS = ("#0a4d9b", "#c85800", "#01a875", "#7a2a56", "#c870a4", "#5b4301", "#3f79f4", "#555d3e")
+COLOURS = (
+    "#0a4d9b",
+    "#c85800",
+    "#6600ff",
+    "#01a875",
+    "#7a2a56",
+    "#c870a4",
+    "#5b4301",
+    "#3f79f4",
+    "#555d3e",
+)
 """Of methods, by their rank in the table."""
 CONTROLS = ("#444444", "#757575", "#949494")
 """Of rows that bound the scale."""
@@ -50,9 +60,9 @@ def method_style(place: int, method: MethodInfo | None = None) -> MethodStyle:
     """
     if method is not None and method.control:
         return MethodStyle(f"c{place}", CONTROLS[place % len(CONTROLS)], place % SHAPES, "dashed")
-    again, colour = divmod(place, len(COLOURS))
+    again, shape = divmod(place, SHAPES)
     dash = "dotted" if method is not None and method.privileged else DASHES[again % len(DASHES)]
-    return MethodStyle(f"m{place}", COLOURS[colour], place % SHAPES, dash)
+    return MethodStyle(f"m{place}", COLOURS[place % len(COLOURS)], shape, dash)
 
 
 # ------------------------------------------------------------------------------------------ colour scale

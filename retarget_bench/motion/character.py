@@ -18,6 +18,9 @@ from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.roles import stands_on_four
 from retarget_bench.motion.skeleton import Skeleton, frozen
 
+_THICKEST = 0.05
+"""Body heights: a rest pose higher above y = 0 than any sole is thick does not stand on it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Character:
@@ -120,6 +123,20 @@ class Character:
         """``(joints, 3)`` metres: the reference pose with its root at the origin."""
         places = kinematics.forward(self.skeleton, self.reference_pose, np.zeros(3))[0]
         return frozen(places, np.float64)
+
+    @cached_property
+    def standing_places(self) -> np.ndarray:
+        """``(joints, 3)`` metres: the reference pose with its soles on y = 0 and the hips above the origin.
+
+        Soles thicker than the lowest joint of the feet is high are known where the file's rest pose stands
+        on y = 0.
+        """
+        hips, height = self.joint_of.get("hips", 0), self.measures.hip_height
+        sole = self.measures.root_offset - height
+        if hips != 0 or not 0.0 < sole < _THICKEST * self.height:
+            sole = 0.0
+        places = self.reference_places - self.reference_places[hips]
+        return frozen(places + np.array([0.0, height + sole, 0.0]), np.float64)
 
     @cached_property
     def four_legged(self) -> bool:

@@ -25,7 +25,7 @@ import numpy as np
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.body import DOWN, FORWARD, LEFT, UP, PosedBody, frame, quarter_turns, snapped
-from retarget_bench.motion.roles import SIDES
+from retarget_bench.motion.roles import SIDES, ancestors
 from retarget_bench.motion.skeleton import Skeleton
 
 LIMB_TOLERANCE = np.radians(15.0)
@@ -49,6 +49,8 @@ _FLAT_FOOT = np.radians(25.0)
 _ENOUGH_BEND = np.sin(np.radians(4.0))
 """A joint that bends less than this on average does not show its axis."""
 _CLEAR_BEND = np.sin(np.radians(20.0))
+_FIXED = np.radians(5.0)
+"""A joint off the body that is typically this near to a whole number of quarter turns is meant so."""
 _STRAIGHT = np.cos(np.radians(25.0))
 _UPRIGHT = np.cos(np.radians(35.0))
 _BEHIND = np.cos(np.radians(60.0))
@@ -118,6 +120,7 @@ def _from_sample(body: PosedBody, sample: np.ndarray) -> np.ndarray:
             _limb(body, pose, typical, leg, DOWN, LEFT, [])
         _arm(body, pose, typical, side)
         (_stand if body.quadruped else _foot)(body, pose, typical, side)
+    _beside(body, pose, typical)
     return pose
 
 
@@ -346,6 +349,17 @@ def _stand(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> No
     turned = {part: body.get_global(pose, joint) for part, joint in straight.items()}
     for part, joint in straight.items():
         body.set_global(pose, joint, rotation.multiply(_pitch(-np.radians(STAND[part])), turned[part]))
+
+
+def _beside(body: PosedBody, pose: np.ndarray, typical: Typical) -> None:
+    """Faces, eyes, hair: a rig that rests along one axis may turn them by quarter turns in all motion."""
+    skeleton, named = body.skeleton, body.joint.values()
+    carry = {above for joint in named for above in ancestors(skeleton, joint, itself=True)}
+    for joint in set(range(len(skeleton))) - carry:
+        local = typical.local(joint)
+        exact = snapped(local, np.pi)
+        if rotation.angle(exact, local) < _FIXED:
+            pose[joint] = exact
 
 
 def _pitch(angle: float) -> np.ndarray:

@@ -7,7 +7,10 @@ gives a target that stands on that height times the ratio: steps and boxes shrin
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import accumulate
 from typing import Literal, get_args
+
+import numpy as np
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
@@ -28,6 +31,14 @@ ScalingRule = Literal["none", "height", "root_offset", "hip_height", "leg_length
 
 RootRule = ScalingRule | Literal["reference"]
 """``reference`` takes the right answer's own path (privileged)."""
+
+PathKind = Literal["integrated", "relative"]
+"""The path of predicted movements: their sum, or the source's scaled path plus the ``fading`` sum of what
+they differ by from its own."""
+
+MEMORY = 0.25
+"""Seconds in which a deviation from the source's path fades to 1/e. Of 0.06 to 2 s on the puppets'
+validation part: shorter ones make answers jerkier, longer ones errors larger and contacts fewer."""
 
 SCALING_RULES: tuple[str, ...] = get_args(ScalingRule)
 ROOT_RULES = (*SCALING_RULES, "reference")
@@ -64,3 +75,21 @@ def ratio(rule: str, source: Character, target: Character) -> float:
         return 1.0
     size = SIZES[rule]
     return size(target.measures) / size(source.measures)
+
+
+def fading(steps: np.ndarray, fps: float, before: np.ndarray | float = 0.0) -> np.ndarray:
+    """Sums of steps ``(frames, ...)`` up to each frame, which fade to 1/e within ``MEMORY`` seconds: a
+    constant step adds up to that of so many seconds and no more.
+
+    before: ``(...)`` the sum before the first step. Chunks give exactly what the whole gives.
+    """
+    keep = math.exp(-1.0 / (fps * MEMORY))
+    start = np.broadcast_to(before, steps.shape[1:])
+    return np.stack([*accumulate(steps, lambda total, step: keep * total + step, initial=start)][1:])
+
+
+def relative(path: np.ndarray, lead: np.ndarray, fps: float) -> np.ndarray:
+    """The path ``lead`` ``(frames, ...)`` plus the ``fading`` sum of what the steps of ``path`` differ by
+    from its own."""
+    astray = path - lead
+    return lead + fading(np.diff(astray, axis=0, prepend=astray[:1]), fps)

@@ -12,6 +12,7 @@ chain of a skeleton is ``global = multiply(global of the parent, local)``.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -72,6 +73,18 @@ def normalise(q: Array) -> Array:
     length, short = _length(q)
     w, x, y, z = _parts(q)
     return _join(q, w / length + short, x / length, y / length, z / length)
+
+
+def where(condition: Array, a: Array, b: Array) -> Array:
+    """``(..., 4)`` a where ``condition`` ``(...)`` is True, b elsewhere."""
+    chosen: Array = _ops(a).where(condition[..., None], a, b)
+    return chosen
+
+
+def stacked(parts: Sequence[Array]) -> Array:
+    """``(..., joints, 4)`` from one ``(..., 4)`` per joint."""
+    both: Array = _ops(parts[0]).stack(parts, axis=-2)
+    return both
 
 
 def continuous(q: Array, axis: int = 0) -> Array:

@@ -17,6 +17,8 @@ from retarget_bench.motion.roles import chain
 
 FOLLOW = -1
 """Answer for a target joint that follows its parent."""
+CHAINS = ("spine", "neck", "tail")
+"""Stems of the roles of which bodies have different counts."""
 
 
 def reason(source: Character, target: Character) -> str | None:
@@ -63,7 +65,7 @@ def correspondence(source: Character, target: Character) -> np.ndarray:
     answer = np.full(len(target.skeleton), FOLLOW)
     for role, joint in target.joint_of.items():
         answer[joint] = source.joint_of.get(role, FOLLOW)
-    for stem in ("spine", "neck", "tail"):
+    for stem in CHAINS:
         ours, theirs = chain(target.roles, stem), chain(source.roles, stem)
         for rank, share in enumerate(shares(len(ours), len(theirs))):
             answer[ours[rank]] = theirs[share] if share >= 0 else FOLLOW

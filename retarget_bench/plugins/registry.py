@@ -13,6 +13,7 @@ import ast
 import difflib
 import importlib
 import importlib.util
+import re
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -25,7 +26,7 @@ import retarget_bench
 from retarget_bench import files as files_
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import parameters
-from retarget_bench.plugins.spec import NAME, Spec
+from retarget_bench.plugins.spec import NAME, Spec, folded
 
 Kind = Literal["methods", "metrics", "datasets", "posts"]
 KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets", "posts")
@@ -41,6 +42,8 @@ _MARKS: dict[Kind, tuple[str, ...]] = {
     "posts": ("process",),
 }
 _FILES: dict[Path, PluginEntry] = {}
+_CODE: dict[Path, str] = {}
+"""Hash of the code of every file in ``_FILES`` when it was imported."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,21 @@ class PluginEntry:
             return f"cannot be read: {error}"
         return text.splitlines()[0] if text else ""
 
+    @property
+    def title(self) -> str:
+        """The name as people write it: ``title`` of the card in its file, read without importing it, else
+        the plug-in's name with spaces."""
+        try:
+            tree = ast.parse(self.path.read_bytes() if self.path else b"")
+        except (OSError, SyntaxError, ValueError):
+            tree = ast.parse("")
+        calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+        cards = (node for node in calls if getattr(node.func, "id", "") == "MethodCard")
+        for each in (keyword for card in cards for keyword in card.keywords if keyword.arg == "title"):
+            if isinstance(each.value, ast.Constant):
+                return str(each.value.value)
+        return self.name.replace("_", " ")
+
     def __str__(self) -> str:
         return f"{SINGULAR[self.kind]} {self.name} ({self.origin})"
 
@@ -83,9 +101,10 @@ def names(kind: Kind) -> list[PluginEntry]:
 
 
 def find(kind: Kind, name: str) -> PluginEntry:
-    """The plug-in of this name; raises BenchError with close names, or with both origins of two."""
+    """The plug-in of this name, however it is spelled (``HuMoT``); raises BenchError with close names, or
+    with both origins of two."""
     entries = names(kind)
-    matching = [entry for entry in entries if entry.name == name]
+    matching = _matching(name, entries)
     if len(matching) == 1:
         return matching[0]
     if matching:
@@ -98,29 +117,54 @@ def find(kind: Kind, name: str) -> PluginEntry:
 
 def kinds_of(name: str) -> list[Kind]:
     """The kinds that have a plug-in of this name, mostly one; raises BenchError where none has."""
-    kinds = [kind for kind in KINDS if any(entry.name == name for entry in names(kind))]
+    everything = [entry for kind in KINDS for entry in names(kind)]
+    found = {entry.kind for entry in _matching(name, everything)}
+    kinds = [kind for kind in KINDS if kind in found]
     if not kinds:
-        everything = [entry for kind in KINDS for entry in names(kind)]
         raise BenchError(f"nothing is called {name!r}; {_cure(name, everything)}")
     return kinds
+
+
+def _matching(name: str, entries: list[PluginEntry]) -> list[PluginEntry]:
+    """The plug-ins of exactly this name; where there are none, those that differ from it in spelling."""
+    exactly = [entry for entry in entries if entry.name == name]
+    return exactly or [entry for entry in entries if folded(entry.name) == folded(name)]
+
+
+def spelled(text: str, kinds: tuple[Kind, ...] = KINDS) -> str:
+    """A spec as people write it, such as ``copy rotations[root_rule=none]``, with the plug-in's own name.
+
+    Case, spaces, underscores and hyphens do not count, and a title may stand for the name. A text that is
+    no plug-in's name is given back.
+    """
+    name, parameters = re.fullmatch(r"([^\[+]*)(.*)", text.strip(), re.DOTALL).groups()  # type: ignore[union-attr]
+    entries = [entry for kind in kinds for entry in names(kind)]
+    found = _matching(name, entries) or [e for e in entries if folded(e.title) == folded(name)]
+    return f"{found[0].name}{parameters}" if found else text
 
 
 def _cure(name: str, entries: list[PluginEntry]) -> str:
     """The names that were perhaps meant, else all of them."""
     known = sorted({entry.name for entry in entries})
-    close = [each for each in known if each.startswith(name)]
-    close = close or difflib.get_close_matches(name, known, 3, 0.5)
+    close = [each for each in known if each.startswith(name.casefold())]
+    close = close or difflib.get_close_matches(name.casefold(), known, 3, 0.5)
     return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
 
 
 def _built_in(kind: Kind) -> Iterator[PluginEntry]:
     for base in retarget_bench.__path__:
-        room = Path(base) / ROOMS[kind]
-        for path in sorted(room.iterdir()) if room.is_dir() else ():
-            file = path / "__init__.py" if path.is_dir() else path
-            if path.name[0] not in "_." and file.suffix == ".py" and file.is_file():
-                module = f"retarget_bench.{ROOMS[kind].replace('/', '.')}.{path.stem}"
-                yield PluginEntry(path.stem, kind, BUILT_IN, module, path=file)
+        yield from _in_room(kind, Path(base) / ROOMS[kind])
+
+
+@cache
+def _in_room(kind: Kind, room: Path) -> tuple[PluginEntry, ...]:
+    found = []
+    for path in sorted(room.iterdir()) if room.is_dir() else ():
+        file = path / "__init__.py" if path.is_dir() else path
+        if path.name[0] not in "_." and file.suffix == ".py" and file.is_file():
+            module = f"retarget_bench.{ROOMS[kind].replace('/', '.')}.{path.stem}"
+            found.append(PluginEntry(path.stem, kind, BUILT_IN, module, path=file))
+    return tuple(found)
 
 
 @cache
@@ -174,7 +218,27 @@ def add_file(path: str | Path) -> PluginEntry:
             "and process (a post-processor)"
         )
     _FILES[path] = replace(entry, kind=kind)
+    _CODE[path] = _code(entry)
     return _FILES[path]
+
+
+def refresh_files() -> None:
+    """Import added files anew whose code has changed, and forget those that are gone. Raises BenchError."""
+    for path, entry in list(_FILES.items()):
+        there = entry.path is not None and entry.path.is_file()
+        if there and _code(entry) == _CODE.get(path):
+            continue
+        for module in [each for each in sys.modules if f"{each}.".startswith(f"{entry.module}.")]:
+            del sys.modules[module]
+        del _FILES[path]
+        if there:
+            for _, file in _code_files(entry):  # a second file of one second and size has the same bytecode
+                Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
+            add_file(path)
+
+
+def _code(entry: PluginEntry) -> str:
+    return files_.digest("".join(f"{name}\0{file.read_bytes()!r}" for name, file in _code_files(entry)))
 
 
 def files() -> tuple[str, ...]:
@@ -222,7 +286,8 @@ def canonical(kind: Kind, spec: Spec | str) -> Spec:
         raise BenchError(
             f"{spec}: post-processors follow a method, and this is a {SINGULAR[kind]}{several}"
         )
-    fitted = parameters.fit(spec.alone, load(kind, spec.name))
+    name = find(kind, spec.name).name
+    fitted = parameters.fit(Spec(name, spec.parameters), load(kind, name))
     return Spec(fitted.name, fitted.parameters, tuple(canonical("posts", post) for post in spec.posts))
 
 
@@ -292,7 +357,10 @@ def code_files(kind: Kind, name: str) -> list[tuple[str, Path]]:
     every file of the package that it lies in. Names are relative to the plug-in's own folder, or to the one
     that it lies in; files outside of it have their own names.
     """
-    entry = find(kind, name)
+    return _code_files(find(kind, name))
+
+
+def _code_files(entry: PluginEntry) -> list[tuple[str, Path]]:
     if entry.path is None:
         raise BenchError(f"{entry}: no source file of module {entry.module} was found")
     home = entry.path.parent

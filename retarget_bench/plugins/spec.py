@@ -38,6 +38,11 @@ _BARE = re.compile(r"[^\s\[\],='\"]([^\[\],='\"]*[^\s\[\],='\"])?")
 _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
 
 
+def folded(name: str) -> str:
+    """A name without what people write differently: case, spaces, underscores and hyphens."""
+    return re.sub(r"[\s_-]", "", name.casefold())
+
+
 @dataclass(frozen=True, eq=False)
 class Spec:
     """A plug-in's name and the parameters it is asked for with.

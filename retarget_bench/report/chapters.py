@@ -1,7 +1,6 @@
 """The chapters of a report, one per task and data set, and their tables."""
 
-import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,6 +10,7 @@ from tqdm import tqdm
 
 from retarget_bench.analysis import statistics, summary
 from retarget_bench.analysis.breakdown import UNKNOWN, By
+from retarget_bench.analysis.selection import BODIES, Selection
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
@@ -23,9 +23,11 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, result_matrix
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import builder, set_groups
+from retarget_bench.tables import builder, names, set_groups
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Column, Table
+
+_BODIES = ("", *BODIES)
 
 
 @dataclass(frozen=True)
@@ -126,16 +128,18 @@ def chapters(
     methods: Sequence[str] = (),
     data: str | None = None,
     columns: Sequence[str] = (),
+    only: Collection[ResultPaths] = (),
 ) -> list[Chapter]:
     """A chapter per task and data set, retargeting first.
 
     task, dataset (the name of its folder), methods: only of these. data: the folder where the data lie.
-    columns: of the tables, where a chapter has them, instead of the usual ones.
+    columns: of the tables, where a chapter has them, instead of the usual ones. only: of these results.
     Raises BenchError where a root has no results, and where nothing is left.
     """
     found = results(roots)
     chosen = [place for place in found if task is None or place.task.split("-")[0] == task]
     chosen = [place for place in chosen if dataset in (None, place.dataset)]
+    chosen = [place for place in chosen if not only or place in only]
     if not chosen:
         there = sorted({f"{place.task} on {place.dataset}" for place in found})
         raise BenchError(f"no such results here; there are those of {', '.join(there)}")
@@ -143,29 +147,43 @@ def chapters(
         named = method_order.of_methods(chosen, methods)
         chosen = [place for place in chosen if place in named]
     groups = method_order.apart(chosen)
-    _check_columns(groups, columns)
+    columns = _column_ids(groups, columns)
     bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
-    made = (_chapter(places, data, columns) for places in bar)
-    return [chapter for chapter in made if chapter is not None]
+    return [chapter for places in bar for chapter in _chapters(places, data, columns)]
 
 
 def results(roots: Sequence[Path]) -> list[ResultPaths]:
-    """All that there are, of all tasks. Raises BenchError where a root has none."""
+    """All that there are, of all tasks, finished or not. Raises BenchError where a root has none."""
     found: list[ResultPaths] = []
     for root in roots:
-        here = method_order.everything([root])
+        here = method_order.everything([root], unfinished=True)
         if not here:
             raise BenchError(f"no results in {root}; bench run --out {root} makes some")
         found += here
     return found
 
 
-def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[str]) -> Chapter | None:
+def _chapters(places: Sequence[ResultPaths], data: str | None, columns: Sequence[str]) -> list[Chapter]:
+    """A chapter for each group of bodies; those of derived tasks are not told apart."""
+    retargeted = places[0].task.split("-")[0] == TASKS[0]
+    select = Selection(variants=True, apart=retargeted)
+    groups: dict[str, list[ResultMatrix]] = {}
+    for matrix in select.parts(result_matrix.result_matrices(places)):
+        groups.setdefault(matrix.bodies, []).append(matrix)
+    made = (_chapter(places, groups[name], data, columns) for name in sorted(groups, key=_BODIES.index))
+    return [chapter for chapter in made if chapter is not None]
+
+
+def _chapter(
+    places: Sequence[ResultPaths],
+    matrices: Sequence[ResultMatrix],
+    data: str | None,
+    columns: Sequence[str],
+) -> Chapter | None:
     """None where no result declares a number per case, so that there is nothing to show."""
-    sections = summary.split_summaries(places)
+    sections = [summary.split_summary(matrix) for matrix in matrices]
     made = _tables(places, sections, columns)
     found = {section.split: section for section in sections}
-    matrices = result_matrix.result_matrices(places)
     shown = {each.split: known for each in matrices if (known := _columns(made, each))}
     if usual := _usual(made, shown):
         shown |= {each.split: [usual] for each in matrices if each.split not in shown and each.own.any()}
@@ -186,7 +204,9 @@ def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[
     declared = splits[0].matrix.rows[0].header.dataset
     spec = Spec(declared.name, declared.parameters)
     spec = spec if data is None else spec.with_parameters(root=data)
-    return Chapter(places[0].task, sections[0].dataset, spec, tuple(places), tuple(made), splits)
+    bodies = f": {sections[0].bodies}" if sections[0].bodies else ""
+    name = sections[0].dataset + bodies
+    return Chapter(places[0].task, name, spec, tuple(places), tuple(made), splits)
 
 
 def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:
@@ -226,16 +246,15 @@ def _ordered(whole: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
 
 
 # ------------------------------------------------------------------------------------------------ tables
-def _check_columns(groups: Sequence[Sequence[ResultPaths]], columns: Sequence[str]) -> None:
-    """Raises BenchError for a column that no results of any chapter have."""
+def _column_ids(groups: Sequence[Sequence[ResultPaths]], columns: Sequence[str]) -> Sequence[str]:
+    """The ids of these columns. Raises BenchError for one that no results of any chapter have."""
     if not columns:
-        return
-    known = {each for places in groups for each in builder.all_columns(summary.split_summaries(places))}
-    if unknown := next((column for column in columns if column not in known), None):
-        near = difflib.get_close_matches(unknown, known, 3, 0.5) or sorted(known)[:6]
-        raise BenchError(
-            f"no result has one number per case or set called {unknown!r}; there are {', '.join(near)}"
-        )
+        return ()
+    sections = [each for places in groups for each in summary.split_summaries(places)]
+    found = names.column_ids(columns, sections)
+    if curve := next((each for each in found if each not in builder.all_columns(sections)), None):
+        raise BenchError(f"{curve} is a curve, and columns have one number per case or set")
+    return found
 
 
 def _tables(
@@ -250,7 +269,10 @@ def _tables(
         wanted = [column for column in wanted if column not in (FPS, *set_groups.declared(sections))]
     if not wanted:
         whole = task not in DERIVED
-        return builder.tables(sections, with_sets=True) if whole else builder.task_tables(places, task)
+        if whole:
+            layout: builder.Layout = "both" if len(sections) > 1 else "splits"
+            return builder.tables(sections, with_sets=True, layout=layout)
+        return builder.task_tables(places, task)
     if by is None and not set(wanted) - {FPS, *set_groups.declared(sections)}:
         mains = (method_order.main_value(each, task) for each in result_matrix.result_matrices(places))
         wanted = [*dict.fromkeys(main for main in mains if main is not None), *wanted]

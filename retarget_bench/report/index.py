@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.analysis import statistics
+from retarget_bench.analysis import statistics, summary
+from retarget_bench.analysis.selection import is_variant
 from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.report.chapters import Chapter, Split
@@ -42,6 +43,8 @@ STEPS = (
 """From nothing to the most that is left out."""
 OF_EACH = frozenset(["kind", "level", "structure"])
 """Of what groups of cases a case is listed in any event."""
+MOST_SEEN = 8
+"""Methods that are seen at once without being asked for."""
 NOT_STORED = "its prediction is not stored any more"
 
 
@@ -90,8 +93,29 @@ def _data(
             for c, chapter in enumerate(chapters)
         ],
         "colours": {label: style.colour for label, style in styles.items()},
-        "first": next(([*place] for place in shown.places), None),
+        "first": _first(shown),
     }
+
+
+def _first(shown: PackedScenes) -> list[int] | None:
+    """The liveliest case of the first split that can be seen."""
+    if not shown.places:
+        return None
+    chapter, split, _ = next(iter(shown.places))
+    return [
+        *max(
+            (place for place in shown.places if place[:2] == (chapter, split)), key=shown.lively.__getitem__
+        )
+    ]
+
+
+def _seen_first(split: Split) -> list[int]:
+    """Numbers of the methods that are seen without being asked for: neither controls nor variants."""
+    return [
+        number
+        for number, row in enumerate(split.matrix.rows)
+        if not summary.never_ranked(row.header.method) and not is_variant(row.header.method, split.labels)
+    ][:MOST_SEEN]
 
 
 def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinning) -> dict[str, Any]:
@@ -112,6 +136,7 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
             for value in whole
         },
         "lost": _lost(split, at, shown, kept),
+        "seen": _seen_first(split),
         "paired": all(row.header.four_legged is None for row in split.matrix.rows),
     }
     entry |= {"few": few} if few else {}

@@ -14,6 +14,7 @@ from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.tables.model import count
 from retarget_bench.viewer import player, scene_builder
 from retarget_bench.viewer.packing import packed
+from retarget_bench.viewer.scene import Scene
 
 WANTED = (1.0, 0.5, 0.0)
 """Worst, median and best, as shares of the cases in order of how well they go."""
@@ -24,9 +25,11 @@ Chosen = tuple[int, int, int]
 """Numbers of chapter, split and case."""
 
 
-def chosen(chapters: Sequence[Chapter], most: int, wanted: Sequence[str] = ()) -> list[Chosen]:
+def chosen(chapters: Sequence[Chapter], most: int | None, wanted: Sequence[str] = ()) -> list[Chosen]:
     """The cases to show, in the order in which they are to be packed: those asked for by id, then of every
-    split in turn, cross first, its worst, median, best, next worst, ... case, at most so many in all.
+    split in turn, cross first, its worst, median, best, next worst, ... case.
+
+    most: so many in all; None: every one.
 
     How well a case goes is the mean of its places among the cases, over the ranked methods that answered
     it. Of the cases near the wanted place the one is taken whose kind, pair and bodies were shown least,
@@ -50,7 +53,7 @@ def chosen(chapters: Sequence[Chapter], most: int, wanted: Sequence[str] = ()) -
     queues = [[(c, s, case) for case in order(split, most)] for c, s, split in splits]
     for turn in range(max(map(len, queues), default=0)):
         for queue in queues:
-            if len(found) >= most:
+            if most is not None and len(found) >= most:
                 return found
             if turn < len(queue) and queue[turn] not in found:
                 found.append(queue[turn])
@@ -102,8 +105,9 @@ def _badness(split: Split) -> np.ndarray:
         return np.nanmean(places, axis=0)
 
 
-ROOM = 10_500_000
-"""Bytes of packed scenes in a page: with tables and charts it stays below 12 MB."""
+ROOM, MOST_ROOM = 4_000_000, 10_500_000
+"""Bytes of packed scenes in a page where nobody says how many, and at most: with tables and charts it stays
+below 12 MB."""
 
 
 @dataclass
@@ -113,22 +117,24 @@ class PackedScenes:
     scenes:  the text of every scene. places: case -> number of its scene.
     reasons: case -> why it has no scene, of those that were to have one.
     gone:    case -> method, status, message of every answer of it that is not to be seen.
+    lively:  case -> how much there is to see: speed of the source's joints while it is upright.
     notes:   sentences for people who look for more.
     """
 
     scenes: list[str] = field(default_factory=list)
     places: dict[Chosen, int] = field(default_factory=dict)
+    lively: dict[Chosen, float] = field(default_factory=dict)
     reasons: dict[Chosen, str] = field(default_factory=dict)
     gone: dict[Chosen, list[tuple[str, str, str]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
 def motions(
-    chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = ROOM, skins: bool = False
+    chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = MOST_ROOM, skins: bool = False
 ) -> PackedScenes:
     """The scenes of these cases, in this order until the room is used up; a bar shows how far it is.
 
-    skins: with meshes of bodies that have one.
+    room: bytes. skins: with meshes of bodies that have one.
     """
     found = PackedScenes()
     used = 0
@@ -142,18 +148,22 @@ def motions(
                 raise chapter.bodies
             places = [row.paths for row in split.matrix.rows]
             scene = scene_builder.of_case(places, case, dataset=chapter.data)
+            if skins:
+                scene = scene_builder.dressed(scene)
             text = player.data(packed(scene, skins))
         except BenchError as error:
             found.reasons[each] = str(error)
             continue
         if used + len(text.encode()) > room and found.scenes:
+            hint = " (--clips N takes in more)" if room < MOST_ROOM else ""
             found.notes.append(
-                f"{count(len(chosen) - number, 'more case')} would have made this file larger than "
-                f"{(room + 1_500_000) / 1e6:.0f} MB and were left out."
+                f"{count(len(chosen) - number, 'more case')} would have taken more than "
+                f"{room / 1e6:.0f} MB of motion and were left out{hint}."
             )
             break
         used += len(text.encode())
         found.places[each] = len(found.scenes)
+        found.lively[each] = _liveliness(scene)
         found.scenes.append(text)
         answers = [figure for figure in scene.figures if figure.part == "prediction"]
         found.gone[each] = [
@@ -163,6 +173,17 @@ def motions(
         ]
     found.notes += _notes(chapters, found)
     return found
+
+
+def _liveliness(scene: Scene) -> float:
+    """Heights per second of the source's joints on average, over the frames in which it is upright."""
+    figure = next((each for each in scene.figures if each.part == "source"), None)
+    if figure is None or figure.positions is None or len(figure.positions) < 2:
+        return 0.0
+    height = max(figure.character.height, 1e-6)
+    upright = np.ptp(figure.positions[1:, :, 1], axis=1) > 0.75 * height  # (frames - 1,)
+    speeds = np.linalg.norm(np.diff(figure.positions, axis=0), axis=-1).mean(axis=1) * scene.fps / height
+    return float((speeds * upright).mean())
 
 
 def _notes(chapters: Sequence[Chapter], found: PackedScenes) -> list[str]:

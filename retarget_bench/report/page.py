@@ -86,7 +86,8 @@ GOALS = {
 
 def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]:
     legend = []
-    for label in [label for label in styles if label in chapter.labels]:
+    known = {score.label for split in chapter.splits for score in split.section.scores if score.means}
+    for label in [label for label in styles if label in known]:
         parts = elements.line([(2, 8), (30, 8)], styles[label]), elements.mark(16, 8, styles[label])
         sample = elements.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
         legend.append((label, sample))
@@ -113,6 +114,8 @@ def _short(split: Split) -> str:
     unit = "" if split.main.unit == "1" else f" {split.main.unit}"
     tied = [label for label in ranking.order if label in ranking.tied]
     also = f"; the data cannot tell {', '.join(tied)} from it" if tied else ""
+    if not ranking.separable:
+        also = "; so few clips cannot tell the best from the worst"
     return (
         f"{split.name}: {ranking.best} has the best {split.main.label} "
         f"({means[ranking.best].value:.{split.digits}f}{unit}) of "

@@ -4,6 +4,7 @@ Small files lie beside ``cases.csv``. Results written before there were any load
 
     cases.parts.csv    target, joint, part of the body (``retarget_bench.motion.roles.BODY_PARTS``)
     cases.structures.csv  target, structure
+    cases.bodies.csv   source or target, number of its legs
     cases.unseen.csv   case, and which of source, target and kind no training part of the data has
     cases.conditions.csv  of derived tasks: case, condition (``noise``), number
 """
@@ -23,6 +24,7 @@ from retarget_bench.results.store import ResultPaths
 FIELDS = {
     "parts": ("target", "joint", "part"),
     "structures": ("target", "structure"),
+    "bodies": ("character", "legs"),
     "unseen": ("case", "unseen"),
     "conditions": ("case", "condition", "value"),
 }
@@ -32,9 +34,11 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     """The metadata of a split: a file of each kind that the data set knows."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
+    known = sorted(({info.source for info in infos} & set(bodies)).union(targets))
     rows: dict[str, list[tuple[str, ...]]] = {
         "parts": [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()],
         "structures": [(name, bodies[name].structure) for name in targets],
+        "bodies": [(name, "4" if bodies[name].four_legged else "2") for name in known],
     }
     if isinstance(data, OffersUnseen):
         rows["unseen"] = sorted((info.id, "+".join(sorted(data.unseen(info)))) for info in infos)
@@ -75,6 +79,12 @@ def read_unseen(paths: ResultPaths) -> dict[str, frozenset[str]] | None:
 def read_structures(paths: ResultPaths) -> dict[str, str] | None:
     """Target -> its structure; None where the results are older than this file."""
     rows = _rows(paths, "structures")
+    return None if rows is None else dict(rows)
+
+
+def read_legs(paths: ResultPaths) -> dict[str, str] | None:
+    """Source or target -> ``2`` or ``4`` legs; None where the results are older than this file."""
+    rows = _rows(paths, "bodies")
     return None if rows is None else dict(rows)
 
 

@@ -4,6 +4,7 @@ Tables and comparisons of thousands of cases read millions of rows. Where files 
 takes them; small ones, and any that it refuses, are read line by line, so that an error names its line.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from retarget_bench.errors import FileError
 from retarget_bench.results import store
 from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.header import ResultHeader
-from retarget_bench.results.store import ResultPaths
+from retarget_bench.results.store import CaseResult, ResultPaths
 
 LARGE = 1_000_000
 """Bytes from which importing pandas pays."""
@@ -46,16 +47,22 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
         return Columns(paths, header, (), {})
     cases = tuple(store.read_cases(paths.cases, paths.task, paths.split))
     position = {info.id: number for number, info in enumerate(cases)}
-    large = paths.rows.exists() and paths.rows.stat().st_size >= LARGE
-    found = _fast(paths, position) if large else None
-    numbers = _slow(paths, position) if found is None else found
+    if paths.header.exists():
+        large = paths.rows.exists() and paths.rows.stat().st_size >= LARGE
+        found = _fast(paths, position) if large else None
+        numbers = _slow(paths, position, store.read_rows(paths.rows)) if found is None else found
+    else:
+        header, entries = store.read_unfinished(paths, header, cases)
+        numbers = _slow(paths, position, entries)
     stale = {value for value, _ in numbers if newest.why_value_outdated(header, value)}
     return Columns(paths, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
 
 
-def _slow(paths: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]:
+def _slow(
+    paths: ResultPaths, position: dict[str, int], entries: Mapping[str, CaseResult]
+) -> dict[Key, np.ndarray]:
     numbers: dict[Key, np.ndarray] = {}
-    for case, entry in store.read_rows(paths.rows).items():
+    for case, entry in entries.items():
         if case not in position:
             raise FileError(paths.rows, f"names case {case!r}, which {paths.cases} does not list")
         for value_id, value in entry.values.items():

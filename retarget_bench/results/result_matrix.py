@@ -53,6 +53,9 @@ class ResultMatrix:
     cases:  sorted by clip. Values of legacy protocols count self pairs as intra, so self cases are there
             too, with those values only; ``own`` tells them apart.
     part:   which group of the cases (or joints) this is; "" for all.
+    bodies: the group of bodies that all cases are of; "" where they are not told apart.
+    variants: labels of the variants of methods that were left out.
+    unfinished: a sentence on how far a running run is; "" where all is finished.
     own:    ``(cases,)`` bool.
     values: value id -> what headers declare of it.
     """
@@ -64,6 +67,9 @@ class ResultMatrix:
     rows: tuple[MethodRow, ...]
     values: Mapping[str, DeclaredValue]
     part: str = ""
+    bodies: str = ""
+    variants: tuple[str, ...] = ()
+    unfinished: str = ""
 
     @cached_property
     def clips(self) -> np.ndarray:
@@ -118,7 +124,7 @@ def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
     once: dict[Path, ResultPaths] = {}
     for paths in results:
         once.setdefault(paths.header.resolve(), paths)
-    there = [(paths, store.read_header(paths.header)) for paths in once.values()]
+    there = [(paths, store.read_header(paths.any_header)) for paths in once.values()]
     newest = compatibility.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
     for paths, header in there:

@@ -8,14 +8,15 @@ Under a results root, one folder per data set, task and split holds for every me
     <method>/          the predictions, one file per case; disposable
     cases.csv          what is known of every case: source, target, clip, kind, frames
 
-and, while a run is going on, ``<method>.journal``, which a re-run continues from.
+and, while a run is going on, ``<method>.journal``, which a re-run continues from, and ``<method>.begun``, a
+header without counts.
 """
 
 import csv
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -25,10 +26,11 @@ import numpy as np
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, digest, slug, write_csv, write_text
-from retarget_bench.results.header import SCHEMA, DeclaredValue, ResultHeader, parsed
+from retarget_bench.results.header import SCHEMA, DeclaredValue, Problem, ResultHeader, parsed
 
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
+UNFINISHED = "not finished yet"
 ARRAY_INDICES = ("joint", "frame")
 """Values with one of these indices are stored in the ``.npz``, not in rows."""
 
@@ -68,6 +70,15 @@ class ResultPaths:
     @property
     def journal(self) -> Path:
         return self.folder / f"{self.method}.journal"
+
+    @property
+    def begun(self) -> Path:
+        return self.folder / f"{self.method}.begun"
+
+    @property
+    def any_header(self) -> Path:
+        """The header; of results that are not finished the one that their run began with."""
+        return self.begun if self.begun.exists() and not self.header.exists() else self.header
 
     @property
     def cases(self) -> Path:
@@ -156,7 +167,7 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseRe
 
 def append_journal(paths: ResultPaths, entry: CaseResult) -> None:
     """One line, written at once."""
-    line = json.dumps(asdict(entry), allow_nan=False) + "\n"
+    line = json.dumps(vars(entry), allow_nan=False) + "\n"
     try:
         with paths.journal.open("ab", buffering=0) as file:
             file.write(line.encode())
@@ -164,20 +175,40 @@ def append_journal(paths: ResultPaths, entry: CaseResult) -> None:
         raise FileError(paths.journal, f"cannot be written ({error.strerror})") from error
 
 
+def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -> None:
+    """Write what ``read_unfinished`` needs beside the journal.
+
+    A case list that is there stays until results are complete, since older ones are read with it.
+    """
+    if not paths.cases.exists():
+        write_cases(paths, infos)
+    _write_header(paths.begun, header)
+
+
 # --------------------------------------------------------------------------------------------- writing
 def write_results(
     paths: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
     """Rows, arrays and case list, then the header (whose presence says that all is there)."""
-    ordered = sorted(infos, key=lambda info: info.id)
-    cases = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
-    write_csv(paths.cases, CASE_FIELDS, cases)
+    write_cases(paths, infos)
     rows, arrays = _flatten(entries, header.values)
     texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     write_csv(paths.rows, ROW_FIELDS, texts)
     write_npz(paths.arrays, arrays, compressed=True)
-    write_text(paths.header, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
+    _write_header(paths.header, header)
     paths.journal.unlink(missing_ok=True)
+    paths.begun.unlink(missing_ok=True)
+
+
+def write_cases(paths: ResultPaths, infos: Sequence[CaseInfo]) -> None:
+    """The case list of a split, sorted by id."""
+    ordered = sorted(infos, key=lambda info: info.id)
+    cases = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
+    write_csv(paths.cases, CASE_FIELDS, cases)
+
+
+def _write_header(path: Path, header: ResultHeader) -> None:
+    write_text(path, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
 
 
 def _flatten(
@@ -229,19 +260,44 @@ def read_header_facts(path: Path) -> dict[str, Any]:
 
 
 def read_results(paths: ResultPaths) -> Results:
-    """Everything that is known of one method on one split.
+    """Everything that is known of one method on one split, finished or not.
 
     Raises FileError when a file is missing, damaged or from a newer version.
     """
-    header = read_header(paths.header)
+    header = read_header(paths.any_header)
     cases = {info.id: info for info in read_cases(paths.cases, paths.task, paths.split)}
-    entries = read_rows(paths.rows)
+    if paths.any_header == paths.begun:
+        header, entries = read_unfinished(paths, header, list(cases.values()))
+    else:
+        entries = read_rows(paths.rows)
     for problem in header.problems:
         for case in problem.cases:
             entries[case] = CaseResult(case, problem.status, problem.message)
     if strangers := entries.keys() - cases.keys():
         raise FileError(paths.rows, f"names case {min(strangers)!r}, which {paths.cases} does not list")
     return Results(paths, header, [entries[case] for case in sorted(entries)], cases)
+
+
+def read_unfinished(
+    paths: ResultPaths, header: ResultHeader, cases: Sequence[CaseInfo]
+) -> tuple[ResultHeader, dict[str, CaseResult]]:
+    """The header and the entries of a run that is going on, or was interrupted: of cases finished so far.
+
+    The others are problems of status ``missing``. A journal of other keys has no entries. Values per joint
+    and frame are left to ``read_arrays``.
+    """
+    ids = {info.id for info in cases}
+    arrays = {key for key, value in header.values.items() if value.index in ARRAY_INDICES}
+    done = {
+        case: replace(each, values={key: each.values[key] for key in each.values.keys() - arrays})
+        for case, each in _read_journal(paths.journal, header.keys)[0].items()
+        if case in ids
+    }
+    problems = [Problem(status=e.status, message=e.message, cases=(e.case,)) for e in done.values()]
+    kept = [problem for problem in problems if problem.status != "ok"]
+    if waiting := tuple(sorted(ids - done.keys())):
+        kept.append(Problem(status="missing", message=UNFINISHED, cases=waiting))
+    return replace(header, problems=tuple(kept)).counted(ids), done
 
 
 def read_rows(path: Path) -> dict[str, CaseResult]:
@@ -291,6 +347,9 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
 
 def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
+    if paths.any_header == paths.begun:
+        header = read_header(paths.begun)
+        return _flatten(_read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
     return read_npz(paths.arrays, "cannot be read; run the method again")
 
 
@@ -309,14 +368,24 @@ def read_npz(path: Path, problem: str) -> dict[str, np.ndarray]:
         raise FileError(path, f"{problem} ({error})") from error
 
 
-def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:
+def find_results(root: Path, task: str = "retarget", *, unfinished: bool = False) -> list[ResultPaths]:
     """Every finished result of a task under a results root, sorted.
 
     task: ``retarget``, a derived one (with any parameters), or ``probe``: what ``bench probe`` wrote.
+    unfinished: also ``find_unfinished``.
     """
+    return _find(root, task, "json") + (find_unfinished(root, task) if unfinished else [])
+
+
+def find_unfinished(root: Path, task: str = "retarget") -> list[ResultPaths]:
+    """Every result that a run has begun and not finished, and of which there is no older one, sorted."""
+    return [paths for paths in _find(root, task, "begun") if not paths.header.exists()]
+
+
+def _find(root: Path, task: str, suffix: str) -> list[ResultPaths]:
     places = []
     changed = f"{task}-{8 * '[0-9a-f]'}"  # see Spec.slug
-    for header in sorted([*root.glob(f"*/{task}/*/*.json"), *root.glob(f"*/{changed}/*/*.json")]):
-        dataset, folder, split = header.relative_to(root).parts[:3]
-        places.append(ResultPaths(root, dataset, folder, split, header.stem))
+    for path in sorted(each for name in (task, changed) for each in root.glob(f"*/{name}/*/*.{suffix}")):
+        dataset, folder, split = path.relative_to(root).parts[:3]
+        places.append(ResultPaths(root, dataset, folder, split, path.stem))
     return places

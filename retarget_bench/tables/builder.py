@@ -2,15 +2,20 @@
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
 
 from retarget_bench.analysis.breakdown import CURVES, By
+from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary, split_summaries
+from retarget_bench.api import TWO_LEGS
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import provenance, set_groups
-from retarget_bench.tables.groups import FPS, GroupBuilder, by_method, by_part, lacking
+from retarget_bench.tables.groups import FPS, GroupBuilder, lacking
+from retarget_bench.tables.method_groups import MethodGroup, by_part
 from retarget_bench.tables.model import Group, Problem, Table
 
 DEFAULT_COLUMNS = (
@@ -18,17 +23,15 @@ DEFAULT_COLUMNS = (
     "mpjpe_h.root",
     "plant_recall",
     "plant_precision",
-    "touch_gap",
+    "fid_people",
     "foot_slide",
     "jerk_ratio",
-    FPS,
+    "joint_speed_excess",
 )
-"""Value ids of the default columns, in order; the first also decides the order of rows and the colours of
-methods. ``STAND_INS`` and ``WHERE_KNOWN`` replace or leave out some on data without labels."""
-STAND_INS = {"plant_recall": ("contact_recall",), "plant_precision": ("contact_precision",)}
-"""Value id -> its replacement where no case has it: contacts by speed for contacts by position."""
-WHERE_KNOWN = frozenset(["touch_gap"])
-"""Default columns that are left out silently where a data set has no labels for them."""
+"""Value ids of the default columns of a split, in order; the first also decides the order of rows and the
+colours of methods."""
+OVERVIEW_COLUMNS = ("mpjpe_h.world", "plant_recall", "fid_people")
+"""Of the table of all splits side by side."""
 _DUST, _ROUNDING = 1e-6, 1e-5
 """Numbers below this size, or this share of the column's largest, count as rounding errors."""
 
@@ -42,6 +45,7 @@ TASK_BREAKDOWN: dict[str, By] = {"reconstruct": "structure", "denoise": "level",
 """Derived task -> its default breakdown, since a mean over levels says little."""
 
 Values = Mapping[str, DeclaredValue]
+Layout = Literal["splits", "overview", "both"]
 
 
 def tables(
@@ -50,32 +54,85 @@ def tables(
     by: str = "",
     *,
     with_sets: bool = False,
+    layout: Layout = "splits",
 ) -> list[Table]:
-    """One table per data set. ``columns`` are value ids, or ``fps``.
+    """One table per data set and group of bodies. ``columns`` are value ids, or ``fps``; results may lack
+    some of ``DEFAULT_COLUMNS`` and ``OVERVIEW_COLUMNS``.
 
     by: the breakdown of ``found``. Then there is a group per split and column; without requested columns,
         only the first default column that exists (or all values where none does).
     with_sets: add every value of whole sets, requested or not.
+    layout: a group per split, one of all splits side by side with ``OVERVIEW_COLUMNS``, or both.
     Raises BenchError for an empty list of columns, an unknown one (listing those that exist), and a curve.
     """
     declared = _declared(found)
-    by_dataset: dict[str, list[SplitSummary]] = {}
+    apart: dict[str, list[SplitSummary]] = {}
     for section in found:
-        by_dataset.setdefault(section.dataset, []).append(section)
-    if columns is not DEFAULT_COLUMNS:
+        bodies = f": {section.bodies}" if section.bodies else ""
+        apart.setdefault(section.dataset + bodies, []).append(section)
+    if not _usual(columns):
         _check_columns(columns, declared, by, set_groups.declared(found))
     methods = {score.label: score.header for section in found for score in section.scores}
     return [
-        _table(title, each, columns, declared, methods, by, with_sets) for title, each in by_dataset.items()
+        _table(title, each, columns, declared, methods, by, with_sets, layout)
+        for title, each in apart.items()
     ]
 
 
-def task_tables(places: Sequence[ResultPaths], task: str, by: By | None = None) -> list[Table]:
+def overview(
+    places: Sequence[ResultPaths], selection: Selection | None = None, bodies: str = ""
+) -> list[Table]:
+    """The first table of results: MPJPE, contact recall and FID on all splits side by side.
+
+    bodies: see ``bodies_shown``. Raises BenchError where there are none of these bodies.
+    """
+    shown, hints = bodies_shown(split_summaries(places, select=selection or Selection()), bodies)
+    return with_hints(tables(shown, layout="overview"), hints)
+
+
+def with_hints(made: Sequence[Table], hints: Sequence[str]) -> list[Table]:
+    """The tables, with these hints below the last."""
+    return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
+
+
+def bodies_shown(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary], list[str]]:
+    """The sections of a group of bodies, and sentences about what is left out.
+
+    bodies: one of ``selection.BODIES``, ``all``, or "": people, or all where there are none.
+    Raises BenchError where there are none of these bodies.
+    """
+    there = list(dict.fromkeys(section.bodies for section in found))
+    if bodies not in ("", "all", *there):
+        known = ", ".join(filter(None, there)) or "no groups of bodies: these results are older than those"
+        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
+    wanted = bodies or (PEOPLE if PEOPLE in there else "all")
+    shown = [section for section in found if wanted in ("all", section.bodies)]
+    hints = []
+    for group in there if wanted != "all" else ():
+        cases = {
+            section.split: max(score.asked for score in section.scores)
+            for section in found
+            if section.bodies == group != wanted
+        }
+        if cases:
+            of_splits = ", ".join(f"{split} {number}" for split, number in cases.items())
+            named = group if group == PEOPLE else f"{group} bodies"
+            hints.append(f"{named} (cases: {of_splits}) have a table of their own: --bodies {group}")
+    variants = dict.fromkeys(label for section in shown for label in section.variants)
+    if variants:
+        hints.append(f"variants left out: {', '.join(variants)}: --variants")
+    return shown, hints
+
+
+def task_tables(
+    places: Sequence[ResultPaths], task: str, by: By | None = None, select: Selection | None = None
+) -> list[Table]:
     """The tables of a task: by level or structure, or whatever else is asked for; of ``reconstruct`` also
     one over all structures."""
-    whole = split_summaries(places) if by is None and TASK_BREAKDOWN[task] == "structure" else []
+    both = by is None and TASK_BREAKDOWN[task] == "structure"
+    whole = split_summaries(places, select=select) if both else []
     by = by or TASK_BREAKDOWN[task]
-    parts, wanted = split_summaries(places, by), TASK_COLUMNS[task]
+    parts, wanted = split_summaries(places, by, select=select), TASK_COLUMNS[task]
     return [
         *tables(whole, _known_columns(whole, wanted)),
         *tables(parts, _known_columns(parts, wanted[: 1 if whole else None]), by),
@@ -100,6 +157,11 @@ def curve_index(found: Sequence[SplitSummary], columns: Sequence[str]) -> By | N
     over = {declared[column].index if column in declared else "" for column in columns}
     known: tuple[By, ...] = ("joint", *CURVES)
     return next((by for by in known if over == {by}), None)
+
+
+def _usual(columns: Sequence[str]) -> bool:
+    """True for columns of ours, of which results may lack some."""
+    return columns is DEFAULT_COLUMNS or columns is OVERVIEW_COLUMNS
 
 
 def _declared(found: Sequence[SplitSummary]) -> dict[str, DeclaredValue]:
@@ -132,12 +194,15 @@ def _table(
     methods: Mapping[str, ResultHeader],
     by: str,
     with_sets: bool,
+    layout: Layout,
 ) -> Table:
     known = compatibility.newest([score.header for section in found for score in section.scores])
     of_sets = set_groups.declared(found)
     decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS, *of_sets)}
-    builder = GroupBuilder(known, {**declared, **of_sets}, decimals, methods)
-    sets = [key for key in of_sets if with_sets or key in wanted]
+    whole = _whole(found)
+    builder = GroupBuilder(known, {**declared, **of_sets}, decimals, methods, whole)
+    sets = [key for key in of_sets if with_sets or (key in wanted and not _usual(wanted))]
+    sets = [key for key in sets if key not in whole]
     keys = _broken_down(found, wanted, declared) if by else []
     groups: list[Group] = []
     if by:
@@ -147,19 +212,23 @@ def _table(
         for parts in splits.values():
             groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts)]
     else:
-        cases = wanted if wanted is DEFAULT_COLUMNS else [key for key in wanted if key not in of_sets]
-        for section in found:
+        cases = [key for key in wanted if key not in of_sets or key in whole]
+        if layout != "splits":
+            groups.append(_overview(found, declared, builder))
+        for section in found if layout != "overview" else ():
             if cases:
-                groups.append(by_method(section, *_columns(section, cases, declared), builder))
+                shown, absent = _columns(section, cases, declared, whole)
+                groups.append(MethodGroup([section], {section.split: shown}, builder).group(absent))
             if sets:
                 groups += set_groups.by_set(section, sets, builder)
-    notes = []
-    if sets:
-        notes = [set_groups.READING, *(line for each in found for line in set_groups.without(each, sets))]
-    elif of_sets:
-        notes = [f"Not shown: values of all answers as one set (--columns {','.join(of_sets)})."]
+    notes, hints = [], []
+    if sets and any(score.sets for section in found for score in section.scores):
+        hints = [set_groups.READING, *set_groups.without(found, sets)]
+    elif left := [key for key in of_sets if key not in whole]:
+        notes = [f"Not shown: values of all answers as one set (--columns {','.join(left)})."]
+    state = " (unfinished)" if any(section.unfinished for section in found) else ""
     return Table(
-        title=title,
+        title=title + state,
         groups=tuple(groups),
         notes=(*notes, *_notes(found, known)),
         footnotes=tuple(builder.footnotes.sentences),
@@ -167,11 +236,21 @@ def _table(
         provenance=provenance.provenance(found),
         data=provenance.data_facts(found),
         subjects=tuple(builder.column(key) for key in keys),
+        hints=tuple(hints),
     )
 
 
+def _overview(found: Sequence[SplitSummary], declared: Values, builder: GroupBuilder) -> Group:
+    """All splits side by side."""
+    columns = [_columns(section, OVERVIEW_COLUMNS, declared, builder.whole) for section in found]
+    shown = {section.split: keys for section, (keys, _) in zip(found, columns, strict=True)}
+    return MethodGroup(found, shown, builder).group([line for _, lost in columns for line in lost])
+
+
 # --------------------------------------------------------------------------------------------- columns
-def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> tuple[list[str], list[str]]:
+def _columns(
+    section: SplitSummary, wanted: Sequence[str], declared: Values, whole: Collection[str]
+) -> tuple[list[str], list[str]]:
     """The columns that a split has, and sentences about those it lacks."""
     if not any(score.means for score in section.scores):
         return [key for key in wanted if key == FPS or key in declared], []
@@ -179,22 +258,46 @@ def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> 
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
     for key in wanted:
-        if (shown := stand_in(key, present)) is not None:
+        if key in whole and (reason := _no_set(section, key)):
+            absent.setdefault(reason, []).append(key)
+        elif key in whole:
+            keys.append(key)
+        elif (shown := stand_in(key, present)) is not None:
             keys.append(shown)
-        elif key in declared and not (wanted is DEFAULT_COLUMNS and key in WHERE_KNOWN):
+        elif key in declared:
             absent.setdefault(lacking(declared[key], section.scores), []).append(key)
+    labels = {key: value.label for key, value in {**declared, **set_groups.declared([section])}.items()}
     lost = [
-        f"{section.split}: not shown: {', '.join(declared[key].label for key in each)} ({why})"
+        f"{section.split}: not shown: {', '.join(labels[key] for key in each)} ({why})"
         for why, each in absent.items()
     ]
     return list(dict.fromkeys(keys)), lost
 
 
+def _whole(found: Sequence[SplitSummary]) -> frozenset[str]:
+    """Ids of values of sets that are over all bodies of these sections."""
+    return frozenset(
+        each.value_id
+        for section in found
+        if section.bodies
+        for score in section.scores
+        for each in score.sets
+        if each.structure == TWO_LEGS
+    )
+
+
+def _no_set(section: SplitSummary, key: str) -> str:
+    """Reason why no method has this value of the set of all bodies; "" where one has."""
+    values = [each for score in section.scores for each in score.sets if each.value_id == key]
+    values = [each for each in values if each.structure == TWO_LEGS]
+    if any(each.value is not None for each in values):
+        return ""
+    return "; ".join(dict.fromkeys(each.reason for each in values)) or "no case is between two legs"
+
+
 def stand_in(key: str, present: Collection[str]) -> str | None:
-    """The column, or its replacement where no case has it, last of all relative to the source; or None."""
-    options = (key, *STAND_INS.get(key, ()))
-    found = (each for each in (*options, *(f"{option}_src" for option in options)) if each in present)
-    return FPS if key == FPS else next(found, None)
+    """The column, or the same relative to the source where no case has it; or None."""
+    return FPS if key == FPS else next((each for each in (key, f"{key}_src") if each in present), None)
 
 
 def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values) -> list[str]:
@@ -202,7 +305,7 @@ def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared:
     present = _present(found)
     shown = (stand_in(key, present) for key in wanted if key != FPS)
     keys = list(dict.fromkeys(key for key in shown if key is not None))
-    if wanted is not DEFAULT_COLUMNS:
+    if not _usual(wanted):
         return keys
     return keys[:1] or [key for key in declared if key in present]
 

@@ -1,12 +1,13 @@
-"""Groups of a table: methods by values on one split, or parts of a breakdown by methods."""
+"""Parts that all groups of a table share: columns, cells, and why a cell has no number."""
 
-import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from retarget_bench.analysis.breakdown import CURVES
-from retarget_bench.analysis.statistics import ENOUGH_CLIPS
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary
+from retarget_bench.analysis.statistics import Interval
+from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
+from retarget_bench.api import TWO_LEGS
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.tables.model import (
@@ -17,9 +18,7 @@ from retarget_bench.tables.model import (
     Cell,
     Column,
     Footnotes,
-    Group,
     Mark,
-    Row,
     count,
 )
 
@@ -36,6 +35,7 @@ class GroupBuilder:
     """Builder of columns and cells: what all groups of a table share.
 
     declared: value id -> its declaration in the newest header.
+    whole:    ids of values of sets that are over all bodies of a table, and so columns beside the others.
     decimals: value id -> decimals of its column.
     methods:  label -> a header, of every method that has results anywhere.
     """
@@ -44,6 +44,7 @@ class GroupBuilder:
     declared: Mapping[str, DeclaredValue]
     decimals: Mapping[str, int]
     methods: Mapping[str, ResultHeader]
+    whole: frozenset[str] = frozenset()
     footnotes: Footnotes = field(default_factory=Footnotes)
 
     def column(self, key: str) -> Column:
@@ -64,6 +65,8 @@ class GroupBuilder:
             if score.header.method.external:
                 return self.footnotes.missing("external predictions are not timed")
             return self.footnotes.missing("speed was not measured", NOT_RUN)
+        if key in self.whole:
+            return self.set_cell(score, key, usual_value(section, (TWO_LEGS, ""), key), section)
         if key not in score.means:
             return self.missing(score, key)
         mean, ranking = score.means[key], section.rankings.get(key)
@@ -81,6 +84,60 @@ class GroupBuilder:
             reason,
             self.footnotes.number(reason),
             ranking.order.index(score.label) if ranking and score.label in ranking.order else None,
+        )
+
+    def mean_cell(self, mean: Mean, key: str) -> Cell:
+        """The cell of a mean that is not compared with others."""
+        return Cell(
+            self.shown(mean.value, key),
+            mean.value,
+            mean.interval,
+            decimals=self.decimals[key],
+            n=mean.n,
+            clips=mean.clips,
+        )
+
+    def set_cell(
+        self, score: MethodSummary, key: str, usual: SetValue, section: SplitSummary | None = None
+    ) -> Cell:
+        """The cell of a method and a value of sets. section: where methods are compared by it.
+
+        usual: the value of the set that most methods have, see ``usual_value``.
+        """
+        if absent := self.absent(score):
+            return Cell(absent)
+        if stale := self.newest.why_value_outdated(score.header, key):
+            return self.footnotes.missing(stale, OTHER_VERSION)
+        if key not in score.header.set_values:
+            return self.footnotes.missing(f"scored without {key}; bench score adds it", NOT_RUN)
+        if (value := value_like(usual, score)) is None:
+            return self.footnotes.missing("no answer on a body of this structure")
+        if value.value is None:
+            return self.footnotes.missing(value.reason)
+        if value.network != usual.network:
+            return self.footnotes.missing(
+                "computed with another feature network than the newest results", OTHER_VERSION
+            )
+        reason = "" if value.real == usual.real else self._other_windows(value, key)
+        if (seeds := len(score.header.seeds)) > 1:
+            reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
+        return Cell(
+            self.shown(value.value, key),
+            value.value,
+            _interval(value),
+            _set_mark(section, score, usual) if section else "",
+            decimals=self.decimals[key],
+            n=value.n,
+            clips=value.clips,
+            reason=reason,
+            footnote=self.footnotes.number(reason),
+        )
+
+    def _other_windows(self, value: SetValue, key: str) -> str:
+        floor = "unknown" if value.floor is None else self.shown(value.floor, key)
+        return (
+            f"over {count(value.n, 'window')} other than those of the other methods, since it did not "
+            f"answer the same cases; its own floor is {floor}"
         )
 
     def shown(self, number: float, key: str) -> str:
@@ -131,125 +188,61 @@ def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
     return f"needs {' and '.join(unmet)}" if unmet else "undefined for all of these cases"
 
 
+def usual_value(section: SplitSummary, which: tuple[str, str], key: str) -> SetValue:
+    """A value of the newest network over the real windows that most methods were compared with.
+
+    which: target structure and kind. Methods that lack a case have other windows. An empty value where no
+    method has any.
+    """
+    values = [
+        each
+        for score in sorted(section.scores, key=lambda score: score.header.date)
+        for each in score.sets
+        if (each.value_id, each.structure, each.kind) == (key, *which) and each.value is not None
+    ]
+    if not values:
+        return SetValue(key, which[0], 0, 0, kind=which[1])
+    fresh = [each for each in values if each.network == values[-1].network]
+    real = Counter(each.real for each in fresh).most_common(1)[0][0]
+    return next(each for each in fresh if each.real == real)
+
+
+def value_like(usual: SetValue, score: MethodSummary) -> SetValue | None:
+    """A method's value of the same id, structure and kind."""
+    which = (usual.value_id, usual.structure, usual.kind)
+    same = (each for each in score.sets if (each.value_id, each.structure, each.kind) == which)
+    return next(same, None)
+
+
+def _interval(value: SetValue) -> Interval | None:
+    return None if value.low is None or value.high is None else Interval(value.low, value.high)
+
+
 def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
-    """Best or tied; "" below two ranked methods, and with too few clips for intervals."""
+    """Best or tied; "" where so few clips could not have told the best from the worst."""
     ranking = section.rankings.get(key)
-    if ranking is None or len(ranking.order) < 2 or ranking.clips < ENOUGH_CLIPS:
+    if ranking is None or not ranking.separable:
         return ""
     if score.label == ranking.best:
         return "best"
     return "tied" if score.label in ranking.tied else ""
 
 
-# -------------------------------------------------------------------------------- methods by values
-def by_method(
-    section: SplitSummary, keys: Sequence[str], absent: Sequence[str], builder: GroupBuilder
-) -> Group:
-    """All methods on one split: a row each, a column per value. ``absent`` are sentences for the foot."""
-    rows = [(_row(section, score, keys, builder), score) for score in section.scores]
-    fresh = [score for score in section.scores if not builder.newest.why_outdated(score.header)]
-    if keys:
-        rows.sort(key=lambda pair: _place(section, pair[1], keys[0], builder))
-    asked = max((score.asked for score in fresh), default=0)
-    frames = f", {section.frames} frames" if section.frames else ""
-    there = {score.label for score in section.scores}
-    missing = [label for label in builder.methods if label not in there]
-    alone = []
-    for key in keys:
-        having = [score for score in section.scores if not score.unranked and key in score.means]
-        if len(having) > 1 and key not in section.rankings and builder.declared[key].better != "none":
-            alone.append(
-                f"{section.split}: no method is ranked by {builder.column(key).label}, since no case has "
-                "a number of all ranked methods. Each number is over other cases."
-            )
-    nothing = tuple(Cell(NOT_RUN) for _ in keys)
-    return Group(
-        title=f"{section.split}: {count(asked, 'case')} of {count(section.clips, 'clip')} and "
-        f"{count(section.pairs, 'pair')}{frames}",
-        split=section.split,
-        columns=tuple(builder.column(key) for key in keys),
-        ranked=tuple(row for row, score in rows if not row.mark),
-        unranked=(
-            *(row for row, score in rows if row.mark),
-            *(Row(label, ABSENT, nothing, "0", builder.methods[label].method.summary) for label in missing),
-        ),
-        common=tuple(section.rankings.get(key) for key in keys),
-        absent=(*absent, *alone),
-    )
+def _set_mark(section: SplitSummary, score: MethodSummary, usual: SetValue) -> Mark:
+    """Best, or tied where its interval meets that of the best: sets have no cases to pair.
 
-
-def _row(section: SplitSummary, score: MethodSummary, keys: Sequence[str], builder: GroupBuilder) -> Row:
-    stale = bool(builder.newest.why_outdated(score.header))
-    n = "0" if stale else f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
-    cells = tuple(builder.cell(section, score, key) for key in keys)
-    return Row(score.label, STALE if stale else score.unranked, cells, n, score.header.method.summary)
-
-
-def _place(
-    section: SplitSummary, score: MethodSummary, key: str, builder: GroupBuilder
-) -> tuple[int, float]:
-    """Sort key of rows: by ranking, then by number, then those without one."""
-    ranking = section.rankings.get(key)
-    if ranking and score.label in ranking.order:
-        return 0, ranking.order.index(score.label)
-    cell = builder.cell(section, score, key)
-    if cell.value is None:
-        return 2, 0.0
-    column = builder.column(key)
-    if column.better == "target":
-        return 1, abs(math.log(cell.value / column.goal)) if cell.value > 0 else math.inf
-    return 1, -cell.value if column.better == "higher" else cell.value
-
-
-# --------------------------------------------------------------------------------- parts by methods
-def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: GroupBuilder) -> Group:
-    """One value on one split, broken down: a row per part, a column per method. The title has the unit."""
-    value = builder.column(key)
-    first = {score.label: score for section in reversed(sections) for score in section.scores}
-    marks = {label: _never_ranked(sections, label) for label in first}
-    labels = sorted(first, key=lambda label: bool(marks[label]))
-    rows = []
-    for section in sections:
-        if not any(score.asked or key in score.means for score in section.scores):
-            continue  # self pairs, which only legacy protocols count here
-        scores = {score.label: score for score in section.scores}
-        cells = (
-            builder.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
-            for label in labels
-        )
-        # not every body has every joint, nor every clip every second
-        whole = heading not in ("joint", "part", *CURVES)
-        asked = max(score.asked for score in section.scores) if whole else 0
-        n = max(asked, *(score.means[key].n for score in section.scores if key in score.means), 0)
-        rows.append(Row(section.part, "", tuple(cells), f"{n}"))
-    split = sections[0].split
-    unit = f" in {value.unit}" if value.unit != "1" else ""
-    return Group(
-        title=f"{split}: {value.label} {value.arrow}".rstrip() + f"{unit}, by {heading}",
-        split=split,
-        columns=tuple(
-            Column(
-                label,
-                label,
-                "1",
-                value.better,
-                first[label].header.method.summary or "a method",
-                value.goal,
-                mark=marks[label],
-            )
-            for label in labels
-        ),
-        ranked=tuple(rows),
-        unranked=(),
-        heading=heading,
-        subject=key,
-    )
-
-
-def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:
-    """The reason why a method is ranked in no part; "" where it is in any."""
-    scores = [score for section in sections for score in section.scores if score.label == label]
-    reasons = {score.unranked for score in scores if score.asked}
-    if not reasons or "" in reasons:
+    "" for methods that are not ranked, over other windows, or without intervals.
+    """
+    found = {}
+    for each in section.scores:
+        value = value_like(usual, each)
+        if value is None or value.value is None or each.unranked or value.network != usual.network:
+            continue
+        if value.real == usual.real and (interval := _interval(value)):
+            found[each.label] = value.value, interval
+    if len(found) < 2 or score.label not in found:
         return ""
-    return reasons.pop() if len(reasons) == 1 else "answered too few"
+    best = min(found, key=lambda label: found[label][0])
+    if score.label == best:
+        return "best"
+    return "tied" if found[score.label][1].low <= found[best][1].high else ""

@@ -1,6 +1,6 @@
 """The table model: tables, groups, rows and cells; numbers and their text are separate fields."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from retarget_bench.analysis.statistics import Interval
@@ -15,6 +15,11 @@ EMPTY = {
     OTHER_VERSION: "not comparable: other data, or another version of the metric, than the newest results",
 }
 """The four kinds of missing value."""
+CONTROL = "control"
+NOT_RANKED = "not ranked"
+CONTROLS = "controls, not ranked"
+OTHER_CASES = "answered fewer cases: over those only; below each the best ranked method on the same"
+"""Headings of rows that are not ranked."""
 
 Mark = Literal["", "best", "tied"]
 MARKS: dict[Mark, str] = {"": "", "best": "*", "tied": "="}
@@ -25,6 +30,7 @@ class Column:
     """A value, with its meaning for readers who do not know it, or a method in a breakdown.
 
     version: the metric that computes it and its version, or "".
+    split:   the split that it is of, in groups of several; or "".
     mark:    where a column is a method: why it is not ranked, or "".
     """
 
@@ -37,6 +43,7 @@ class Column:
     formula: str = ""
     version: str = ""
     mark: str = ""
+    split: str = ""
 
     @property
     def arrow(self) -> str:
@@ -95,8 +102,11 @@ class Cell:
 class Row:
     """One method, or one part of a breakdown. ``mark``: why it is not ranked, or "".
 
-    n:     number of cases answered, or answered/asked.
+    n:     number of cases answered, or answered/asked; "" in groups of several splits.
     about: summary of the method, or "".
+    apart: over other cases than the ranked rows: of a method that answered fewer, or of the best ranked one
+           on the cases of that.
+    beside: the method whose cases it is on, where that is the row above; or "".
     """
 
     label: str
@@ -104,11 +114,13 @@ class Row:
     cells: tuple[Cell, ...]
     n: str
     about: str = ""
+    apart: bool = False
+    beside: str = ""
 
 
 @dataclass(frozen=True)
 class Group:
-    """One split: ranked rows, best first by the first column, then those that are not ranked.
+    """One split, or several side by side: ranked rows, best first, then those that are not ranked.
 
     Splits of one data set may have different columns: without references only some values exist.
 
@@ -116,6 +128,7 @@ class Group:
     common:  the ranking by each column, with its number of cases; None where it is not ranked.
     absent:  sentences about requested columns without any value here.
     subject: the id of the value that is broken down; "" where the columns are values.
+    below:   lines directly below the rows.
     counted: the unit of n.
     structure, kind: of target bodies and cases, in tables of sets.
     """
@@ -129,6 +142,7 @@ class Group:
     heading: str = "method"
     absent: tuple[str, ...] = ()
     subject: str = ""
+    below: tuple[str, ...] = ()
     counted: str = "cases"
     structure: str = ""
     kind: str = ""
@@ -136,6 +150,20 @@ class Group:
     @property
     def rows(self) -> tuple[Row, ...]:
         return (*self.ranked, *self.unranked)
+
+    @property
+    def blocks(self) -> tuple[tuple[str, tuple[Row, ...]], ...]:
+        """Headings and rows of those that are not ranked: over other cases, and the others."""
+        apart = tuple(row for row in self.unranked if row.apart)
+        others = tuple(row for row in self.unranked if not row.apart)
+        controls = all(row.mark == CONTROL for row in others)
+        found = ((OTHER_CASES, apart), (CONTROLS if controls else NOT_RANKED, others))
+        return tuple((heading, rows) for heading, rows in found if rows)
+
+    @property
+    def counts(self) -> bool:
+        """True if rows have an n."""
+        return any(row.n for row in self.rows) or not self.rows
 
 
 @dataclass(frozen=True)
@@ -182,6 +210,7 @@ class Table:
     footnotes: texts of the footnote numbers in cells, from 1.
     data:      (fact, value) pairs about the data set.
     subjects:  the values in a breakdown.
+    hints:     sentences about what else there is.
     reading:   how to read the numbers, where they are not means over clips.
     """
 
@@ -194,6 +223,7 @@ class Table:
     data: tuple[tuple[str, str], ...] = ()
     subjects: tuple[Column, ...] = ()
     reading: str = ""
+    hints: tuple[str, ...] = ()
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -203,7 +233,7 @@ class Table:
     @property
     def explained(self) -> tuple[Column, ...]:
         """The columns that the legend explains."""
-        return self.subjects or self.columns
+        return self.subjects or tuple(dict.fromkeys(replace(each, split="") for each in self.columns))
 
     @property
     def cells(self) -> tuple[Cell, ...]:

@@ -35,9 +35,10 @@ def by_character(
     payloads = [{**common, "character": name, "plugins": plugin_files()} for name in names]
     found: dict[str, Any] = {}
     progress(0, len(names))
-    for done in LocalPool(jobs).run(task, payloads):
-        if done.error:
-            raise NotSupported(f"{names[done.job]}: its training motion cannot be had: {done.error}")
-        found[names[done.job]] = done.result
-        progress(len(found), len(names))
+    with LocalPool(jobs) as pool:
+        for done in pool.run(task, payloads):
+            if done.error:
+                raise NotSupported(f"{names[done.job]}: its training motion cannot be had: {done.error}")
+            found[names[done.job]] = done.result
+            progress(len(found), len(names))
     return {name: found[name] for name in names}

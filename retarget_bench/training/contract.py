@@ -55,7 +55,8 @@ class TrainingModule(Protocol):
 
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
         """One process's batch of ``rows`` rows, from the material and ``numbers`` alone: the same numbers
-        always give the same batch."""
+        always give the same batch. On a GPU it is called in forked processes: what is counted in an earlier
+        step must not matter, and no tensor of the device be touched."""
 
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         """The terms of a phase, the same names on every process; none at all: the phase is left out of

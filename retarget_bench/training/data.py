@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from retarget_bench.api import Dataset, optional
+from retarget_bench.api import Dataset, TrainingClips, optional
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import method
 from retarget_bench.evaluation.worker import register_plugins
@@ -182,8 +182,9 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     asked: Any = method(trainee)
     cast = {name: clips for mine in listed.values() for name, clips in mine.items()}
     bodies = _bodies(dataset(data), cast)
-    unfit = {name: why for name in sorted(cast) if (why := asked.unfit(bodies[name]))}
-    fit = [name for name in sorted(cast) if name not in unfit]
+    unfit = {name: why for name, body in bodies.items() if (why := asked.unfit(body))}
+    unfit |= dict.fromkeys(sorted(set(cast) - set(bodies)), "none of its clips can be used")
+    fit = [name for name in bodies if name not in unfit]
     common = {"dataset": data, "method": trainee, "fps": fps}
     with scratch() as folder:
         found = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
@@ -191,7 +192,7 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     if not kept:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
-    notes = [f"not trained on {name}: {why}" for name, why in unfit.items()]
+    notes = _unfit(unfit)
     notes += optional.training_notes(dataset(data))
     for name, (_, number, _) in found.items():
         if number:
@@ -202,7 +203,15 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
 
 
 _FEW = 5
-"""Characters with unusable clips, up to which each has a note of its own."""
+"""Characters that are left out, or have unusable clips, up to which each has a note of its own."""
+
+
+def _unfit(found: Mapping[str, str]) -> list[str]:
+    """Sentences on characters that a method cannot be trained on, with the reason for each."""
+    each = [f"{name}: {why}" for name, why in found.items()]
+    if len(each) <= _FEW:
+        return [f"not trained on {one}" for one in each]
+    return [f"not trained on {len(each)} characters: {some(each, 3)}"]
 
 
 def _unusable(found: Mapping[str, Sequence[str]]) -> list[str]:
@@ -307,6 +316,14 @@ def _alike(body: Character, other: Character) -> bool:
 
 
 def _bodies(data: Dataset, cast: Mapping[str, Any]) -> dict[str, Character]:
-    """The characters themselves; one that no case shows is known by its first clip."""
+    """The characters themselves; one that no case shows is known by its first usable clip, or left out."""
     known = data.characters()
-    return {name: known[name] if name in known else cast[name][0].character for name in sorted(cast)}
+    found = {name: known[name] if name in known else _body(cast[name]) for name in sorted(cast)}
+    return {name: body for name, body in found.items() if body is not None}
+
+
+def _body(clips: TrainingClips) -> Character | None:
+    for number in range(len(clips)):
+        with suppress(Unusable):
+            return clips[number].character
+    return None

@@ -6,20 +6,22 @@ but the state before it, and a run that goes on from a checkpoint does what it w
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from multiprocessing import get_all_start_methods
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
+from torch.utils.data import DataLoader, Dataset
 
 from retarget_bench.errors import BenchError
 from retarget_bench.training import checkpoint, log, parallel
 from retarget_bench.training.checkpoint import Best, Checkpoint
-from retarget_bench.training.config import Budget, TrainingConfig
-from retarget_bench.training.contract import TrainingModule
+from retarget_bench.training.config import LONGEST, Budget, TrainingConfig
+from retarget_bench.training.contract import Batch, TrainingModule
 from retarget_bench.training.phases import optimiser_phases, to_device
 from retarget_bench.training.validate import Scores, Validator
 
@@ -64,8 +66,11 @@ class Loop:
         validator: Validator | None,
         show: Show,
         saved: Callable[[Checkpoint, bool], None],
+        workers: int = 0,
     ) -> None:
-        """saved: called after every checkpoint, with whether its best weights are new."""
+        """saved: called after every checkpoint, with whether its best weights are new.
+        workers: processes that draw batches beforehand; 0: each is drawn when its step begins."""
+        self.workers = workers if "fork" in get_all_start_methods() else 0
         self.module, self.config, self.budget, self.seed = module, config, budget, seed
         self.device, self.folder, self.validator = device, folder, validator
         self.show, self.saved = show, saved
@@ -96,6 +101,7 @@ class Loop:
         self._begun = time.perf_counter() - self.at.seconds
         self._saved = time.perf_counter()
         self._step = self.at.step
+        self._batches = self._drawn()
         share = self._share()
         while share < 1.0:
             rate = self.config.rate_at(self._step, share)
@@ -116,14 +122,32 @@ class Loop:
 
     def _do(self, rate: float) -> dict[str, Tensor]:
         """One step: every phase once."""
-        numbers = _seeded(self.seed, self._step, parallel.rank(), self.device)
-        batch = to_device(self.module.draw(numbers, self.rows), self.device)
+        _seed(self.seed, self._step, parallel.rank(), self.device)
+        batch = to_device(next(self._batches), self.device)
         memory: dict[str, Any] = {}
         measured: dict[str, Tensor] = {}
         for phase in self.phases:
             measured |= phase(batch, memory, rate)
         parallel.share_state(self.module.modules, buffers_only=True)
         return measured
+
+    def _drawn(self) -> Iterator[Batch]:
+        """The batches of this and all later steps."""
+        draws = _Draws(self.module, self.rows, self.seed, parallel.rank())
+        steps = range(self._step, int(LONGEST))
+        if not self.workers:
+            return map(draws.__getitem__, steps)
+        # forked processes share the mapped motion; the module's tensors on a GPU are not touched there
+        return iter(
+            DataLoader(
+                draws,
+                batch_size=None,
+                sampler=steps,
+                num_workers=self.workers,
+                pin_memory=self.device.type == "cuda",
+                multiprocessing_context="fork",
+            )
+        )
 
     def _after(self, share: float, rate: float) -> None:
         """Work after a step: losses, a row of the log, validation, a checkpoint."""
@@ -213,12 +237,24 @@ class Loop:
         self.at = replace(start, state={})
 
 
-def _seeded(seed: int, step: int, rank: int, device: torch.device) -> np.random.Generator:
-    """Seed torch for a step, and the generator that its batch is drawn with."""
-    sequence = np.random.SeedSequence([seed, step, rank])
-    number = int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1))
+class _Draws(Dataset[Batch]):
+    """Step -> its batch, which depends on seed, step and rank alone."""
+
+    def __init__(self, module: TrainingModule, rows: int, seed: int, rank: int) -> None:
+        self._module, self._rows, self._seed, self._rank = module, rows, seed, rank
+
+    def __getitem__(self, step: int) -> Batch:
+        return self._module.draw(np.random.default_rng(_sequence(self._seed, step, self._rank)), self._rows)
+
+
+def _sequence(seed: int, step: int, rank: int) -> np.random.SeedSequence:
+    return np.random.SeedSequence([seed, step, rank])
+
+
+def _seed(seed: int, step: int, rank: int, device: torch.device) -> None:
+    """Seed torch for a step."""
+    number = int(_sequence(seed, step, rank).generate_state(1, np.uint64)[0] >> np.uint64(1))
     if device.type == "cpu":  # the whole of torch takes a millisecond, to remember who asked
         torch.default_generator.manual_seed(number)
     else:
         torch.manual_seed(number)
-    return np.random.default_rng(sequence)

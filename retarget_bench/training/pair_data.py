@@ -38,11 +38,11 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
         raise NotSupported(f"{dataset(data).label} has no training pairs, which {trainee} learns from")
     clips: dict[str, list[ClipArrays]] = {}
     characters: dict[str, Character] = {}
-    with scratch() as folder:
+    with scratch() as folder, LocalPool(jobs) as pool:
         found: dict[int, tuple[StoredClips, dict[str, Character]]] = {}
         progress(0, len(payloads))
         numbered = [{**each, "file": folder / str(number)} for number, each in enumerate(payloads)]
-        for done in LocalPool(jobs).run(performances, numbered):
+        for done in pool.run(performances, numbered):
             if done.error:
                 raise NotSupported(f"{data}: its training pairs cannot be had: {done.error}")
             found[done.job] = done.result

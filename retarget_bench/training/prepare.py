@@ -33,12 +33,13 @@ def prepare(data: Spec, jobs: int, unusable: list[str]) -> Iterator[tuple[int, i
     ]
     weights = [len(payload.get("pairs", "1")) for payload in payloads]
     done = 0
-    for job in LocalPool(jobs).run(make, payloads):
-        if job.error:
-            raise NotSupported(f"{data}: its training motion cannot be made: {job.error}")
-        done += weights[job.job]
-        unusable += job.result
-        yield done, sum(weights)
+    with LocalPool(jobs) as pool:
+        for job in pool.run(make, payloads):
+            if job.error:
+                raise NotSupported(f"{data}: its training motion cannot be made: {job.error}")
+            done += weights[job.job]
+            unusable += job.result
+            yield done, sum(weights)
 
 
 def make(job: Mapping[str, Any]) -> list[str]:

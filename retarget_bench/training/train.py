@@ -145,7 +145,8 @@ def _train(
             drawn = time.perf_counter()
 
     show = _first_only(reporter.show)
-    loop = Loop(module, config, wanted.limit, wanted.seed, device, folder, validator, show, saved)
+    workers = asked.jobs if device.type == "cuda" else 0
+    loop = Loop(module, config, wanted.limit, wanted.seed, device, folder, validator, show, saved, workers)
     if parallel.rank() == 0:
         request.write(folder, replace(wanted, job=parallel.job()))
         for note in training_data.notes:

@@ -18,7 +18,7 @@ from retarget_bench.viewer.bodies import Solid
 from retarget_bench.viewer.colours import CONTACT, FLOOR, colours
 from retarget_bench.viewer.models import Model
 from retarget_bench.viewer.scene import Scene
-from retarget_bench.viewer.scene_builder import CaseList
+from retarget_bench.viewer.scene_builder import CaseList, dressed
 from retarget_bench.viewer.text import plain
 
 HOST = "127.0.0.1"
@@ -161,6 +161,8 @@ class Window:
         self._actors, self._others = [], []
         if self.scene is None:
             return
+        if self.skin.value:
+            self.scene = dressed(self.scene)
         scene = self.scene
         each = zip(scene.figures, colours(scene), strict=True)
         solids = [

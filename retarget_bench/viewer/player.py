@@ -1,5 +1,6 @@
 """The player of pages: script, style, and packed scenes."""
 
+import html
 import json
 from collections.abc import Mapping
 from functools import cache
@@ -12,6 +13,12 @@ PARTS = (
     "titles", "stage", "timeline", "controls", "input", "mount",
 )  # fmt: skip
 """The files of the script, in the order in which they stand in one."""
+
+FRAMED = """const fit = () => {
+  if (frameElement) frameElement.style.height = `${document.body.offsetHeight}px`;
+};
+new ResizeObserver(fit).observe(document.body);"""
+"""A frame around the page, as in a notebook, is made as high as the player."""
 
 
 @cache
@@ -35,6 +42,24 @@ def script() -> str:
 def style() -> str:
     """The player's style sheet: every rule is below ``.rp``."""
     return (PAGES / "player.css").read_text(encoding="utf-8")
+
+
+def page(packed: Mapping[str, Any], options: Mapping[str, Any]) -> str:
+    """A page with a player of one packed scene and nothing else. options: of ``mount``."""
+    title = html.escape(str(packed["title"]))
+    begin = 'RetargetPlayer.mount(document.getElementById("player"), scene, options);\n' + FRAMED
+    read = 'JSON.parse(document.getElementById("%s").textContent)'
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta name="color-scheme" content="light dark">\n<title>{title}</title>\n'
+        f"<style>body {{ margin: 0; }}\n{style()}</style></head>\n"
+        '<body><div id="player"></div>\n'
+        f'<script type="application/json" id="scene">{data(packed)}</script>\n'
+        f'<script type="application/json" id="options">{data(options)}</script>\n'
+        f"<script>{script()}\n"
+        f"const scene = {read % 'scene'}, options = {read % 'options'};\n{begin}</script>\n</body></html>\n"
+    )
 
 
 def data(packed: Mapping[str, Any]) -> str:

@@ -66,9 +66,9 @@ class StoredResults:
 
 
 def read_stored(place: ResultPaths) -> StoredResults:
-    """The results at a place, read once as long as they stay the same. Raises FileError."""
+    """The results at a place, finished or not; read once while they stay the same. Raises FileError."""
     try:
-        changed = place.header.stat().st_mtime_ns
+        changed = (place.journal if place.any_header == place.begun else place.header).stat().st_mtime_ns
     except OSError as error:
         raise FileError(place.header, f"cannot be read ({error.strerror})") from error
     return _read(place, changed)

@@ -16,7 +16,8 @@ from retarget_bench.evaluation.predict import Outcome, context_for, predict, rea
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.figures import method_order
 from retarget_bench.motion import importer
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Positions
+from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.motion import resampled_frames
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -89,6 +90,23 @@ def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Seque
         seed = store.case_seed(0, str(plan.spec_by_weights(spec).alone), case_id)
         answers.append((str(spec), predict(method, case, context_for(method, data, case, seed))))
     return _scene(case, answers)
+
+
+def dressed(scene: Scene) -> Scene:
+    """The scene with rotations for every figure whose body has a skin and that is known by positions alone.
+
+    They are fitted to the positions (``motion.fitting``), which stay as they are; the figure's ``message``
+    says how far the fitted joints are from them. Raises BenchError where a position is not finite.
+    """
+    return replace(scene, figures=tuple(_dressed(each, scene.fps) for each in scene.figures))
+
+
+def _dressed(figure: Figure, fps: float) -> Figure:
+    if figure.positions is None or figure.motion is not None or figure.character.mesh is None:
+        return figure
+    fitted = fit(Positions(figure.character, figure.positions, fps))
+    said = f"skin by rotations fitted to positions: {fitted}"
+    return replace(figure, motion=fitted.motion, message="; ".join(filter(None, (figure.message, said))))
 
 
 # ----------------------------------------------------------------------------------------- the case
@@ -174,12 +192,16 @@ def of_files(
     files = [Path(path) for path in paths]
     if not files:
         raise BenchError("there is no file to show; give BVH or prediction files")
-    names = distinct(list(labels) if labels is not None else [path.stem for path in files])
-    motions = _read(files, body)
+    return of_motions(_read(files, body), labels if labels is not None else [path.stem for path in files])
+
+
+def of_motions(motions: Sequence[Prediction], labels: Sequence[str]) -> Scene:
+    """Motions as one scene, likewise. Raises BenchError where one has no frame."""
+    names = distinct(list(labels))
     fps = float(motions[0].fps)
     length = min(resampled_frames(motion.frames, motion.fps, fps) for motion in motions)
     if length == 0:
-        raise BenchError(f"{', '.join(map(str, files))}: one of these has no frames")
+        raise BenchError(f"{', '.join(names)}: one of these has no frames")
     figures = []
     for name, motion in zip(names, motions, strict=True):
         shown, change = _fitted(motion, fps, length)

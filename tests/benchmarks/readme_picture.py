@@ -1,130 +1,73 @@
-"""The picture at the top of README.md: a report's player and table, as people see them.
+"""The picture at the top of README.md: a throw by one body, retargeted to another by four methods.
 
-    python tests/benchmarks/readme_picture.py [-o docs/pictures/report.png] [--results DIR]
+    python tests/benchmarks/readme_picture.py [-o docs/pictures/throw.png]
 
-Runs a few methods on the embedded motions between structures (or takes the results of ``--results``), makes
-a report of them with ``bench report``, opens it in the system's Chromium, presses a number of the table,
-shows all methods in one frame of a case, and cuts two pieces out of the page: the player down to its worst
-frames, and the table. Nothing is drawn or moved by this script. Case and frame are fixed below.
+Asks the methods for a case of the puppets (default size), as ``bench render --ask`` does, and draws one
+frame of all figures in a row at one scale, with labels that stay readable at half the size. Case, frame and
+methods are fixed below.
 """
 
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
-from io import BytesIO
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from PIL import Image
+import numpy as np
+from PIL import Image, ImageDraw
 
 ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "viewing")]
+sys.path[:0] = [str(ROOT)]
 
-METHODS = ("copy_rotations", "ik", "pan", "smrm")
-CONTROLS = ("reference", "rest_pose")
-CASE = "puppets/hanna>grub/throw-001"
-"""Two bodies of different build, limbs far from the trunk, and one method whose feet slide and sink."""
-FRAME = 50
-PRESSED = ("smrm", "mpjpe_h.world")
-WINDOW = {"width": 1080, "height": 540}
-SCALE = 1.3
-GAP = 14
-PAPER = (255, 255, 255)
+from retarget_bench.commands.render import scene_of  # noqa: E402
+from retarget_bench.viewer.colours import FAINT, INK, PAPER, colours  # noqa: E402
+from retarget_bench.viewer.drawing import GAP, draw_chip  # noqa: E402
+from retarget_bench.viewer.renderer import DrawingStyle, stages  # noqa: E402
+from retarget_bench.viewer.scene import Figure  # noqa: E402
+from retarget_bench.viewer.text import font  # noqa: E402
 
-PIECES = """
-() => {
-  const one = (what) => document.querySelector(what);
-  const box = (each) => each.getBoundingClientRect();
-  const table = one("table.results[data-split=cross]");
-  const sides = (heads, edge) => heads.map((each) => box(each).right).filter((right) => right <= edge + 1);
-  const cut = (first, last, left, right) => ({
-    x: left + scrollX, y: box(first).top + scrollY,
-    width: right - left, height: box(last).bottom - box(first).top });
-  const player = box(one("#player"));
-  const whole = sides([...table.tHead.rows[0].cells], box(table.parentNode).right); // columns
-  return [
-    cut(one("#caption"), one(".rp-worst"), player.left, player.right),
-    cut(table.parentNode.previousElementSibling, table, box(table).left, Math.max(...whole))];
-}
-"""
+DATASET = "puppets[size=default]"
+CASE = "ada>boulder/throw-101"
+"""Bodies of different structure, size and build, limbs far from the trunk, and a wide step."""
+METHODS = ("ik", "copy_rotations", "humot", "pan")
+FRAME = 62
+VIEW = "three-quarter"
+PANEL = (300, 366)
+"""Pixels of a figure's panel."""
+LETTER = 28
+"""Pixels of the letters; pages show the picture at about half its size."""
 
 
-def bench(*words: object) -> None:
-    subprocess.run([sys.executable, "-m", "retarget_bench", *map(str, words)], cwd=ROOT, check=True)
+def described(figure: Figure) -> str:
+    """The second line below a figure: who it is, or its mean distance from the reference over the clip."""
+    if figure.error is None or figure.part != "prediction":
+        return figure.character.name
+    return f"MPJPE {float(np.nanmean(figure.error)):.1f} %"
 
 
-def reported(results: Path | None, folder: Path) -> Path:
-    """The report, of results that are there or of a run made for it."""
-    shown = METHODS + CONTROLS
-    if results is None:
-        results = folder / "runs"
-        bench("run", *shown, "-s", "cross", "--out", results)
-    page = folder / "report.html"
-    chosen = [word for method in shown for word in ("-m", method)]
-    bench("report", results, "-o", page, "--clips", 0, "--case", CASE, *chosen)
-    return page
-
-
-def pieces(page: Path) -> list[Image.Image]:
-    """Player and table of the report, cut out of one state of the page."""
-    from browser import found
-    from playwright.sync_api import sync_playwright
-
-    program = found()
-    if program is None:
-        sys.exit("No Chromium is here: install one, or name it by $CHROMIUM.")
-    with sync_playwright() as running:
-        browser = running.chromium.launch(executable_path=program, args=["--no-sandbox"])
-        opened = browser.new_page(
-            viewport=WINDOW, device_scale_factor=SCALE, color_scheme="light", reduced_motion="reduce"
-        )
-        opened.set_default_timeout(120_000)
-        opened.goto(page.as_uri())
-        opened.wait_for_selector("#player canvas")
-        arranged(opened)
-        cuts = [opened.screenshot(full_page=True, clip=clip) for clip in opened.evaluate(PIECES)]
-        browser.close()
-    return [Image.open(BytesIO(cut)).convert("RGB") for cut in cuts]
-
-
-def arranged(opened) -> None:
-    """A number is pressed, every method is shown, and time stands at ``FRAME``."""
-    method, column = PRESSED
-    table = opened.locator("table.results[data-split=cross]").first
-    place = table.locator(f"thead th[data-column='{column}']")
-    rank = place.evaluate("each => each.cellIndex")
-    row = table.locator(f"tbody tr[data-row='{method}']")
-    row.locator(":scope > *").nth(rank).locator(".num").click()
-    opened.wait_for_selector("#player canvas")
-    for name in METHODS:
-        opened.locator(".rp-chip").filter(has_text=name).locator("input").check()
-    opened.locator("#player input[type=range]").fill(str(FRAME))
-    opened.mouse.move(0, 0)
-    opened.evaluate("document.activeElement.blur()")
-    opened.wait_for_timeout(500)  # drawn by then
-
-
-def joined(parts: list[Image.Image]) -> Image.Image:
-    """One above the other, with a margin."""
-    height = sum(part.height + GAP for part in parts) + GAP
-    made = Image.new("RGB", (max(part.width for part in parts) + 2 * GAP, height), PAPER)
-    top = GAP
-    for part in parts:
-        made.paste(part, (GAP, top))
-        top += part.height + GAP
-    return made
+def drawn() -> Image.Image:
+    scene = scene_of([CASE], dataset=DATASET, methods=METHODS, ask=True)
+    wide, high = PANEL
+    style = DrawingStyle(PANEL, VIEW)
+    picture = Image.new("RGB", (len(scene.figures) * (wide + GAP) - GAP, high + round(2.9 * LETTER)), PAPER)
+    pen = ImageDraw.Draw(picture)
+    made = stages(scene, style, [FRAME - 1], PANEL)
+    for number, (figure, colour, stage) in enumerate(zip(scene.figures, colours(scene), made, strict=True)):
+        if stage is None:
+            sys.exit(f"{figure.label}: {figure.status}, {figure.message}")
+        left, top = number * (wide + GAP), high + 0.4 * LETTER
+        picture.paste(stage.picture(FRAME - 1), (left, 0))
+        draw_chip(pen, left, top + 0.15 * LETTER, LETTER, colour)
+        pen.text((left + 1.95 * LETTER, top), figure.label, INK, font(LETTER, bold=True))
+        pen.text((left, top + 1.35 * LETTER), described(figure), FAINT, font(LETTER - 2))
+    return picture
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "pictures" / "report.png")
-    parser.add_argument("--results", type=Path, help="results of an earlier run, with the methods shown")
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "pictures" / "throw.png")
     asked = parser.parse_args()
-    with TemporaryDirectory() as folder:
-        page = reported(asked.results and asked.results.resolve(), Path(folder))
-        made = joined(pieces(page))
+    made = drawn()
     asked.output.parent.mkdir(parents=True, exist_ok=True)
     made.save(asked.output, optimize=True)
     print(f"{asked.output}: {made.width} x {made.height}, {asked.output.stat().st_size / 1000:.0f} kB")

@@ -17,6 +17,7 @@ PEER = "import click"
 COMMANDS = {
     "python": ["-c", ""],
     PEER: ["-c", "import click"],
+    "import retarget_bench": ["-c", "import retarget_bench"],
     "bench --help": ["-m", "retarget_bench", "--help"],
     "bench list": ["-m", "retarget_bench", "list"],
     "bench run --help": ["-m", "retarget_bench", "run", "--help"],
@@ -35,9 +36,9 @@ def main() -> None:
     for _ in range(ROUNDS):
         for name, arguments in COMMANDS.items():
             best[name] = min(best[name], seconds(arguments))
-    print(f"{'':<18}{'ms':>8}{'x ' + PEER:>16}")
+    print(f"{'':<24}{'ms':>8}{'x ' + PEER:>16}")
     for name, taken in best.items():
-        print(f"{name:<18}{1000 * taken:>8.1f}{taken / best[PEER]:>16.2f}")
+        print(f"{name:<24}{1000 * taken:>8.1f}{taken / best[PEER]:>16.2f}")
 
 
 if __name__ == "__main__":

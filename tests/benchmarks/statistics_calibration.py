@@ -1,35 +1,39 @@
 """How often intervals cover the truth, equal methods are told apart, and different ones are not.
 
-    python tests/benchmarks/statistics_calibration.py [--repeats 4000] [--picture FILE.png] [--rows RUNS]
+    python tests/benchmarks/statistics_calibration.py [--repeats 4000] [--only PART] [--rows RUNS]
 
 Errors are simulated as in ``tests/engine/clip_simulation.py``, with the clusters of real results. Beside
 what the project uses stand what it could have used: Student's t, the percentile bootstrap, sign flips of
-plain means. ``--rows``: draws clips with replacement from the differences of real results instead,
-shifted to a mean of 0: a hard test, since two methods of which one fails on few clips then count as equal.
+plain means, and asking Wilcoxon's signed ranks to agree. Tables are printed as docs/statistics.md shows
+them. ``--rows``: draws clips with replacement from the differences of real results instead, shifted to a
+mean of 0: a hard test, since two methods of which one fails on few clips then count as equal.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 from scipy.special import stdtrit
+from scipy.stats import rankdata
 from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parents[2]), str(Path(__file__).parents[1] / "engine")]
 
-from clip_simulation import OWN, RECKLESS, STEADY, errors  # noqa: E402
+from clip_simulation import OWN, RECKLESS, STEADY, errors, failures  # noqa: E402
 
 from retarget_bench.analysis import statistics  # noqa: E402
 from retarget_bench.results import result_matrix, store  # noqa: E402
 
-CLIPS = (10, 13, 20, 30, 50, 94)
-EFFECTS = (0.95, 0.9, 0.8)
+CLIPS = (10, 13, 20, 43, 94)
+EFFECTS = (0.95, 0.9, 0.8, 0.6)
 RESAMPLES = 999
-TABLE_METHODS = (2, 4, 8, 12)
-TABLE_REPEATS = 400
+METHODS, TABLES = 10, 50
+"""Of a table; tables at once."""
+Rows = dict[str, list[str]]
 
 
 def student(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -53,10 +57,21 @@ def ours(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def plain_flips(rows: np.ndarray) -> np.ndarray:
-    """p-values of sign flips of the mean, not corrected for skew."""
-    signs = statistics._signs(rows.shape[1])
-    sums = np.abs(signs @ rows.T)
-    return (sums >= sums[0] * (1 - 1e-9)).mean(axis=0)
+    """p-values of sign flips of the sum, not corrected for skew."""
+    clips = rows.shape[1]
+    signs = statistics._signs(clips, statistics._draws(clips, 1))
+    found = []
+    for some in np.array_split(rows, max(1, len(rows) // 64)):
+        sums = np.abs(signs @ some.T)
+        found.append((sums >= sums[0] * (1 - 1e-9)).mean(axis=0))
+    return np.concatenate(found)
+
+
+def agreeing(rows: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """p-values of a rule that asks Wilcoxon's signed ranks, too: the larger; 1 where directions differ."""
+    ranks = np.sign(rows) * np.maximum(0, rankdata(np.abs(rows), axis=1) - (rows == 0).sum(axis=1)[:, None])
+    alike = np.sign(rows.mean(axis=1)) == np.sign(ranks.sum(axis=1))
+    return np.where(alike, np.maximum(p, plain_flips(ranks)), 1.0)
 
 
 def share(p: np.ndarray) -> float:
@@ -64,60 +79,115 @@ def share(p: np.ndarray) -> float:
     return 100 * float((p < statistics.ALPHA).mean())
 
 
-def coverage(repeats: int) -> list[tuple[int, list[float]]]:
-    """Per number of clips: per cent of intervals that hold the truth."""
-    found = []
+def rates(rows: np.ndarray) -> str:
+    """Per cent told apart: ours, by flips of plain means, with the signed ranks agreeing."""
+    p = statistics.sign_flip(rows)
+    return f"{share(p):.1f} / {share(plain_flips(rows)):.1f} / {share(agreeing(rows, p)):.1f}"
+
+
+def coverage(repeats: int) -> Rows:
+    """Per kind of interval: per cent that hold the truth."""
+    found: Rows = {"shown in tables": [], "Student's t": [], "percentile bootstrap": []}
     for clips in tqdm(CLIPS, desc="intervals", disable=None):
         (rows,) = errors(np.random.default_rng(clips), repeats, clips, (OWN,))
-        ends = [method(rows) for method in (ours, student, percentile)]
-        found.append((clips, [100 * float(((low <= 1) & (high >= 1)).mean()) for low, high in ends]))
+        for out, method in zip(found.values(), (ours, student, percentile), strict=True):
+            low, high = method(rows)
+            out.append(f"{100 * float(((low <= 1) & (high >= 1)).mean()):.1f}")
     return found
 
 
-def alarms(repeats: int) -> list[tuple[int, list[float]]]:
-    """Per number of clips: per cent of equal methods told apart; ours, then flips of plain means."""
-    found = []
+def equals(random: np.random.Generator, repeats: int, clips: int) -> Iterator[tuple[str, np.ndarray]]:
+    """Differences ``(repeats, clips)`` whose expectation is 0, by name."""
+    shape = (repeats, clips)
+    own, same, steady, reckless = errors(random, repeats, clips, (OWN, OWN, STEADY, RECKLESS))
+    yield "normal", random.normal(size=shape)
+    yield "heavy tails (Student, 3 degrees)", random.standard_t(3, size=shape)
+    yield "both err alike", own - same
+    yield "one is steadier", own - steady
+    yield "one errs badly on few clips (skewed)", reckless - steady
+    yield "recall in fifths, many ties", np.subtract(*random.binomial(5, 0.9, (2, *shape))) / 5
+    yield "one fails on 10 % of the clips", own * failures(random, shape, 0.1, 5) - same
+    yield "one fails on 4 % of the clips", own * failures(random, shape, 0.04, 10) - same
+
+
+def alarms(repeats: int) -> Rows:
+    """Per null hypothesis: per cent of equal methods told apart."""
+    found: Rows = {}
     for clips in tqdm(CLIPS, desc="false alarms", disable=None):
-        own, same, steady, reckless = errors(
-            np.random.default_rng(100 + clips), repeats, clips, (OWN, OWN, STEADY, RECKLESS)
-        )
-        pairs = [own - same, own - steady, reckless - steady]
-        rates = [rate(pair) for pair in pairs for rate in (ours_share, plain_share)]
-        found.append((clips, rates))
+        for name, rows in equals(np.random.default_rng(100 + clips), repeats, clips):
+            found.setdefault(name, []).append(rates(rows))
     return found
 
 
-def ours_share(rows: np.ndarray) -> float:
-    return share(statistics.sign_flip(rows))
+def hidden(repeats: int) -> Rows:
+    """One of two equal methods fails on 4 % of all clips: samples without and with a failure."""
+    found: Rows = {"samples without a failure": [], "told apart, of these": [], "of the others": []}
+    found["called better without reserve, of all"] = []
+    for clips in tqdm(CLIPS, desc="hidden failures", disable=None):
+        random = np.random.default_rng(300 + clips)
+        own, same = errors(random, repeats, clips, (OWN, OWN))
+        factors = failures(random, own.shape, 0.04, 10)
+        none = (factors < 1).all(axis=1)
+        p = statistics.sign_flip(own * factors - same)
+        free = share(p) if clips >= statistics.CLIPS_FOR_RARE else 0.0
+        for out, number in zip(
+            found.values(), (100 * none.mean(), share(p[none]), share(p[~none]), free), strict=True
+        ):
+            out.append(f"{number:.1f}")
+    return found
 
 
-def plain_share(rows: np.ndarray) -> float:
-    return share(plain_flips(rows))
-
-
-def power(repeats: int) -> list[tuple[int, list[float]]]:
-    """Per number of clips: per cent of methods better by 5, 10 and 20 % told apart."""
-    found = []
+def power(repeats: int) -> Rows:
+    """Per alternative: per cent of methods that differ told apart."""
+    found: Rows = {}
     for clips in tqdm(CLIPS, desc="power", disable=None):
-        first, second = errors(np.random.default_rng(200 + clips), repeats, clips, (OWN, OWN))
-        found.append((clips, [share(statistics.sign_flip(first - e * second)) for e in EFFECTS]))
+        random = np.random.default_rng(200 + clips)
+        first, second = errors(random, repeats, clips, (OWN, OWN))
+        for effect in EFFECTS:
+            name = f"errors {100 * (1 - effect):.0f} % smaller"
+            found.setdefault(name, []).append(rates(first - effect * second))
+        worse = np.where(random.random(first.shape) < 0.1, 5.0, 0.9)
+        found.setdefault("10 % smaller, but 5-fold on 10 % of the clips", []).append(
+            rates(worse * first - second)
+        )
     return found
 
 
-def tables() -> list[tuple[int, list[float]]]:
-    """Per number of equal methods, 50 clips: per cent of tables in which any is told from the best."""
-    found = []
-    for methods in tqdm(TABLE_METHODS, desc="tables", disable=None):
-        made = errors(np.random.default_rng(methods), TABLE_REPEATS, 50, (OWN,) * methods)
-        all_pairs = best_only = 0
-        for number in range(TABLE_REPEATS):
-            means = made[:, number]
-            best, p = statistics.against_best(means)
-            all_pairs += p.min() < statistics.ALPHA
-            raw = statistics.sign_flip(np.delete(means, best, axis=0) - means[best])
-            best_only += statistics.holm(raw).min() < statistics.ALPHA
-        found.append((methods, [100 * all_pairs / TABLE_REPEATS, 100 * best_only / TABLE_REPEATS]))
+def tables(repeats: int) -> Rows:
+    """Per cent of tables of ten methods, of equal expectation, that show a false difference."""
+    found: Rows = {
+        "any two": [],
+        "any from the best": [],
+        "from the best, Holm over pairs with it only": [],
+    }
+    found["any two, one method fails on 4 %"] = []
+    first, second = np.triu_indices(METHODS, 1)
+    for clips in tqdm(CLIPS, desc="tables", disable=None):
+        random = np.random.default_rng(400 + clips)
+        counts = np.zeros(4)
+        for _ in range(repeats // TABLES):
+            means = errors(random, TABLES, clips, (OWN,) * METHODS)
+            every = pair_p_values(means[first] - means[second])
+            best = means.mean(axis=2).argmin(axis=0)
+            with_best = np.where((first[:, None] == best) | (second[:, None] == best), every, 1.0)
+            means[0] *= failures(random, means[0].shape, statistics.RARE, 10)
+            fails = pair_p_values(means[first] - means[second])
+            families = (len(first), len(first), METHODS - 1, len(first))
+            for at, p in enumerate((every, with_best, with_best, fails)):
+                counts[at] += (families[at] * p.min(axis=0) < statistics.ALPHA).sum()
+        for out, count in zip(found.values(), counts, strict=True):
+            out.append(f"{100 * count / repeats:.1f}")
     return found
+
+
+def pair_p_values(differences: np.ndarray) -> np.ndarray:
+    """p-values ``(pairs, tables)`` of ``(pairs, tables, clips)``; 1 for means within 1.5 errors of 0."""
+    clips = differences.shape[-1]
+    error = differences.std(axis=2, ddof=1) / np.sqrt(clips)
+    far = np.abs(differences.mean(axis=2)) > 1.5 * error
+    p = np.ones(far.shape)
+    p[far] = statistics.sign_flip(differences[far], len(differences))
+    return p
 
 
 def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
@@ -138,82 +208,45 @@ def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
                     if apart.std() <= 1e-6:
                         continue
                     centred = apart - apart.mean()
-                    rates = []
+                    told = []
                     for clips in (20, 50, 94):
                         drawn = np.random.default_rng(clips).choice(centred, (repeats, clips))
-                        rates += [ours_share(drawn), plain_share(drawn)]
+                        told += [share(statistics.sign_flip(drawn)), share(plain_flips(drawn))]
                     names = f"{each.rows[one].label} - {each.rows[two].label}"
-                    found.append((f"{each.split} {key[0]}: {names}", rates))
+                    found.append((f"{each.split} {key[0]}: {names}", told))
     return found
 
 
-def show(title: str, heads: tuple[str, ...], rows: list[tuple[int, list[float]]]) -> None:
-    print(f"\n{title}\n  {'':>8}" + "".join(f"{head:>22}" for head in heads))
-    for first, numbers in rows:
-        print(f"  {first:>8}" + "".join(f"{number:>22.1f}" for number in numbers))
+PARTS: dict[str, tuple[str, Callable[[int], Rows]]] = {
+    "intervals": ("95 % intervals that hold the truth, %", coverage),
+    "alarms": ("Equal methods told apart, %: ours / plain flips / signed ranks agreeing", alarms),
+    "hidden": ("One of two equal methods fails on 4 % of all clips, %", hidden),
+    "power": ("Methods that differ told apart, %: ours / plain flips / signed ranks agreeing", power),
+    "tables": (f"Tables of {METHODS} equal methods with a false difference, %", tables),
+}
 
 
-def draw(path: Path, covered: list, alarmed: list, told: list) -> None:
-    """Three panels over the number of clips: coverage, false alarms, power."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
-
-    figure, axes = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
-    lines = (
-        (covered, ("ours", "Student's t", "percentile bootstrap"), "intervals that hold the truth, %", 95),
-        (
-            [(n, [r[0], r[2], r[3], r[4], r[5]]) for n, r in alarmed],
-            ("alike", "unlike", "unlike, plain flips", "one reckless", "reckless, plain flips"),
-            "equal methods told apart, %",
-            5,
-        ),
-        (
-            told,
-            tuple(f"{100 * (1 - e):.0f} % better" for e in EFFECTS),
-            "better methods told apart, %",
-            None,
-        ),
-    )
-    for axis, (rows, names, title, goal) in zip(axes, lines, strict=True):
-        for number, name in enumerate(names):
-            style = "--" if "plain" in name or name in ("Student's t", "percentile bootstrap") else "-"
-            axis.plot([n for n, _ in rows], [r[number] for _, r in rows], style, marker="o", label=name)
-        if goal is not None:
-            axis.axhspan(goal - 1, goal + 1, color="0.9")
-            axis.axhline(goal, color="0.6", linewidth=1)
-        axis.set(xlabel="source clips", title=title)
-        axis.legend(fontsize=8)
-        axis.grid(alpha=0.3)
-    figure.savefig(path, dpi=110)
-    print(f"\nwrote {path}")
+def show(title: str, rows: Rows) -> None:
+    print(f"\n{title}\n\n| clips | " + " | ".join(map(str, CLIPS)) + " |\n|---|" + "---:|" * len(CLIPS))
+    for name, cells in rows.items():
+        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeats", type=int, default=4000)
-    parser.add_argument("--picture", type=Path)
+    parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--rows", type=Path)
     given = parser.parse_args()
     if given.rows:
         heads = tuple(f"{n} clips, {how}" for n in (20, 50, 94) for how in ("ours", "plain"))
         print("equal methods told apart, %: " + "; ".join(heads))
-        for name, rates in real(given.rows, given.repeats):
-            print("  " + " ".join(f"{rate:6.1f}" for rate in rates) + f"  {name}")
+        for name, told in real(given.rows, given.repeats):
+            print("  " + " ".join(f"{rate:6.1f}" for rate in told) + f"  {name}")
         return
-    covered, alarmed = coverage(given.repeats), alarms(given.repeats)
-    told = power(given.repeats)
-    show("95 % intervals that hold the truth, %, by clips", ("ours", "Student's t", "percentile"), covered)
-    heads = tuple(f"{who}{how}" for who in ("alike", "unlike", "reckless") for how in ("", ", plain flips"))
-    show("Equal methods told apart at level 5 %, %, by clips", heads, alarmed)
-    names = tuple(f"{100 * (1 - effect):.0f} % better" for effect in EFFECTS)
-    show("Better methods told apart, %, by clips", names, told)
-    show(
-        "Tables with anybody told from the best of equals, %, by methods", ("ours", "plain Holm"), tables()
-    )
-    if given.picture:
-        draw(given.picture, covered, alarmed, told)
+    for name, (title, part) in PARTS.items():
+        if given.only in (None, name):
+            show(title, part(given.repeats))
 
 
 if __name__ == "__main__":

@@ -207,6 +207,16 @@ def test_takes_are_put_on_training_bodies_of_two_legs(onto: Cmu) -> None:
     assert "17_01" not in takes
 
 
+def test_performers_can_be_left_out_of_training(onto: Cmu) -> None:
+    alone = Cmu(onto._root, bodies=onto._bodies, own=False)
+    everybody, drawn = (
+        {name for mine in data.training().values() for name in mine} for data in (onto, alone)
+    )
+    assert drawn == {name for name in everybody if not name.startswith("cmu")} != everybody
+    with pytest.raises(BenchError, match="bodies=NUMBER"):
+        Cmu(onto._root, own=False)
+
+
 def test_they_are_what_ik_makes_of_them(onto: Cmu) -> None:
     take, name = "05_01", onto._onto.chosen["05_01"][0]  # type: ignore[union-attr]
     (clips,) = (mine[name] for mine in onto.training().values() if name in mine)

@@ -40,3 +40,8 @@ def errors(
 def factor(random: np.random.Generator, spread: float, shape: tuple[int, ...]) -> np.ndarray:
     """Log-normal numbers of mean 1."""
     return np.exp(spread * random.standard_normal(shape) - spread**2 / 2)
+
+
+def failures(random: np.random.Generator, shape: tuple[int, ...], share: float, times: float) -> np.ndarray:
+    """Factors of mean 1 on errors: so many times on a share of the clips, and less than 1 on the others."""
+    return np.where(random.random(shape) < share, times, (1 - share * times) / (1 - share))

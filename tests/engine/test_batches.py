@@ -21,6 +21,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.results import store
 from retarget_bench.results.header import STATUSES
 from retarget_bench.training import validate
+from tests.in_process import without_processes
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -149,7 +150,8 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
 
 @pytest.mark.processes
 def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
-    (alone,) = carry_out(tmp_path / "a", "toy_batches")
+    with without_processes():
+        (alone,) = carry_out(tmp_path / "a", "toy_batches")
     _, beside = carry_out(tmp_path / "b", "toy_batches[does=die]", "toy_batches")
     assert beside.paths.rows.read_bytes() == alone.paths.rows.read_bytes()
 
@@ -190,11 +192,13 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
 
 @pytest.mark.processes
 def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
-    (both,) = carry_out(tmp_path / "a", "toy_batches", clips=20)
+    with without_processes():
+        (both,) = carry_out(tmp_path / "a", "toy_batches", clips=20)
     runner.run(
         asked(tmp_path / "b", "toy_batches", clips=20, stage="predict", jobs=2), lambda done, total: None
     )
-    (apart,) = carry_out(tmp_path / "b", "toy_batches", clips=20, stage="score")
+    with without_processes():
+        (apart,) = carry_out(tmp_path / "b", "toy_batches", clips=20, stage="score")
     assert apart.paths.rows.read_bytes() == both.paths.rows.read_bytes()
     assert {name: getattr(both.header.counts, name) for name in STATUSES} == {
         **dict.fromkeys(STATUSES, 0),
@@ -202,7 +206,8 @@ def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
     }
 
 
-def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
+@pytest.mark.parametrize("moments", [(1, 21), pytest.param((1, 9, 17, 21, 33), marks=pytest.mark.slow)])
+def test_killed_at_any_moment_gives_the_same_bytes(tmp_path, moments):
     """SIGKILL as soon as some more predictions are there, again and again, then one run to the end."""
     toys = [f"--plugin={file}" for file in TOYS]
     line = [sys.executable, "-m", "retarget_bench", "run", "toy_batches[does=wait]", "--metric", "position"]
@@ -210,7 +215,7 @@ def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
     environment = os.environ | {"PYTHONPATH": str(HERE.parents[1])}
     (whole,) = carry_out(tmp_path / "whole", "toy_batches[does=wait]", clips=20)
     folder = tmp_path / whole.paths.folder.relative_to(tmp_path / "whole")
-    for predictions in (1, 9, 21):
+    for predictions in moments:
         process = subprocess.Popen(line, env=environment, start_new_session=True, stderr=subprocess.DEVNULL)
         while process.poll() is None and len(list(folder.rglob("*.npz"))) < predictions:
             time.sleep(0.002)

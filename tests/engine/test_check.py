@@ -75,7 +75,48 @@ def test_a_method_that_moves_is_seen_for_better_or_worse(baseline, bench, monkey
     status, said = bench("--baseline", baseline)
     assert status == 1
     moved = said.split(f"{mark}:")[1]
-    assert re.search(r"toy_learner  intra  mpjpe_h\.world +0\.9\d+ -> \d\.\d+ % of height", moved)
+    assert re.search(r"toy_learner  mpjpe_h\.world +intra 0\.9\d+ -> \d\.\d+.* % of height", moved)
+
+
+@pytest.mark.parametrize(
+    ("off", "asked", "status"),
+    [
+        ("0.0202", ["--tolerance", "2%", "--columns", "mpjpe,PA-MPJPE"], 0),
+        ("0.0206", ["--tolerance", "2%", "--columns", "mpjpe"], 1),
+        ("0.0206", ["--tolerance", "2%,mpjpe=4%", "--columns", "mpjpe"], 0),
+        (
+            "0.0202",
+            ["--tolerance", "MPJPE=0.02", "--columns", "mpjpe"],
+            0,
+        ),  # of 0.95 % of height, 0.0095 more
+        ("0.0206", ["--tolerance", "MPJPE=0.02", "--columns", "mpjpe"], 1),
+        ("0.01", ["--worse-only"], 0),
+        ("0.03", ["--worse-only"], 1),
+        ("0.03", ["--columns", "jerk ratio"], 0),  # a shift, which shakes nothing
+        ("0.03", ["--columns", "jerk ratio,MPJPE"], 1),
+    ],
+)
+def test_authors_choose_what_counts(baseline, bench, monkeypatch, off, asked, status):
+    monkeypatch.setenv("TOY_OFF", off)
+    got, said = bench("--baseline", baseline, *asked)
+    assert got == status, said
+    if asked == ["--worse-only"] and not status:
+        assert re.search(r"rows: \d+ same, \d+ no worse\.\nNo worse: ", said)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (["--columns", "mpjp"], "did you mean mpjpe_h.world"),
+        (["--columns", ","], "--columns names no value"),
+        (["--tolerance", "2"], "--tolerance takes a share, such as 2%"),
+        (["--tolerance", "mpjpe=much"], "--tolerance takes a share, such as 2%"),
+        (["--worse-only", "--accept", "--because", "x"], "--accept takes everything"),
+    ],
+)
+def test_criteria_that_mean_nothing_are_told(baseline, bench, asked, words):
+    status, said = bench("--baseline", baseline, *asked)
+    assert (status, words in said) == (2, True)
 
 
 @pytest.mark.parametrize("off", ["0.02000000001", "0.01999999999"])
@@ -119,7 +160,7 @@ def test_a_case_that_fails_now_is_newly_failing_and_the_other_way_round_is_bette
     monkeypatch.delenv("TOY_FAILS")
     status, said = bench("--baseline", failing)
     assert status == 1
-    assert re.search(r"better:\n  toy_learner  (intra|cross)  answered +3 -> 5 cases", said)
+    assert re.search(r"better:\n  toy_learner  answered  intra 3 -> 5 .*, cross 3 -> 5 .* cases", said)
 
 
 def changed_card(monkeypatch, **changes):
@@ -202,7 +243,7 @@ def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):
 
 
 def test_a_gate_that_breaks_ends_with_two_and_says_where(baseline, bench, monkeypatch):
-    def broken(before, now):
+    def broken(before, now, asked):
         raise ZeroDivisionError("float division by zero")
 
     monkeypatch.setattr(compare, "compare", broken)
@@ -365,6 +406,6 @@ def test_the_summary_is_markdown_and_is_appended(baseline, bench, monkeypatch, t
     assert lines[0] == "before"
     assert lines[1] == "### bench check: moved"
     assert lines[-1].endswith('If it is meant: the same command with --accept --because "...".')
-    assert any(re.match(r"\| `toy_learner` `intra` `mpjpe_h.world` \| 0\.9\d+ -> ", line) for line in lines)
+    assert any(re.match(r"\| `toy_learner` `mpjpe_h.world` \| intra 0\.9\d+ -> ", line) for line in lines)
     rows = [line for line in lines if line.startswith("| ")]
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {4}

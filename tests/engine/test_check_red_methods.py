@@ -1,5 +1,6 @@
 """The gate has been seen red: methods and data broken on purpose, against our golden rows."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from gates import FOLDER, quiet
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
 from retarget_bench.plugins import registry
-from retarget_bench.verification.gate import golden, method_rows, run
+from retarget_bench.verification.gate import golden, method_rows, report, run
 from retarget_bench.verification.gate.compare import Status
 
 
@@ -87,6 +88,22 @@ def test_a_broken_method_is_seen(monkeypatch, name):
     found = checked("copy_rotations")
     assert found.verdict == 1
     assert {line.status for line in found.lines} & {Status.WORSE, Status.BETTER}
+
+
+def test_a_root_one_percent_longer_is_told_by_a_handful_of_values(monkeypatch):
+    monkeypatch.setattr(*answer(lambda m, s, t: replace(m, root=1.01 * m.root)))
+    found = checked("copy_rotations")
+    rows = [line for line in found.lines if line.status in report.MOVES]
+    told = [
+        line for line in report.text(found.lines, 1).splitlines() if line.startswith("  copy_rotations")
+    ]
+    assert len(rows) > 100
+    assert len(told) <= 14
+    worse = "\n".join(report.text(found.lines, 1).split("better:")[0].splitlines())
+    # of a body copied onto itself, 1 % of the height of its hips, which is about half of its own
+    assert re.search(r"mpjpe_h\.world +self \S+ -> 0\.5\d+, intra .* \(\+4\.\d %\)", worse)
+    assert "root_path.vertical" in worse
+    assert len(report.text(found.lines, 1, everything=True).splitlines()) > len(rows)
 
 
 @pytest.mark.parametrize("wrong", ["nan", "short", "raise"])

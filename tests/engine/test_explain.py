@@ -19,6 +19,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.store import CaseResult, ResultPaths, Results
+from tests.in_process import without_processes
 
 FACTS = {
     "error": "distance",
@@ -154,7 +155,7 @@ def test_no_two_built_in_protocols_declare_the_same() -> None:
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("explained")
-    with pytest.raises(SystemExit) as stop:
+    with without_processes(), pytest.raises(SystemExit) as stop:
         main(["run", "copy_rotations", "-s", "intra", "--out", str(out)])
     assert stop.value.code == 0
     return out

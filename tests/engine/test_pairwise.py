@@ -103,6 +103,62 @@ def test_a_handful_of_clips_never_gives_a_verdict(tmp_path):
     (found,) = result_matrix.result_matrices(records.find_results(tmp_path))
     (one,) = compared(found).differences
     assert (one.verdict, one.interval, one.p) == ("few", None, 2 / 2**5)
+    assert (one.won, one.clips_needed) == ((5, 0), 10)
+
+
+def few_clips(root, clips, values):
+    """Two methods of which the first is better by 1 in all these values on every clip."""
+    for name, size in (("one", 1.0), ("two", 2.0)):
+        store(
+            root, "intra", name, [("a>b", f"c{n}", dict.fromkeys(values, size + n)) for n in range(clips)]
+        )
+    (found,) = result_matrix.result_matrices(records.find_results(root))
+    return compared(found, values)
+
+
+@pytest.mark.parametrize("clips", [9, 10])
+def test_too_few_clips_are_told_with_how_many_it_takes(tmp_path, clips):
+    found = few_clips(tmp_path, clips, ("mpjpe_h.world",))
+    shown = pairwise_text.text([found])
+    assert ("too few clips, needs 10" in shown) == (clips == 9)
+    assert ("one better on such clips" in shown) == (clips == 10)
+
+
+def test_a_verdict_asks_for_more_clips_where_more_values_are_compared(tmp_path):
+    found = few_clips(tmp_path, 10, ("mpjpe_h.world", "ratio"))
+    (one, _) = found.differences
+    assert one.verdict == "first"
+    many = replace(one, compared=26, adjusted=26 * one.p)
+    assert (many.verdict, many.clips_needed) == ("few", 11)
+
+
+def test_from_74_clips_on_a_verdict_has_no_reserve(tmp_path):
+    for clips, words in ((73, "one better on such clips"), (74, "one better")):
+        found = few_clips(tmp_path / str(clips), clips, ("mpjpe_h.world",))
+        assert pairwise_text.verdict(found, found.differences[0]) == words
+        assert ("can miss failures on up to 4 %" in pairwise_text.text([found])) == (clips == 73)
+
+
+def test_an_open_verdict_says_about_how_many_clips_would_close_it(tmp_path):
+    random = np.random.default_rng(5)
+    first = random.gamma(2, 1, 2 * CLIPS)
+    second = first * random.gamma(20, 1 / 19, 2 * CLIPS)
+    found = compared(both(tmp_path, {"mpjpe_h.world": first}, {"mpjpe_h.world": second}))
+    (one,) = found.differences
+    assert one.verdict == "open"
+    assert one.clips_needed == statistics.clips_for_power(one.p, CLIPS, 1) > CLIPS
+    row = next(line for line in pairwise_text.text([found]).splitlines() if "mpjpe" in line)
+    (shown,) = re.findall(r"not significant \(about (\d+) clips\)$", row)
+    assert int(shown) == pytest.approx(one.clips_needed, rel=0.05)
+
+
+def test_clips_won_follow_the_direction_of_the_value(tmp_path):
+    apart = np.repeat([-1.0] * 14 + [1.0] * 5 + [0.0], 2)
+    found = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
+    for better, won in (("lower", (14, 5)), ("higher", (5, 14)), ("none", (5, 14)), ("target", (14, 5))):
+        found.values["mpjpe_h.world"] = replace(found.values["mpjpe_h.world"], better=better, goal=1.0)
+        (one,) = compared(found).differences
+        assert one.won == won
 
 
 # ------------------------------------------------------------------------------------------- command
@@ -128,7 +184,10 @@ def bench(*words) -> str:
 def test_text_says_who_is_better_and_by_how_much(runs):
     shown = bench("one", "two", "--results", runs, "--columns", "mpjpe_h.world,ratio")
     row = next(line for line in shown.splitlines() if "mpjpe_h.world" in line)
-    assert re.search(r"↓, % of height .*-1\.\d+ +\[-[\d.]+, -[\d.]+\] +<0\.001 +40 +20  one better$", row)
+    assert re.search(
+        r"↓, % of height .*-1\.\d+ +\[-[\d.]+, -[\d.]+\] +<0\.001 +40 +20 +20:0  one better on such clips$",
+        row,
+    )
     assert "* two sees reference" in shown
     assert "data, intra" in shown
     assert "the same" in next(line for line in shown.splitlines() if "ratio" in line)
@@ -145,7 +204,8 @@ def test_a_p_value_is_never_written_as_if_it_were_on_the_other_side_of_the_level
 def test_csv_reads_back_and_markdown_survives_hostile_names(runs, tmp_path):
     rows = list(csv.DictReader(io.StringIO(bench("one", "two", "--results", runs, "--all", "-f", "csv"))))
     assert [row["value"] for row in rows] == ["mpjpe_h.world", "ratio"]
-    assert rows[0]["verdict"] == "one better"
+    assert rows[0]["verdict"] == "one better on such clips"
+    assert (rows[0]["first_won"], rows[0]["second_won"], rows[0]["clips_needed"]) == ("20", "0", "")
     assert float(rows[0]["low"]) < float(rows[0]["difference"]) < float(rows[0]["high"]) < 0
     hostile = "a|b<script>*_[x]"
     store(runs, "intra", "odd", numbers({"mpjpe_h.world": np.full(2 * CLIPS, 2.0)}), label=hostile)
@@ -171,7 +231,7 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
     [
         (["one", "tow"], "no results of 'tow' here; did you mean two"),
         (["one", "unlike"], "no results of 'unlike' here; there are those of one, two"),
-        (["one", "two", "--columns", "mpjpe"], "'mpjpe' is a value of no result; there are mpjpe_h.world"),
+        (["one", "two", "--columns", "mpjpe"], "no result has a value 'mpjpe'; there are mpjpe_h.world"),
         (["one", "two", "--columns", "curve"], "'curve' is a curve"),
         (["one", "two", "--columns", ","], "name at least one value"),
         (["one", "two", "-s", "cross"], "no case in common|no results"),

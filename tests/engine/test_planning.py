@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.commands import run
 from retarget_bench.plugins import registry
+from retarget_bench.python import plans
 
 CLASHING = '''"""A metric that uses a built-in's value id."""
 
@@ -24,19 +24,20 @@ plugin = Clash
 
 
 def test_a_plain_run_has_the_variants_that_a_card_names() -> None:
-    specs = [str(spec) for spec in run._default_methods()]
+    specs = [str(spec) for spec in plans.default_methods("retarget", pytest.fail)]
     assert len(specs) == len(set(specs))
     for wanted in ("", "[root_rule=none]", "[root_rule=reference]"):
         assert f"copy_rotations{wanted}" in specs
 
 
 def test_a_metric_that_takes_anothers_value_id_is_left_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
     (tmp_path / "clash.py").write_text(CLASHING)
     registry.add_file(tmp_path / "clash.py")
-    kept = run._default_metrics()
+    told: list[str] = []
+    kept = plans.default_metrics("retarget", told.append)
     assert "clash" not in kept
     assert "position" in kept
-    assert "both declare 'mpjpe_h.world'" in capsys.readouterr().err
+    assert "both declare 'mpjpe_h.world'" in "".join(told)

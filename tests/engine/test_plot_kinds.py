@@ -30,6 +30,7 @@ from retarget_bench.results import store
 from retarget_bench.results.header import ResultHeader, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
 from tests.engine.stored import header
+from tests.engine.stored import store as stored_rows
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
 BODIES = ("ann", "bob", "$\\cat_^")
@@ -144,6 +145,40 @@ def test_pairs_are_a_map_per_method_on_one_scale(plotted, results):
         assert axes.get_title() == canvas.drawable(label)
         assert [text.get_text() for text in axes.get_xticklabels()] == names
     assert len({image.get_clim() for axes in maps for image in axes.get_images()}) == 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "shown"),
+    [
+        (["pairs"], {"ann", "bob"}),
+        (["pairs", "--bodies", "people"], {"ann", "bob"}),
+        (["pairs", "--bodies", "four-legged"], {"rex"}),
+        (["pairs", "--bodies", "mixed"], {"ann", "rex"}),
+        (["pairs", "--bodies", "all"], {"ann", "bob", "rex"}),
+        (["kinds"], 1.5),
+        (["ties", "--bodies", "four-legged"], 3.0),
+        (["ties", "--bodies", "all"], 2.5),
+    ],
+)
+def test_people_are_drawn_unless_other_bodies_are_asked_for(tmp_path, monkeypatch, kind, shown):
+    cases = [("ann>bob", "c1"), ("bob>ann", "c2"), ("rex>rex", "c3"), ("ann>rex", "c4")]
+    numbers = [(*case, {"mpjpe_h.world": 1.0 + n}) for n, case in enumerate(cases)]
+    for method in ("one", "two"):
+        place = stored_rows(tmp_path, "cross", method, numbers)
+    (place.folder / "cases.bodies.csv").write_text("character,legs\nann,2\nbob,2\nrex,4\n")
+    made: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["plot", *kind, str(tmp_path), "-o", str(tmp_path / "out.svg")])
+    assert not stop.value.code
+    axes = made[0].axes[0]
+    if isinstance(shown, set):
+        ticks = (*axes.get_xticklabels(), *axes.get_yticklabels())
+        assert {text.get_text() for text in ticks} == shown
+    else:
+        assert lines(axes)[0].get_xdata()[0] == pytest.approx(shown)
+    named = kind[-1] if len(kind) > 1 else "people"
+    assert made[0].get_suptitle().startswith("data: " if named == "all" else f"data: {named}:")
 
 
 def test_many_bodies_are_taken_together_by_structure(plotted, results, monkeypatch):

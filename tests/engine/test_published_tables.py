@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench.api import CaseInfo
+from retarget_bench.api import CaseInfo, optional
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
-from retarget_bench.results.header import SCHEMA, STATUSES, parsed
+from retarget_bench.results.header import SCHEMA, STATUSES, MethodInfo, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.tables.published import published_tables
 from retarget_bench.tables.published.layout import paper_table
@@ -163,10 +165,9 @@ def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("name", ALL)
 def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tmp_path: Path) -> None:
-    store(tmp_path, "mine", "cross", {("BigVegas>Goblin_m", "a"): 0.1})
-    store(
-        tmp_path, "peeks", "cross", {("BigVegas>Goblin_m", "a"): 0.1}, method={"privileged": ["reference"]}
-    )
+    numbers = {("BigVegas>Goblin_m", "a"): 0.1, ("Goblin_m>BigVegas", "a"): 0.1}  # one beyond the paper's
+    store(tmp_path, "mine", "cross", numbers)
+    store(tmp_path, "peeks", "cross", numbers, method={"privileged": ["reference"]})
     table = published_tables.published(name)
     rows = published_tables.own_rows(table, records.find_results(tmp_path))
     drawn = paper_table(table, rows)
@@ -187,6 +188,61 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
         assert any("pairs" in note and "clips" in note for note in drawn.notes)
     elif any(column.pairs for column in table.columns):
         assert any("None of the results" in note for note in drawn.notes)
+
+
+def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> None:
+    table = published_tables.published("pan-table1")
+    theirs = {("BigVegas>Goblin_m", "a"): 0.1, ("BigVegas>Mousey_m", "a"): 0.3}
+    store(tmp_path / "same", "mine", "cross", theirs)
+    rows = published_tables.own_rows(table, records.find_results(tmp_path / "same"))
+    (only,) = paper_table(table, rows).groups
+    assert [row.cells[1].text for row in only.ranked if row.label == "mine"] == ["0.20"]
+    store(tmp_path / "more", "mine", "cross", {**theirs, ("Goblin_m>BigVegas", "a"): 0.8})
+    rows = published_tables.own_rows(table, records.find_results(tmp_path / "more"))
+    assert [row.cells[1].text for row in paper_table(table, rows).groups[1].rows] == ["0.40"]
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "words"),
+    [
+        ("pan", {}, "ours: "),
+        ("pan", {"variant": "released"}, "as published"),
+        ("pan", {"variant": "released", "weights": "elsewhere"}, "as published"),
+        ("pan", {"variant": "released", "attention": False}, "ours, with these settings"),
+        ("nkn", {"drift": 0.0, "lengths": "world"}, "as published"),
+        ("smrm", {}, "ours: "),
+        ("humot", {}, "ours: "),
+        ("copy_rotations", {}, "root rule hip_height"),
+        ("copy_rotations", {"root_rule": "none"}, ""),
+        ("never_heard_of", {}, ""),
+    ],
+)
+def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str) -> None:
+    info = MethodInfo(name=name, label=name, parameters=parameters, privileged=(), control=False)
+    said = published_tables.variant(info)
+    assert said.startswith(words) if words else said == ""
+
+
+def test_what_a_card_calls_published_are_parameters_of_the_method() -> None:
+    """Each set builds, and is another variant than the default."""
+    for name, method in registry.working("methods")[0].items():
+        card = optional.method_card(method)
+        for each in card.published:
+            spec = registry.canonical("methods", Spec(name, each))
+            assert dict(spec.parameters) == dict(each), name
+
+
+def test_variants_stand_in_the_rows_and_the_root_rule_of_copied_rotations_is_noted_first(
+    tmp_path: Path,
+) -> None:
+    for name in ("pan", "copy_rotations"):
+        store(tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1})
+    table = published_tables.published("pan-table1")
+    drawn = paper_table(table, published_tables.own_rows(table, records.find_results(tmp_path)))
+    labels = [row.label for row in drawn.groups[0].ranked if "printed" not in row.label]
+    assert labels[0] == "copy_rotations (root rule hip_height)"
+    assert labels[1].startswith("pan (ours: ")
+    assert "copied rotations treat the root" in drawn.notes[0]
 
 
 def test_printed_numbers_keep_their_digits() -> None:

@@ -7,6 +7,7 @@ import pytest
 from stored import changed, store
 
 from retarget_bench.analysis import summary
+from retarget_bench.api import TWO_LEGS
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.tables import builder, rendering
@@ -53,7 +54,7 @@ def test_values_stand_beside_their_floor_and_interval(tmp_path):
     assert {row.label: row.cells[0].text for row in two.rows} == {
         "near": "20.0", "far": NOT_APPLICABLE, FLOOR: "9.0",
     }  # fmt: skip
-    assert "not ranked" in made.notes[0]
+    assert "not ranked" in made.hints[0]
 
 
 def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
@@ -115,8 +116,26 @@ def test_every_renderer_says_what_n_counts(tmp_path, form):
     )
 
 
+def test_a_set_of_a_metrics_own_has_a_group_with_its_values_alone(tmp_path):
+    """Columns of other sets would be empty there, and its column in those of structures."""
+    place = store_sets(
+        tmp_path,
+        "near",
+        [WHOLE, SetValue("fid_people", TWO_LEGS, 316, 43, 1.05, 0.5, 1.5, 0.75, "real", "small")],
+    )
+    changed(place, set_values={"fid": FID, "fid_people": {**FID, "metric": "fid_people"}})
+    _, (of_structure, of_people) = groups([place], ["fid", "fid_people"])
+    assert [column.id for column in of_structure.columns] == ["fid"]
+    assert [column.id for column in of_people.columns] == ["fid_people"]
+    assert of_people.title == "cross, all answers on bodies on two legs as one set: 316 windows of 43 clips"
+    assert [row.cells[0].value for row in of_people.rows] == [1.05, 0.75]
+
+
 def test_structures_without_any_value_are_a_sentence(tmp_path):
     few = SetValue("fid", "body23", 30, 4, reason="fid needs 1024 windows in each set, here 30")
     made, found = groups([store_sets(tmp_path, name, [WHOLE, few]) for name in "ab"], ["fid"])
     assert [group.title.split(" as ")[0][-6:] for group in found] == ["body22"]
-    assert any("structure body23: fid needs 1024" in note for note in made.notes)
+    assert made.hints[1:] == (
+        "No values of sets on bodies of these structures: cross: body23. "
+        "The first: fid needs 1024 windows in each set, here 30.",
+    )

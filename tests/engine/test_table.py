@@ -57,6 +57,7 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
     assert [row.label for row in group.ranked] == ["better", "worse"]
     assert [(row.label, row.mark, row.n) for row in group.unranked] == [
         ("lazy", "answered 18 of 20", "18/20"),
+        ("better", "", "18"),
         ("leak", "sees reference", "20"),
         ("floor", "control", "20"),
         ("broken", "answered 0 of 20", "0/20"),

@@ -4,10 +4,12 @@ import re
 
 import pytest
 from click.testing import CliRunner
-from stored import store
+from stored import VALUES, changed, store
 
 from retarget_bench.cli import group
+from retarget_bench.commands import options
 from retarget_bench.commands.table import BREAKDOWNS, FORMATS
+from retarget_bench.python import progress
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
 
@@ -35,6 +37,24 @@ def test_every_format_is_printed_and_written_alike(results, tmp_path, form):
     assert bench(results, "-f", form, "-o", file) == f"wrote {file}\n"
     assert file.read_text(encoding="utf-8") == bench(results, "-f", form)
     assert "2.55" in file.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("ending", "form"),
+    [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv"), ("out", "text")],
+)
+def test_the_format_follows_the_ending_of_the_file(results, tmp_path, ending, form):
+    bench(results, "-o", tmp_path / f"t.{ending}")
+    assert (tmp_path / f"t.{ending}").read_text(encoding="utf-8") == bench(results, "-f", form)
+    bench(results, "-o", tmp_path / f"u.{ending}", "-f", "csv")
+    assert (tmp_path / f"u.{ending}").read_text(encoding="utf-8") == bench(results, "-f", "csv")
+
+
+def test_an_ending_that_a_command_does_not_write_is_refused(results, tmp_path):
+    words = ["compare", "one", "two", "--results", str(results), "-o", str(tmp_path / "c.html")]
+    done = CliRunner().invoke(group, words)
+    assert "c.html is to be html; there are text, md, csv" in done.output
+    assert not (tmp_path / "c.html").exists()
 
 
 def test_intervals_come_on_request_in_text_and_always_in_pages(results):
@@ -72,3 +92,49 @@ def test_published_tables_are_drawn_in_every_format(results, form):
 def test_published_tables_have_their_own_columns(results):
     done = CliRunner().invoke(group, ["table", str(results), "--paper", "pan-table1", "--all"])
     assert "--paper has columns of its own" in str(done.exception)
+
+
+def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
+    for name in ("one", "two"):
+        numbers = [("a>a", f"c{n}", {"mpjpe_h.world": 1.0, "jerk_ratio": 1.0}) for n in range(3)]
+        values = VALUES | {"jerk_ratio": VALUES["ratio"] | {"label": "jerk ratio"}}
+        changed(store(results, "self", name, numbers), values=values)
+    both = bench(results)
+    assert "self: 3 cases of 3 clips; cross: 12 cases of 12 clips" in both
+    assert "jerk" not in both.partition("method")[0]
+    alone = bench(results, "-s", "self")
+    assert "cross" not in alone
+    assert "jerk" in alone.partition("method")[0]
+    assert "no split is called" in CliRunner().invoke(group, ["table", str(results), "-s", "up"]).output
+
+
+def test_methods_are_named_in_one_word_or_several(results):
+    numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 7.0}) for n in range(12)]
+    store(results, "cross", "three[a=1,b=2]", numbers)
+    shown = bench(results, "-m", "ONE,three[a=1,b=2]")
+    assert ("one" in shown, "three[a=1,b=2]" in shown, "two" in shown) == (True, True, False)
+    assert bench(results, "-m", "one", "-m", "three[a=1,b=2]") == shown
+
+
+def test_notes_come_on_request(results):
+    assert "two clips were dropped" not in bench(results)
+    assert "two clips were dropped" in bench(results, "--notes")
+
+
+@pytest.mark.parametrize(("columns", "most"), [("20", 80), ("90", 90), ("", 100), ("999", 200)])
+def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
+    monkeypatch.setenv("COLUMNS", columns)
+    assert options.screen_width() == most
+    assert max(map(len, bench(results, "--notes").splitlines())) <= most
+
+
+def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, capsys):
+    clock = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    with progress.progress_bar("bench run", "cases") as told:
+        for clock[0], done in ((0.0, 0), (30.0, 100), (60.0, 200), (61.0, 201), (120.0, 400)):
+            told(done, 400)
+    assert capsys.readouterr().err.splitlines() == [
+        "bench run: 200 of 400 cases, about 1.0 min left",
+        "bench run: 400 of 400 cases, about 0.0 min left",
+    ]

@@ -56,6 +56,23 @@ def body(
     return Character.of(name, Skeleton(tuple(names), np.array(parents), offsets, tips))
 
 
+def without(character: Character, *joints: str) -> Character:
+    """The body without these joints: what hangs from them hangs, as it is at rest, from what they hung
+    from."""
+    full = character.skeleton
+    kept = [k for k, name in enumerate(full.names) if name not in joints]
+    above = full.parents.copy()
+    for k in range(len(above)):  # parents come first
+        if above[k] >= 0 and full.names[above[k]] in joints:
+            above[k] = above[above[k]]
+    places = full.rest_positions
+    offsets = np.where(above[:, None] >= 0, places - places[above], places)[kept]
+    parents = np.array([kept.index(above[k]) if above[k] >= 0 else -1 for k in kept])
+    tips = tuple(EndSite(kept.index(t.parent), t.offset) for t in full.end_sites if t.parent in kept)
+    names = tuple(full.names[k] for k in kept)
+    return Character.of("short of joints", Skeleton(names, parents, offsets, tips))
+
+
 def about(axis: str, degrees: np.ndarray) -> np.ndarray:
     """``(frames, 4)`` turns about a coordinate axis, w first, by SciPy."""
     vector = np.radians(degrees)[:, None] * np.eye(3)["XYZ".index(axis)]

@@ -10,6 +10,7 @@ import pytest
 from retarget_bench.api import Context
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
+from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -35,6 +36,16 @@ def test_an_answer_with_rotations_is_left_as_it_is():
     answer = fitted(motion)
     assert (answer.rotations == motion.rotations).all()
     assert (answer.root == motion.root).all()
+
+
+def test_twists_that_positions_leave_open_are_those_of_the_source():
+    motion = dance(body())
+    answer, head = motion.character.positions(motion.positions, motion.fps), motion.skeleton.index("Head")
+    post = registry.create("posts", "fit")
+    for source, near in ((motion, True), (answer, False)):
+        found = post.process(answer, source, context=Context())
+        apart = rotation.angle(found.global_rotations[:, head], motion.global_rotations[:, head])
+        assert (np.degrees(apart).max() < 0.1) == near
 
 
 def test_rows_hold_values_that_need_rotations_and_say_what_was_done(tmp_path, monkeypatch):

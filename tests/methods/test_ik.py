@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from retarget_bench.api import Context
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.methods.ik import plugin as InverseKinematics
-from retarget_bench.methods.ik.ease import smooth, spread
+from retarget_bench.methods.ik import takes
+from retarget_bench.methods.ik.ease import limited, smooth, spread
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
@@ -104,7 +105,7 @@ def test_the_helper_above_keeps_the_feet_still():
 
 def test_palms_that_meet_keep_meeting():
     source_body = body()
-    frames = 30
+    frames = 60
     # fore-arms folded in front of the chest: the palms meet in the middle of the clip
     fold = 40.0 + 30.0 * np.minimum(1.0, 0.8 - 0.8 * np.cos(np.linspace(0.0, 2.0 * np.pi, frames)))
     turns = {
@@ -187,3 +188,57 @@ def test_smooth_keeps_constants_and_the_mean_of_what_lies_inside():
     spike[25, 1] = 1.0
     assert smooth(spike, 30.0).sum(axis=0) == pytest.approx([0.0, 1.0])
     assert smooth(spike, 30.0)[:, 1].argmax() == 25
+
+
+def test_limited_is_the_nearest_curve_of_that_slope_where_it_must_change():
+    step = np.where(np.arange(40) < 20, 0.0, 10.0)[:, None]
+    out = limited(step, np.full((39, 1), 0.5))
+    assert np.abs(np.diff(out, axis=0)).max() <= 0.5 + 1e-12
+    assert np.abs(out - step).max() == pytest.approx(4.75)  # half of a step that may take 0.5 as it is
+    ramp = np.cumsum(np.random.default_rng(0).uniform(-0.5, 0.5, (40, 2)), axis=0)
+    np.testing.assert_allclose(limited(ramp, np.full((39, 2), 0.5)), ramp, atol=1e-12)
+
+
+def test_a_first_frame_in_the_rest_pose_at_the_origin_spoils_nothing():
+    source, target = dance(body(), frames=60, seed=2), OTHERS["short"]
+    source = replace(source, root=source.root + np.array([3.0, 0.0, 5.0]))
+    still = source.character.motion(
+        np.broadcast_to([1.0, 0.0, 0.0, 0.0], source.rotations[:1].shape), np.zeros((1, 3)), source.fps
+    )
+    joined = (
+        np.concatenate([getattr(each, key) for each in (still, source)]) for key in ("rotations", "root")
+    )
+    begun = source.character.motion(*joined, source.fps)
+    assert takes(source) == [slice(0, 60)]
+    assert takes(begun) == [slice(0, 1), slice(1, 61)]
+    after = run(InverseKinematics, begun, target).positions[1:]
+    np.testing.assert_allclose(after, run(InverseKinematics, source, target).positions, atol=1e-9)
+
+
+@pytest.mark.parametrize(("lift", "taken"), [(0.08, True), (-0.05, True), (0.5, False)])
+def test_feet_stand_on_the_floor_when_asked_to(lift: float, taken: bool):
+    """A small constant float is taken out; standing on a table is not."""
+    source, target = squat(body()), OTHERS["small"]
+    raised = replace(source, root=source.root + np.array([0.0, lift, 0.0]))
+    flat, kept, stands = (
+        run(InverseKinematics, each, target, floor=floor).positions
+        for each, floor in ((source, False), (raised, False), (raised, True))
+    )
+    assert np.abs(kept - flat).max() > 0.01
+    np.testing.assert_allclose(stands, flat if taken else kept, atol=1e-9)
+
+
+def test_a_bow_does_not_bury_a_head():
+    """A body with a long back over short legs bows by 150 degrees; the source's head stays above ground."""
+    frames = 40
+    bow = 75.0 - 75.0 * np.cos(np.linspace(0.0, 2.0 * np.pi, frames))
+    source = pose(
+        body(),
+        frames,
+        {"Spine": about("X", bow)},
+        np.tile([0.0, body().measures.hip_height, 0.0], (frames, 1)),
+    )
+    target = body("long", thigh=0.05, shin=0.05)
+    head = target.joint_of["head"]
+    assert run(CopyRotations, source, target).positions[:, head, 1].min() < -0.1
+    assert run(InverseKinematics, source, target).positions[:, head, 1].min() > -0.01

@@ -16,6 +16,7 @@ from retarget_bench.methods.nkn import plugin
 from retarget_bench.methods.nkn.features import Path, Sight, answer, begin, cleaned, see
 from retarget_bench.motion import facing, rotation
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.root_rules import MEMORY
 from tests.examples import examples
 
 NKN = plugin(facing=5.0, lengths="world")
@@ -43,8 +44,8 @@ def back(motion: Motion, sight: Sight, unit: float = 0.01) -> Motion:
     """The motion from its movements and its own local rotations."""
     seen = NKN.body(motion.character)
     turns, _ = seen.see(at_thirty(motion, len(sight.poses)))
-    path = Path(sight.hips[:1], sight.turn[:1], np.array([unit]))
-    turn, hips = path.follow(sight.poses[:, None, -4:])
+    path = Path(np.array([unit]))
+    turn, hips = path.follow(sight.poses[:, None, -4:], sight.turn[:, None], sight.hips[:, None])
     turns[:, 0] = rotation.multiply(rotation.conjugate(facing.rotation(sight.turn)), turns[:, 0])
     return answer(seen, turns, turn[:, 0], hips[:, 0], motion.frames, motion.fps)
 
@@ -121,15 +122,66 @@ def test_a_window_begins_at_its_own_height():
     np.testing.assert_array_equal(np.delete(window, 1, -1), np.delete(poses, 1, -1))
 
 
-def test_a_path_goes_on_where_its_last_chunk_ended():
-    numbers = np.random.default_rng(1)
-    moves = numbers.normal(size=(11, 2, 4))
-    start = numbers.normal(size=(2, 3)), np.exp(1j * numbers.normal(size=2)), np.array([0.01, 0.02])
-    whole, path = Path(*start).follow(moves), Path(*start)
-    parts = [path.follow(moves[part]) for part in (slice(0, 1), slice(1, 7), slice(7, 11))]
+def source_path(frames: int, rows: int = 2) -> tuple[np.ndarray, np.ndarray]:
+    """Directions ``(frames, rows)`` that turn several times about, and hips ``(frames, rows, 3)``."""
+    numbers = np.random.default_rng(2)
+    turn = np.exp(1j * np.cumsum(numbers.normal(0.2, 0.3, (frames, rows)), axis=0))
+    return turn, np.cumsum(numbers.normal(0.01, 0.01, (frames, rows, 3)), axis=0)
+
+
+@pytest.mark.parametrize("yaw", ["predicted", "source"])
+@pytest.mark.parametrize("kind", ["integrated", "relative"])
+def test_a_path_goes_on_where_its_last_chunk_ended(kind, yaw):
+    moves, (turn, hips) = np.random.default_rng(1).normal(size=(11, 2, 4)), source_path(11)
+    whole, path = (Path(np.array([0.01, 0.02]), kind, yaw) for _ in range(2))
+    known = whole.follow(moves, turn, hips)
+    parts = [
+        path.follow(moves[part], turn[part], hips[part])
+        for part in (slice(0, 1), slice(1, 7), slice(7, 11))
+    ]
     for k in (0, 1):
-        np.testing.assert_allclose(np.concatenate([part[k] for part in parts]), whole[k], atol=1e-12)
-    np.testing.assert_allclose(whole[1][0], start[0], atol=1e-12)  # the first frame moves nothing
+        found = np.concatenate([part[k] for part in parts])
+        if kind == "relative":
+            np.testing.assert_array_equal(found, known[k])
+        else:
+            np.testing.assert_allclose(found, known[k], atol=1e-12)
+    np.testing.assert_allclose(known[1][0], hips[0], atol=1e-12)  # the first frame moves nothing
+
+
+@pytest.mark.parametrize("kind", ["integrated", "relative"])
+def test_the_movements_of_the_source_give_its_path(kind):
+    turn, hips = source_path(400)
+    steps = facing.seen(np.diff(hips, axis=0, prepend=hips[:1]), turn)
+    turns = np.angle(turn * np.concatenate([turn[:1], turn[:-1]]).conj())
+    found = Path(np.ones(2), kind).follow(np.concatenate([steps, turns[..., None]], -1), turn, hips)
+    np.testing.assert_allclose(found[0], turn, atol=1e-9)
+    np.testing.assert_allclose(found[1], hips, atol=1e-9)
+
+
+def test_the_published_path_is_the_plain_sum_of_movements():
+    moves, (turn, hips) = np.random.default_rng(3).normal(size=(50, 2, 4)), source_path(50)
+    found = Path(np.array([0.01, 0.02])).follow(moves, turn, hips)
+    moves[0] = 0.0
+    faced = turn[0] * np.exp(1j * np.cumsum(moves[..., 3], axis=0))
+    steps = facing.placed(moves[..., :3] * np.array([[0.01], [0.02]]), faced)
+    np.testing.assert_array_equal(found[0], faced)
+    np.testing.assert_array_equal(found[1], hips[0] + np.cumsum(steps, axis=0))
+
+
+def test_a_constant_error_of_movements_adds_up_to_that_of_the_memory():
+    """A minute of a body that stands, told to go 1 cm and turn 0.01 radians a frame."""
+    moves = np.zeros((1800, 1, 4))
+    moves[..., 0] = 1.0
+    still = np.ones((1800, 1), complex), np.zeros((1800, 1, 3))
+    keep = np.exp(-1.0 / (30.0 * MEMORY))
+    bound = (1.0 - keep ** np.arange(1800)) / (1.0 - keep) * 0.01
+    _, hips = Path(np.array([0.01]), "relative").follow(moves, *still)
+    np.testing.assert_allclose(hips[:, 0, 0], bound, rtol=1e-9)
+    assert hips.max() < 0.01 * (30.0 * MEMORY + 1.0)
+    assert Path(np.array([0.01])).follow(moves, *still)[1].max() == pytest.approx(17.99)
+    moves[..., 0], moves[..., 3] = 0.0, 0.01
+    turn, _ = Path(np.array([0.01]), "relative").follow(moves, *still)
+    np.testing.assert_allclose(np.angle(turn[:, 0]), bound, rtol=1e-9)
 
 
 def test_cleaned_movements_have_the_sources_sign_and_do_not_rise_alone():

@@ -9,12 +9,13 @@ from nkn_toys import CAST
 from scipy.spatial.transform import Rotation
 from torch import Tensor, nn
 
-from retarget_bench.methods.nkn import PARENTS, plugin
 from retarget_bench.methods.nkn import losses as terms
+from retarget_bench.methods.nkn import plugin
 from retarget_bench.methods.nkn.network import Decoder, Generator
 from retarget_bench.methods.nkn.network.cells import KINDS, Kind, Layer
 from retarget_bench.methods.nkn.network.pose import Bodies, Scale, quaternions
 from retarget_bench.motion import kinematics
+from retarget_bench.motion.body22 import PARENTS
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
 

@@ -136,9 +136,12 @@ def test_structures_without_a_common_end_effector_have_the_term_all_the_same():
     module = pan_material.training_module()
     objective: Objective = module._objective
     first, second = module._names
-    objective._ends[first], objective._ends[second] = {0: 1}, {1: 2}
+    none = torch.zeros(0, dtype=torch.long)
+    for pair in ((first, second), (second, first)):
+        objective._tensors["ends", *pair] = none
     assert terms(module, pan_material.batch(module))["generator"]["ends"] > 0  # within structures
-    objective._ends[first], objective._ends[second] = {}, {}
+    for name in (first, second):
+        objective._tensors["ends", name, name] = none
     assert terms(module, pan_material.batch(module))["generator"]["ends"] == 0
 
 
@@ -149,7 +152,7 @@ def test_codes_of_bodies_with_one_arm_are_compared_over_five_parts():
     assert names == ("one_armed", "plain")
     code = torch.randn(2, 4, 5, 32)
     arranged = torch.cat([code, torch.full((2, 4, 1, 32), 9.0)], 2)  # of the arm that is not there
-    objective.begin()
+    objective.begin(torch.device("cpu"))
     objective.compare(names, code, arranged)
     assert objective.total()["latent"].item() == 0.0
 

@@ -11,6 +11,7 @@ import torch
 
 from retarget_bench.api import Context
 from retarget_bench.methods.pan import Pan
+from retarget_bench.motion.root_rules import MEMORY
 
 BODIES, LEGS = pan_material.BODIES, pan_material.LEGS
 DOG = "dog_four_legged"
@@ -75,7 +76,7 @@ def test_eq_20_takes_the_range_of_the_training_motion():
                 for clip in clips[each]
             ]
         )
-        found = module._objective._ranges[name].numpy()
+        found = module._objective._tensors["speeds", name].numpy()
         np.testing.assert_allclose(found, [speeds.min(), speeds.max()], rtol=1e-5)
 
 
@@ -94,7 +95,7 @@ def test_eq_20_in_a_step(turns):
         answers = module._answers(names, there, codes, side, real)
         for here in (0, 1):
             moves = [each.plain[:, :, -1].detach().numpy() for each in (real[here], answers[here])]
-            ranges = [objective._ranges[names[k]].numpy() for k in (here, there)]
+            ranges = [objective._tensors["speeds", names[k]].numpy() for k in (here, there)]
             scaled = [_rescaled(m[..., :3], *r) for m, r in zip(moves, ranges, strict=True)]
             square = np.mean((scaled[0] - scaled[1]) ** 2)
             squares.append(square + turns * np.mean((moves[0][..., 3] - moves[1][..., 3]) ** 2))
@@ -118,8 +119,8 @@ def test_both_structures_learn(variant):
         assert each.grad.abs().max() > 0, name
 
 
-@pytest.mark.parametrize(("path", "parts"), [("", "three"), ("carried", "three"), ("", "six")])
-def test_paths_between_legs_are_decoded_unless_one_asks_for_the_source_s(path, parts):
+@pytest.mark.parametrize(("path", "parts"), [("decoded", "three"), ("carried", "three"), ("", "six")])
+def test_paths_are_decoded_or_the_source_s(path, parts):
     """A decoder that says nothing: its answer goes at the mean pace of training, or as the source goes."""
     bodies = LEGS if parts == "three" else pan_material.TWO
     module = pan_material.training_module(bodies, parts=parts, path=path)
@@ -130,11 +131,28 @@ def test_paths_between_legs_are_decoded_unless_one_asks_for_the_source_s(path, p
     found = module.method().retarget(motion, BODIES["tall"], context=Context())
     ratio = BODIES["tall"].measures.hip_height / BODIES["one"].measures.hip_height
     paces = np.linalg.norm(np.diff(found.root[:, [0, 2]], axis=0), axis=1)
-    if (path, parts) == ("", "three"):
+    if path == "decoded":
         assert np.ptp(found.root[:, 1]) < 1e-5, "hips stay as high as those of training are in the mean"
         np.testing.assert_allclose(paces, paces.mean(), rtol=1e-4)
     else:
         np.testing.assert_allclose(found.root, ratio * motion.root, atol=1e-4)
+
+
+def test_paths_between_legs_stay_beside_the_source_s():
+    """A minute of a dog whose decoded steps are too long by a hundredth of the hips' height."""
+    method = pan_material.trained(LEGS, parts="three")
+    motion = pan_material.dances("rex", (1800,))[0]
+    features, body = method.settings.features, method._own(motion.character)
+    assert features.path == "relative"
+    seen, ratio = features.see(motion, body), features.unit(motion.character)
+    edges = np.array(seen["edges"])
+    edges[:, -1, 2] += 0.9  # of 90 units
+    off = features.motion(body, edges, seen, ratio, "source", None).root - motion.root
+    decoded = replace(features, path="decoded").motion(body, edges, seen, ratio, "source", None)
+    hips, bound = motion.character.measures.hip_height, 1.0 / (1.0 - np.exp(-1.0 / (30.0 * MEMORY)))
+    assert 0.0 < np.linalg.norm(off, axis=1).max() <= 0.01 * hips * bound
+    steps = np.diff(decoded.root - motion.root, axis=0)
+    np.testing.assert_allclose(np.linalg.norm(steps, axis=1), 0.01 * hips, rtol=1e-6)
 
 
 def test_shipped_weights_of_three_parts_carry_people_to_dogs_and_back():

@@ -10,8 +10,10 @@ import pytest
 import smrm_material
 import torch
 
-from retarget_bench.methods.smrm.features import JOINTS, Features, unfit
+from retarget_bench.methods.smrm.features import Features, unfit
 from retarget_bench.motion import facing
+from retarget_bench.motion.body22 import JOINTS
+from retarget_bench.motion.root_rules import MEMORY
 from retarget_bench.motion.structures import reduce
 
 FORMS = [
@@ -41,8 +43,29 @@ def test_what_is_seen_gives_the_motion_back(features):
     motion = dance()
     seen, body = features.see(motion), features.body(motion.character)
     moves = features.moves(seen["hips"], seen["before"], seen["turn"])
-    again = features.motion(body, seen["rotations"], moves, seen, motion.root[0])
-    np.testing.assert_allclose(again.positions, motion.positions, atol=1e-6)
+    for kind in ("integrated", "relative"):
+        again = features.motion(body, seen["rotations"], moves, seen, motion.root, kind)
+        np.testing.assert_allclose(again.positions, motion.positions, atol=1e-6)
+
+
+def test_a_constant_error_of_moves_does_not_grow_with_time():
+    """A minute of a step too long by a hundredth of the hips' height in every frame."""
+    features, motion = FORMS[0], dance(frames=1800)
+    seen, body = features.see(motion), features.body(motion.character)
+    moves = features.moves(seen["hips"], seen["before"], seen["turn"]) + np.array([0.0, 0.0, 0.01])
+    turns = seen["turn"][:, 0] + 1j * seen["turn"][:, 1]
+    off, total, summed = np.zeros((1800, 2)), np.zeros(2), np.zeros(2)
+    for frame in range(1, 1800):
+        step = 0.01 * body.unit * np.array([turns[frame].imag, turns[frame].real])
+        summed, total = summed + step, np.exp(-1 / (30 * MEMORY)) * total + step
+        off[frame] = total
+    told, plain = (
+        features.motion(body, seen["rotations"], moves, seen, motion.root, kind).root - motion.root
+        for kind in ("relative", "integrated")
+    )
+    np.testing.assert_allclose(told[:, [0, 2]], off, atol=1e-6)
+    np.testing.assert_allclose(plain[-1, [0, 2]], summed, atol=1e-6)
+    assert np.abs(told).max() < 0.01 * body.unit * (30 * MEMORY + 1)
 
 
 @pytest.mark.parametrize("features", FORMS, ids=str)
@@ -103,5 +126,6 @@ def test_windows_of_a_clip_have_the_path_of_the_clip():
 
 def test_says_why_a_body_is_none_that_it_knows():
     assert unfit(method_bodies.body()) == ""
-    assert "21 of the 22 joints" in unfit(method_bodies.body(spines=2))
+    assert unfit(method_bodies.body(spines=2)) == ""
+    assert "left_hand" in unfit(method_bodies.without(method_bodies.body(), "LeftHand"))
     assert unfit(method_bodies.body(spines=5)) == ""

@@ -42,12 +42,13 @@ def apart(one, other) -> float:
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 64, 1000])
+@pytest.mark.parametrize("path", ["integrated", "relative"])
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
-def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root):
+def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root, path):
     module = smrm_material.training_module(root=root)
     source = smrm_material.dances("one", (90,))[0]
     whole, parts = (
-        retargeted(module.generator.eval(), module.features, [source], [BODIES["legs"]], size)[0]
+        retargeted(module.generator.eval(), module.features, [source], [BODIES["legs"]], size, path)[0]
         for size in (90, chunk)
     )
     assert apart(whole, parts) < 1e-6
@@ -167,11 +168,12 @@ def test_training_goes_on_as_it_was(training_module):
 
 def test_says_what_it_cannot_do(method):
     assert method.supports(BODIES["one"], BODIES["tall"]) is None
-    assert "of the 22 joints" in method.supports(BODIES["one"], method_bodies.body(spines=2))
+    handless = method_bodies.without(BODIES["one"], "LeftHand")
+    assert "left_hand" in method.supports(BODIES["one"], handless)
 
 
 def test_facts_make_the_method_again():
     method = SMRM(rotation_cycle=0.0, context=10, yaw="kept", hidden=32)
     again = SMRM(**method.facts())
     assert again.facts() == method.facts()
-    assert set(method.facts()) | {"weights"} == set(method.card.parameters)
+    assert set(method.facts()) | {"path", "weights"} == set(method.card.parameters)

@@ -8,11 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from retarget_bench.methods.ik.two_bone import Limb, Pose, ease_reach, solve
+from retarget_bench.methods.ik.two_bone import LEG, Limb, Pose, ease_reach, fold, slowed
 from retarget_bench.motion import rotation
 
 FRAMES = 8
 vectors = arrays(np.float64, (FRAMES, 3), elements=st.floats(-1.0, 1.0))
+
+
+def solve(upper, lower, goal, axis):
+    """World turns of both bones: the fold, and the shortest arc that then points the limb at its goal."""
+    second = fold(upper, lower, goal, axis)
+    first = rotation.between(upper + rotation.rotate(second, lower), goal)
+    return first, rotation.multiply(first, second)
 
 
 def lengths(v: np.ndarray) -> np.ndarray:
@@ -86,3 +93,29 @@ def test_what_was_copied_stays_allowed():
     pose = Pose(rotation.identity(1, 3), np.zeros((1, 3)), places, rotation.identity(1, 3))
     limb = Limb(0, 1, 2, -1, np.array([0.0, -1.0, 0.0]))
     np.testing.assert_allclose(ease_reach(pose, limb, places[:, 2]), places[:, 2], atol=1e-12)
+
+
+def test_legs_reach_their_goals_until_they_are_nearly_straight():
+    places = np.broadcast_to([[0.0, 1.0, 0.0], [0.5, 1.0, 0.0], [0.5, 1.0, 0.5]], (200, 3, 3))
+    pose = Pose(rotation.identity(200, 3), np.zeros((200, 3)), np.array(places), rotation.identity(200, 3))
+    goal = np.linspace(0.01, 2.0, 200)[:, None] * [0.0, -1.0, 0.0] + [0.0, 1.0, 0.0]
+    far = lengths(ease_reach(pose, Limb(0, 1, 2, -1, np.zeros(3)), goal, LEG) - places[:, 0])
+    near = lengths(goal - places[:, 0]) <= 0.97
+    np.testing.assert_allclose(far[near], lengths(goal - places[:, 0])[near], atol=1e-12)
+    assert np.diff(far).min() > -1e-12
+    assert far.max() < 0.99 + 1e-12
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+def test_a_snap_takes_no_more_than_its_speed_and_nothing_else_changes(fps):
+    """A joint that swings by up to 4 degrees a frame is to turn by 70 degrees at once, and back."""
+    time = np.arange(400)
+    copied = rotation.about(np.array([[1.0, 0.0, 0.0]]), np.radians(40.0) * np.sin(time / 10.0))
+    snap = np.where((time >= 200) & (time < 205), np.radians(70.0), 0.0)
+    wanted = rotation.multiply(rotation.about(np.array([[0.6, 0.8, 0.0]]), snap), copied)
+    kept = slowed(copied, wanted, fps)
+    fastest, speed = (np.degrees(rotation.angle(each[1:], each[:-1])) for each in (copied, kept))
+    assert speed.max() < 1.5 * max(fastest.max(), 60.0 / fps)
+    away = np.abs(time - 202) > 60
+    np.testing.assert_allclose(rotation.angle(kept, wanted)[away], 0.0, atol=1e-6)
+    np.testing.assert_array_equal(slowed(copied, copied, fps), copied)

@@ -6,19 +6,24 @@ Every function takes positions of a body and gives positions; how much is a numb
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import Sample
+from retarget_bench.api import TWO_LEGS, CaseFeatures, CaseInfo, Prediction, Sample, Stretches
+from retarget_bench.evaluation.set_metrics.draw import Draw, draw
 from retarget_bench.metrics.fid import SHIPPED
 from retarget_bench.metrics.fid.frechet import frechet
 from retarget_bench.metrics.fid.pairs import Fits, Kid
+from retarget_bench.metrics.fid_people import SHIPPED as PEOPLE
+from retarget_bench.metrics.fid_people import FidPeople
+from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
-from retarget_bench.training.features import network
+from retarget_bench.training.features import network, windows
 
 FRAMES, LONGEST = 64, 240
 Corruption = Callable[[Positions, str, float], Positions]
@@ -81,6 +86,23 @@ def mirror(motion: Positions, name: str = "", amount: float = 1.0) -> Positions:
     return _with(motion, swapped * (-1.0, 1.0, 1.0))
 
 
+def swap(motion: Positions, name: str, amount: float) -> Positions:
+    """In a share ``amount`` of the stretches of 64 frames left joints stand for right ones and back."""
+    positions = motion.positions.copy()
+    for stretch in _hit(motion, name, "swap", amount):
+        positions[stretch] = positions[stretch][:, _other_side(motion.character)]
+    return _with(motion, positions)
+
+
+def warp(motion: Positions, name: str, amount: float) -> Positions:
+    """Time runs faster and slower by turns, about once a second, by a share ``amount`` at most."""
+    turn = 2 * np.pi * np.arange(motion.frames) / motion.fps + _random(name, "warp").uniform(0, 2 * np.pi)
+    places = np.arange(motion.frames) + amount * motion.fps / (2 * np.pi) * np.sin(turn)
+    places = np.clip(places, 0, motion.frames - 1)
+    low = np.floor(places).astype(int)
+    return motion.between(low, places - low, motion.fps)
+
+
 def _other_side(body: Character) -> list[int]:
     """Per joint the one of the other side, by role, or by name where joints have none."""
     by_name = {name: joint for joint, name in enumerate(body.skeleton.names)}
@@ -111,6 +133,60 @@ HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
     "shuffle": (shuffle, (0.1, 0.25, 0.5, 1.0)),
 }
 """Corruption -> growing amounts: heights, heights a second, shares of the stretches."""
+MORE_HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
+    "warp": (warp, (0.25, 0.5, 0.75, 1.0)),
+    "swap": (swap, (0.1, 0.25, 0.5, 1.0)),
+}
+"""Likewise: shares of the speed, shares of the stretches."""
+
+
+# ----------------------------------------------------------------------------------- people as one set
+class Crowd:
+    """Real motion of two-legged bodies as one set, made worse, as the metric ``fid_people`` sees it.
+
+    motions: clip -> real motion. stretches: what halves are made of; None: of whole clips.
+    """
+
+    def __init__(self, motions: Mapping[str, Positions]) -> None:
+        self.metric = FidPeople()
+        self.stretches: Stretches | None = self.metric.stretches
+        self.network = network.find(PEOPLE, TWO_LEGS)
+        self.motions = dict(motions)
+        self.real = {clip: self.network.features(motion) for clip, motion in motions.items()}
+        self.infos = {clip: CaseInfo(clip, "retarget", "intra", "a", "b", clip) for clip in motions}
+
+    def sets(self, harm: Corruption | None = None, amount: float = 0.0) -> Draw:
+        """The halves of the real motion and of the harmed one."""
+        found = {}
+        for clip, motion in self.motions.items():
+            real, speed = self.real[clip]
+            made = self.network.features(harm(motion, clip, amount))[0] if harm else real
+            found[clip] = CaseFeatures(made, real, speed)
+        return draw(found, self.infos, self.stretches)
+
+    def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> float:
+        """FID of harmed motion; without a harm, the floor."""
+        (a, b), (p, q) = (sets := self.sets(harm, amount)).real, sets.generated
+        return (self.metric.value("fid_people", a, q) + self.metric.value("fid_people", b, p)) / 2
+
+
+def seen(motion: Prediction) -> Positions:
+    """A motion known by positions only."""
+    return Positions(motion.character, motion.positions, motion.fps)
+
+
+def people_in(folder: Path, seconds: int = 12, most: int = 4) -> Crowd:
+    """The two-legged takes of a folder of BVH files: of each at most so many pieces of some seconds."""
+    motions = {}
+    for path in sorted(folder.glob("*.bvh")):
+        motion = importer.load(path).motion
+        if network.stranger(motion.character):
+            continue
+        shown = seen(motion).resample(windows.RATE)
+        long = int(seconds * windows.RATE)
+        for at in range(0, min(shown.frames - long // 4, most * long), long):
+            motions[f"{path.stem} {at}"] = shown.at(slice(at, at + long))
+    return Crowd(motions)
 
 
 # ------------------------------------------------------------------------------------------------- a study
@@ -169,6 +245,7 @@ class Study:
     def begin(self) -> None:
         """Take the motions as they are now for real."""
         self.real = [self._features(half) for half in (0, 1)]
+        self._noticed: dict[tuple[Corruption | None, float], Noticed] = {}
 
     def _features(
         self, half: int, harm: Corruption | None = None, amount: float = 0.0
@@ -183,6 +260,11 @@ class Study:
 
     def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> Noticed:
         """The distances of harmed motion; without a harm, the floor."""
+        if (harm, amount) not in self._noticed:
+            self._noticed[harm, amount] = self._measured(harm, amount)
+        return self._noticed[harm, amount]
+
+    def _measured(self, harm: Corruption | None, amount: float) -> Noticed:
         found = []
         for half, (real, clips) in enumerate(self.real):
             made, other = self._features(1 - half, harm, amount)

@@ -17,10 +17,10 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 
 METRICS = (
-    *("contact", "ground", "growth", "nkn", "pan_contact", "papers", "plant"),
-    *("position", "procrustes", "rotation", "slide", "smoothness", "touch"),
+    *("contact", "ground", "growth", "joint_speed", "nkn", "pan_contact", "papers"),
+    *("plant", "position", "procrustes", "rotation", "slide", "smoothness", "touch"),
 )
-SET_METRICS = ("fid",)
+SET_METRICS = ("fid", "fid_people")
 """Of sets of cases, tested in ``test_fid_*.py``."""
 TASK_METRICS = ("restoration",)
 """Of derived tasks, tested in ``tests/tasks``."""

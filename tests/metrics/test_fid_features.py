@@ -269,7 +269,8 @@ def test_the_command_writes_a_network_and_its_card(tmp_path):
         command, [str(TINY), "--structure", "dog21", "--steps", "2", "-o", str(tmp_path), "-j", "1"]
     )
     assert done.exit_code == 0, done.output
-    assert done.output.startswith("dog21: ")
+    assert done.stdout.startswith("dog21: ")
+    assert "3 of 3 bodies" in done.stderr
     made = network.find(tmp_path, "dog21")
     assert made.hash in done.output
     assert made.card["dataset"] == str(TINY)

@@ -22,7 +22,7 @@ from metric_cases import (
 
 from retarget_bench.evaluation.score import declared_values, score
 from retarget_bench.plugins import registry
-from retarget_bench.tables.builder import DEFAULT_COLUMNS
+from retarget_bench.tables.builder import DEFAULT_COLUMNS, OVERVIEW_COLUMNS
 
 REFERENCE_FREE = {
     *(
@@ -34,6 +34,12 @@ REFERENCE_FREE = {
     ),
     *("jerk", "acceleration", "jerk_ratio_src", "acceleration_ratio_src", "bone_drift"),
     *("penetration.rate", "penetration.mean", "penetration.max"),
+    *("plant_recall_src", "plant_precision_src", "plant_f1_src", "plant_drift_src"),
+    *(
+        f"joint_{order}_excess{part}"
+        for order in ("speed", "acceleration")
+        for part in ("", ".clips", ".frames", ".joint")
+    ),
 }
 
 
@@ -65,7 +71,7 @@ def test_card(name: str) -> None:
 
 def test_ids_are_unique_and_the_first_columns_exist() -> None:
     declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS))
-    assert set(DEFAULT_COLUMNS) - {"fps"} <= set(declared)
+    assert {*DEFAULT_COLUMNS, *OVERVIEW_COLUMNS} <= set(declared)
 
 
 @pytest.mark.parametrize("frames", [1, 2, 3, 4, 30, 121])

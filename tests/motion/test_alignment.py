@@ -141,6 +141,22 @@ def test_any_quarter_turns_of_the_trunk_are_found(turns):
     assert apart.max() < 1e-6
 
 
+def test_eyes_that_a_rig_along_axes_turns_always_alike_look_ahead():
+    """The face of such a rig may rest a quarter turn aside; all motion of it turns it back."""
+    framing, plain = along_x(False), T_POSE.skeleton
+    framing, moves = (np.concatenate([each, each[..., -1:, :]], axis=-2) for each in (framing, MOVES))
+    framing[-1] = rotation.multiply(framing[plain.index("Head")], turn(Y, 90))
+    moves[:, -1] = rotation.identity()
+    faced = Skeleton(
+        (*plain.names, "Eyes"),
+        np.append(plain.parents, plain.index("Head")),
+        np.append(plain.offsets, [[0.0, 0.1, 0.1]], axis=0),
+    )
+    rotations = rewritten(faced, moves, framing)
+    other = Character.of("x", reframed(faced, framing), sample=rotations)
+    assert np.degrees(rotation.angle(other.reference_globals[-1], framing[-1])) < 0.1
+
+
 def test_without_a_sample_limbs_still_point_the_right_way():
     """Twist cannot be known then, directions can."""
     skeleton = reframed(T_POSE.skeleton, along_x(False))

@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import importer, rotation
+from retarget_bench.motion import importer, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fitting import bones
 from retarget_bench.motion.fitting.bones import Tree
@@ -129,6 +129,34 @@ def test_a_root_whose_bones_lie_in_line_faces_where_its_body_does():
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
     motion = stork.motion(rotations, still.root, 30.0)
     assert errors(refitted(motion).motion, motion, stork.skeleton.names[0]).max() < 10.0
+
+
+@pytest.mark.parametrize("other", [body("other", thigh=0.6, arm=0.2, spines=2), along_x()])
+def test_what_no_position_shows_is_turned_as_in_the_motion_that_it_comes_from(other):
+    """Heads, necks, forearms, hands and feet of a body that performs another body's motion."""
+    source = wiggle(other, 40)
+    motion = transfer.carry(source, body(), "hip_height")
+    seen = motion.character.positions(motion.positions, motion.fps)
+    found, alone = fit(seen, source).motion, fit(seen).motion
+    for joint in ("Neck", "Head", "LeftForeArm", "LeftHand", "RightHand", "RightFoot", "LeftToeBase"):
+        assert errors(found, motion, joint).max() < 0.1
+        assert errors(alone, motion, joint).max() > 5.0
+    known = fit(seen, source.character.positions(source.positions, source.fps)).motion
+    assert (known.rotations == alone.rotations).all()
+
+
+def test_a_face_hung_on_a_bone_of_no_length_but_that_of_rounding_does_not_spin():
+    plain = body().skeleton
+    names, parents = (*plain.names, "Face", "LeftEye", "RightEye"), [*plain.parents, plain.index("Head")]
+    parents += [len(plain)] * 2
+    extras = np.array([[3e-7, -8e-7, 0.0], [0.03, 0.08, 0.08], [-0.03, 0.08, 0.08]])
+    offsets = np.concatenate([plain.offsets, extras])
+    motion = dance(Character.of("face", Skeleton(names, np.array(parents), offsets)))
+    rotations = motion.rotations.copy()
+    rotations[:, motion.skeleton.index("Face")] = rotation.identity()
+    motion = motion.character.motion(rotations, motion.root, motion.fps)
+    found = refitted(motion, motion.positions.astype(np.float32)).motion
+    assert errors(found, motion, "Head").max() < 0.1
 
 
 # -------------------------------------------------------------------------------- what cannot be reached

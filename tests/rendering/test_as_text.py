@@ -23,7 +23,7 @@ cross: 47 cases
   other                      3.44=     0.90*   n/a [1]  46/47
                             ±0.25
   (common cases)               47        46
-  not ranked:
+  -- not ranked:
   broken (words)           failed    failed    failed    0/47
   old (control)   other version [2]  not run      0.5      47
 """

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from retarget_bench.evaluation.plan import Plan
+from retarget_bench.figures import axis_limits
+from retarget_bench.figures.svg import elements
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from tests.engine import stored
@@ -56,7 +58,7 @@ def axis(drawn: ElementTree.Element, anchor: str, log: bool = False) -> np.poly1
     found = []
     for each in drawn.iter("text"):
         if each.get("text-anchor") == anchor and not each.get("class") and each.get("x") != "0":
-            number = float(each.text or "")
+            number = float((each.text or "").replace(",", ""))
             at = float(each.get("y", "")) - 3.5 if anchor == "end" else float(each.get("x", ""))
             found.append((at, np.log10(number) if log else number))
     assert len(found) >= 3
@@ -129,7 +131,8 @@ def test_quality_stands_over_speed_and_the_line_joins_what_nothing_beats(tmp_pat
         place.timing.write_text(
             f"case,frames,seconds\nc,{3 * fps},3\n".replace(".0,", ","), encoding="utf-8"
         )
-    rows = {row["method"]: row for row in table(tmp_path / "runs", "retarget")}
+    columns = ("--columns", "mpjpe_h.world,fps")
+    rows = {row["method"]: row for row in table(tmp_path / "runs", "retarget", *columns)}
     drawn = chart(tmp_path / "runs", tmp_path / "r.html", "speed")
     found = marks(drawn, log=True)
     assert found.keys() == {(method, "") for method in SPEEDS}
@@ -143,3 +146,21 @@ def test_quality_stands_over_speed_and_the_line_joins_what_nothing_beats(tmp_pat
     places = re.findall(r"([\d.]+) ([\d.]+)", front.get("d", ""))
     rates = [10 ** float(axis(drawn, "middle", log=True)(float(x))) for x, _ in places[1::2]]
     assert rates == pytest.approx([300, 3000], rel=0.02)  # "slow" is beaten in both
+
+
+def test_a_colour_scale_ends_before_one_method_that_is_far_off():
+    numbers = {"a": [1.0, 2.0], "b": [1.0, 4.0], "far": [60.0, 90.0], "control": [500.0]}
+    # the highest of a, b and far are 2, 4 and 90: 2.5 times the median is 10
+    assert axis_limits.colour_end(numbers, ["a", "b", "far"], 0.98) == 10.0
+    assert axis_limits.colour_end(numbers, ["a", "b"], 1.0) == 4.0
+    assert axis_limits.colour_end({}, [], 0.98) == 1.0
+
+
+def test_names_of_marks_cover_neither_marks_nor_each_other():
+    room = (0.0, 0.0, 200.0, 100.0)
+    alone, left = (elements.names_beside([(x, 50.0)], ["name"], room)[0] for x in (50.0, 190.0))
+    assert 'x="59"' in alone  # at the right of its mark
+    assert 'x="156.2"' in left  # there is no room at the right: 190 - 9 - 4 * 6.2
+    crowd = [(50.0 + 4.0 * k, 50.0) for k in range(9)]
+    shown = elements.names_beside(crowd, ["a long name"] * 9, room)
+    assert 1 <= len(shown) < 9

@@ -93,7 +93,7 @@ def test_sets_of_results_that_do_not_say_which_bodies_they_are_of_lead_to_all_ca
 def test_counts_lead_to_what_is_counted(runs, tmp_path, open_page):
     report(runs, "-o", tmp_path / "r.html", "--no-player")
     page = open_page(tmp_path / "r.html", width=1200)
-    table = page.locator("table.results:not([data-structure])")
+    table = page.locator("main table.results:not([data-structure])")
     table.locator("tr[data-row=far] .num").last.click()
     assert names(page)[:3] == [f"c{k}: a to c" for k in (3, 4, 5)]  # unanswered ones first
     assert len(names(page)) == 12
@@ -111,7 +111,7 @@ def test_cases_that_means_leave_out_are_told_and_common_ones_are_listed(tmp_path
         stored.store(tmp_path / "runs", "intra", method, rows)
     report(tmp_path / "runs", "-o", tmp_path / "r.html", "--no-player")
     page = open_page(tmp_path / "r.html", width=1200)
-    page.locator("tr[data-row=all] .num").first.click()
+    page.locator("main tr[data-row=all] .num").first.click()
     left_out = page.locator("#cases tr", has_text="not in the means").all_inner_texts()
     assert [each.split(":")[0] for each in left_out] == ["c39"]
     page.locator("tfoot .num").first.click()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 
 import pytest
 
@@ -68,7 +67,7 @@ def test_columns_are_those_asked_for_and_the_first_one_ranks(runs, tmp_path):
     report(runs, "-o", tmp_path / "c.html", "--no-player", "--columns", "ratio")
     split = data_of(tmp_path / "c.html")["chapters"][0]["splits"][0]
     assert [value["id"] for value in split["values"]] == ["ratio"]
-    with pytest.raises(BenchError, match=re.escape("called 'rato'; there are ratio")):
+    with pytest.raises(BenchError, match="value 'rato'; did you mean ratio"):
         report(runs, "-o", tmp_path / "d.html", "--columns", "rato")
     assert not (tmp_path / "d.html").exists()
 
@@ -102,7 +101,7 @@ def test_very_many_cases_are_listed_as_far_as_there_is_room(runs, tmp_path, monk
     assert sorted(case["clip"] for case in split["cases"]) == ["c0", "c10", "c11", "c7", "c8", "c9"]
     page = open_page(file)
     assert told(page) == pytest.approx([ERRORS["beta"] + 0.1 * k for k in (11, 10, 9, 8, 7, 0)])
-    row = page.locator("tr[data-row=gamma]").first
+    row = page.locator("main tr[data-row=gamma]").first
     row.locator(".num").nth(1).press("Enter")
     assert told(page) == [20 - ERRORS["gamma"]]
     assert "Of this value only the worst cases are in this page" in page.inner_text("#why")

@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from retarget_bench import cli
 from retarget_bench.analysis import seen_unseen
-from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from tests.in_process import run_here
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
 LEARNED = {"denoise": "gaussian_filter", "upsample": "nearest_pose"}
@@ -39,7 +39,7 @@ def results(tmp_path_factory) -> Path:
             task=f"{task}[levels='{levels}']",
             root=root,
         )
-        place, *_ = runner.run(plan, lambda done, total: None)
+        place, *_ = run_here(plan)
         for target, structure in zip(people(place), ("tall17", "wide17"), strict=True):
             path = place.folder / "cases.structures.csv"
             path.write_text(path.read_text().replace(f"{target},toy17", f"{target},{structure}"))
@@ -113,8 +113,8 @@ def test_denoising_has_a_full_and_a_dashed_line_of_one_colour(results, tmp_path,
         assert line.get_xdata() == pytest.approx(before, rel=1e-8)
         assert sorted(line.get_ydata()) == pytest.approx(after, rel=1e-8)
     assert [line.get_label() for line in drawn(panel, "identity")] == ["identity"]
-    (legend,) = figures[0].legends
-    assert {seen.get_label(), unseen.get_label()} < {text.get_text() for text in legend.get_texts()}
+    named = [*panel.texts, *(text for legend in figures[0].legends for text in legend.get_texts())]
+    assert {seen.get_label(), unseen.get_label()} < {text.get_text() for text in named}
 
 
 def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results, tmp_path, figures):

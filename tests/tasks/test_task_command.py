@@ -19,6 +19,9 @@ from retarget_bench.figures.data import lines as line_charts
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from tests.in_process import without_processes
+
+pytestmark = pytest.mark.usefixtures("in_process")
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
 CHI3 = 2 * np.sqrt(2 / np.pi)
@@ -50,9 +53,10 @@ def bench(capsys, *arguments: str) -> tuple[int, str]:
 def results(tmp_path_factory) -> Path:
     """Two tasks with a few methods each."""
     root = tmp_path_factory.mktemp("tasks")
-    carried_out(root, "denoise[levels='0,2,5']", "identity", "gaussian_filter", "copy_rotations")
-    carried_out(root, "upsample[levels='0.5,1,major']", "linear_joints", "nearest_pose", "identity")
-    carried_out(root, "reconstruct", "identity", "copy_rotations", "pan")
+    with without_processes():
+        carried_out(root, "denoise[levels='0,2,5']", "identity", "gaussian_filter", "copy_rotations")
+        carried_out(root, "upsample[levels='0.5,1,major']", "linear_joints", "nearest_pose", "identity")
+        carried_out(root, "reconstruct", "identity", "copy_rotations", "pan")
     return root
 
 

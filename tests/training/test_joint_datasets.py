@@ -201,6 +201,25 @@ def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkey
     }
 
 
+def test_a_body_of_which_no_clip_can_be_used_is_left_out(gathered, monkeypatch):
+    """Bodies that no case shows are known by their first clip that can be used."""
+    kind = type(plan.dataset(ONE).training()["toy"]["tall"])
+    usual = kind.__getitem__
+
+    def broken(self, number):
+        name = self.names[number]
+        if name == "walk-tall-0" or "small" in name:
+            raise Unusable(name, "it was lost")
+        return usual(self, number)
+
+    monkeypatch.setattr(kind, "__getitem__", broken)
+    monkeypatch.setattr(type(plan.dataset(ONE)), "characters", lambda _: {})
+    found = gathered(ONE)
+    assert [clip.name for clip in found.clips["tall"]] == ["walk-tall-1", "walk-tall-2"]
+    assert "small" not in found.clips
+    assert "not trained on small: none of its clips can be used" in found.notes
+
+
 def test_the_manifest_keeps_the_names_that_the_data_sets_give(gathered, both, monkeypatch):
     told = {"characters": ["small", "tall", "held"], "structures": ["toy"], "kinds": ["walk"]}
     monkeypatch.setattr(plan.dataset(ONE), "training_manifest", lambda: told, raising=False)

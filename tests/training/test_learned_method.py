@@ -23,6 +23,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.training import weights
 from retarget_bench.training.card_text import described
+from tests.in_process import without_processes
 
 HERE = Path(__file__).parent
 CASES = HERE.parent / "engine" / "toys" / "toy_cases.py"
@@ -180,7 +181,8 @@ def carry_out(root: Path, *methods: str, **changes) -> list[store.Results]:
         root=root,
         **changes,
     )
-    return [store.read_results(place) for place in runner.run(asked, lambda done, total: None)]
+    with without_processes():
+        return [store.read_results(place) for place in runner.run(asked, lambda done, total: None)]
 
 
 def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shifter, tmp_path):

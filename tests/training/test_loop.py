@@ -12,6 +12,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, loop, weights
+from retarget_bench.training.config import Budget
 from retarget_bench.training.data import gather
 
 
@@ -252,3 +253,18 @@ def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkey
     torch.testing.assert_close(bundle.tensors["weight"], done.at.exported["weight"], rtol=1e-3, atol=1e-4)
     assert not torch.allclose(bundle.tensors["weight"], state(tmp_path / "run")["modules/map.weight"])
     assert json.loads((tmp_path / "run" / "weights.json").read_text())["step"] == best
+
+
+# ------------------------------------------------------------------------------------ drawn beforehand
+def test_batches_drawn_beforehand_by_processes_change_nothing(toy_plugins, tmp_path):
+    built = registry.create("methods", "toy_trainee")
+    config = dataclasses.replace(built.presets["quick"], validate=0)
+    data = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
+    for workers in (0, 2):
+        torch.manual_seed(0)
+        module = built.training_module(data, config)
+        folder, cpu = tmp_path / str(workers), torch.device("cpu")
+        folder.mkdir()
+        told = [lambda *_: None] * 2
+        loop.Loop(module, config, Budget(steps=6), 7, cpu, folder, None, *told, workers=workers).run()
+    same(state(tmp_path / "0"), state(tmp_path / "2"))

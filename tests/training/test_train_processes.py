@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import torch
 
+from retarget_bench.cli import main
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, clips, log, weights
@@ -25,6 +26,7 @@ TRAIN = [
     *("-j", "1", "--device", "cpu"),
 ]
 PATIENCE = 600
+DRAW = log.draw  # toy_run leaves the picture out
 
 
 def start(*command, **environment):
@@ -38,11 +40,10 @@ def bench(*arguments):
     return start("-m", "retarget_bench", *TRAIN, *arguments)
 
 
-def torchrun(*arguments, **environment):
+def torchrun(words, environment):
+    """Two processes by the command that people use."""
     here = ["--standalone", "--nproc-per-node", "2", "--max-restarts", "1"]
-    return start(
-        "-m", "torch.distributed.run", *here, "-m", "retarget_bench", *TRAIN, *arguments, **environment
-    )
+    return start("-m", "torch.distributed.run", *here, "-m", "retarget_bench", *words, **environment)
 
 
 def ended(process):
@@ -54,7 +55,7 @@ def rows(folder):
     return [{name: text for name, text in row.items() if name != "seconds"} for row in log.read(folder)]
 
 
-def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
+def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path, monkeypatch, capsys):
     toy_run("whole")
     cut = tmp_path / "cut"
     process = bench("toy_trainee[pause=0.04]", "-d", "toy_walks", "--out", str(cut))
@@ -65,8 +66,12 @@ def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
     process.communicate()
     assert process.returncode == -signal.SIGKILL
     assert 0 < checkpoint.read(cut).step < 40
-    status, out, err = ended(bench("--resume", "--out", str(cut)))
-    assert status == 0, err
+    monkeypatch.setattr(log, "draw", DRAW)
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as stopped:
+        main([*TRAIN, "--resume", "--out", str(cut)])
+    out, err = capsys.readouterr()
+    assert not stopped.value.code, err
     assert rows(cut) == rows(tmp_path / "whole")
     assert weights.read(cut).hash == weights.read(tmp_path / "whole").hash
     assert f"toy_trainee[pause=0.04,weights={cut}]" in out
@@ -74,17 +79,21 @@ def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
 
 
 # --------------------------------------------------------------------------------- several processes
-@pytest.fixture(scope="module")
-def pair(tmp_path_factory):
+@pytest.fixture(scope="module", params=["agent", pytest.param("torchrun", marks=pytest.mark.slow)])
+def pair(request, tmp_path_factory):
     """Two processes undisturbed, and two of which one is killed in step 23 and started again."""
     folder = tmp_path_factory.mktemp("pair")
-    started = {}
+    runs = []
     for name, does in (("whole", ""), ("killed", "[does=kill]")):
         (folder / f"{name}-dump").mkdir()
-        dump = str(folder / f"{name}-dump")
         wanted = [f"toy_trainee{does}", "-d", "toy_walks", "--out", str(folder / name), "--seed", "5"]
-        started[name] = torchrun(*wanted, TOY_DUMP=dump)
-    for process in started.values():
+        environment = {"TOY_DUMP": str(folder / f"{name}-dump")}
+        runs.append({"words": [*TRAIN, *wanted], "environment": environment})
+    if request.param == "torchrun":
+        started = [torchrun(**run) for run in runs]
+    else:
+        started = [start("-m", "tests.training.train_together", *map(json.dumps, runs))]
+    for process in started:
         status, _, err = ended(process)
         assert status == 0, err
     return folder

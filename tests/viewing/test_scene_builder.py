@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from acted import clad_scene
 from small_runs import CASE, OTHER, bvh_file, ran, toys
 from viewing_toys.toy_moves import DOG, PERSON
 
@@ -175,3 +176,17 @@ def test_files_that_cannot_be_shown_are_told_in_words(tmp_path):
         scene_builder.of_files([broken])
     with pytest.raises(BenchError, match="no file"):
         scene_builder.of_files([])
+
+
+def test_skins_of_positions_follow_rotations_that_are_fitted_to_them():
+    made = clad_scene()
+    clad, places, bare = scene_builder.dressed(made).figures
+    assert clad is made.figures[0]
+    assert bare is made.figures[2]
+    assert np.array_equal(places.positions, made.figures[1].positions)
+    # these places are those of a motion of the same body: the fit finds them again, and the skin with them
+    assert np.abs(places.motion.positions - places.positions).max() < 0.01
+    assert "fitted" in places.message
+    assert "cm mean" in places.message
+    again = scene_builder.dressed(scene_builder.dressed(made))
+    assert again.figures[1].message == places.message

@@ -93,7 +93,7 @@ def _chain(part: str, *balls: tuple[np.ndarray, float]) -> list[Cone]:
 
 
 def _shares(levels: Sequence[tuple[str, float]], height: float) -> tuple[tuple[str, float], ...]:
-    """Which joints of the spine a slice follows: the one below it, near a joint also the one before."""
+    """Joints of the spine that a slice follows: the one below it, near a joint also the one before."""
     reached = [1.0, *(np.clip((height - start) / 0.16 + 0.5, 0.0, 1.0) for _, start in levels[1:]), 0.0]
     return tuple((part, float(reached[k] - reached[k + 1])) for k, (part, _) in enumerate(levels))
 

@@ -242,7 +242,7 @@ def _one_way(source: Family, target: Family, size: str, part: Part, seed: int) -
 
 
 def _place(turn: int, clips: int, number: int) -> int:
-    """Which clip has its turn: all in order again and again, or some, evenly, where not all have one."""
+    """Clip whose turn it is: all in order again and again, or some, evenly, where not all have one."""
     return turn % clips if number >= clips else turn * clips // number
 
 

@@ -90,7 +90,7 @@ def self_touches(rests: Rests, body: Body) -> tuple[Touch, ...]:
 USUAL, SECOND = "usual", "second"
 """Manners: the reference's, and that of the other right answer."""
 
-_HELD = 48
+_HELD = 64
 
 
 def _score(clip: Clip) -> Score:
@@ -132,7 +132,7 @@ class Studio:
         self.cast = Cast(self.bodies)
         self._arrays = lru_cache(maxsize=_HELD)(self._kept)
         # whatever kind of clip it is
-        self.score = lru_cache(maxsize=8)(_score)
+        self.score = lru_cache(maxsize=_HELD)(_score)
 
     def motion(self, clip: Clip, name: str, manner: str = USUAL) -> Motion:
         """Raises Unusable where a drawn body cannot do the clip."""

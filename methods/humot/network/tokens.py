@@ -107,7 +107,7 @@ def time_code(frames: int, design: Design, like: Tensor) -> Tensor:
 def in_groups(tokens: Tensor, where: Tensor, made: Callable[[slice], Tensor]) -> Tensor:
     """Tokens with tracks ``where`` replaced by what is ``made`` of a slice of them."""
     if torch.is_grad_enabled():
-        return tokens.index_copy_(0, where, made(slice(0, len(where))))
+        return tokens.index_copy_(0, where, made(slice(0, len(where))).to(tokens.dtype))
     step = max(1, TOGETHER // max(tokens.shape[1], 1))
     for start in range(0, len(where), step):
         group = slice(start, start + step)

@@ -6,12 +6,14 @@ then left, up, forward (centimetres per frame) and turn (radians per frame); see
 centimetres that grow with the body.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 from torch.nn import functional
 
+from retarget_bench.motion.body22 import folded
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.training.layers.normaliser import Normaliser
@@ -54,11 +56,15 @@ class Bodies:
     """The bodies of the rows of a batch, which share a tree.
 
     offsets: ``(rows, joints, 3)`` centimetres, the bones of the reference pose.
+    lacks: ``(rows, 22)`` bool, joints of no length (``motion/body22.py``); None: none.
+    lacking: ranks of those, where they are known; see ``folded``.
     """
 
     tree: Tree
     offsets: Tensor
     scale: Scale
+    lacks: Tensor | None = None
+    lacking: Sequence[int] | None = None
 
     @property
     def bones(self) -> Tensor:
@@ -73,9 +79,10 @@ class Bodies:
         """
         rows, joints, _ = self.offsets.shape
         turns, moves = raw[:, :-MOVES], raw[:, -MOVES:]
-        places, _ = kinematics(
-            self.tree, self.offsets, quaternions(turns.unsqueeze(1)), raw.new_zeros(rows, 1, 3)
-        )
+        rotations = quaternions(turns.unsqueeze(1))
+        if self.lacks is not None:
+            rotations = folded(rotations, self.lacks.unsqueeze(1), self.lacking)
+        places, _ = kinematics(self.tree, self.offsets, rotations, raw.new_zeros(rows, 1, 3))
         if not first:
             up = slice(UP, UP + 1)
             rise = rise + moves[:, up] * self.scale.moves_deviation[up] + self.scale.moves_mean[up]

@@ -124,7 +124,7 @@ class EdgeConvolution(nn.Module):
             padded = padded.index_select(1, self.padded.index)
         apart = padded.view(len(padded), -1, 4, padded.shape[-1])
         empty = self.bias.view(1, -1, 4, 1).expand(len(padded), -1, -1, padded.shape[-1])
-        return empty.index_add(1, self.index, apart).flatten(1, 2)
+        return empty.index_add(1, self.index, apart.to(empty.dtype)).flatten(1, 2)
 
 
 LEVELS = 256
@@ -182,8 +182,23 @@ def mlp(
 
     values: ``(rows, inputs)``; the result is ``(rows, outputs)``.
     """
+    if values.device.type != "cpu" or torch.is_autocast_enabled("cpu"):
+        return _plain(values, layers, activation, mask)
     weights = [each for layer in layers for each in (layer.weight, layer.bias)]
     return _mlp(values, activation, mask, *weights)
+
+
+def _plain(
+    values: Tensor, layers: nn.ModuleList, activation: Activation, mask: DropoutMask | None
+) -> Tensor:
+    """The same as it stands: on a GPU, where pieces are too small, and under autocast, which leaves
+    hand-written products in single precision."""
+    *inner, last = layers
+    for layer in inner:
+        values = layer(values)
+        values = functional.relu_(values) if activation == "relu" else functional.gelu(values)
+    result: Tensor = last(dropped(values, mask))
+    return result
 
 
 class _MLP(torch.autograd.Function):

@@ -5,6 +5,10 @@ distance would measure accuracy, and be 0 for the references themselves. So the 
 into two halves, and the real windows of either half stand against the generated windows of the other. Put
 the references instead of the results, and the same two comparisons give the floor.
 
+A metric may ask for halves made of stretches of every clip by turns instead (``Stretches``). With few
+clips, no two of one kind, halves of whole clips differ by what is done in them more than by any fault. The
+real windows of a stretch then stand against generated ones of other stretches, never of the same frames.
+
 Where cases have no references, the real windows are of other motion of the target's structure and stand
 against generated ones of all clips (``draw_apart``). The floor compares the two halves of the real motion.
 
@@ -19,7 +23,7 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.api import CaseFeatures, CaseInfo, Sample
+from retarget_bench.api import CaseFeatures, CaseInfo, Sample, Stretches
 from retarget_bench.files import digest
 
 MOST = 1200
@@ -57,9 +61,11 @@ class Draw:
         return min(real, made, key=len)
 
 
-def draw(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> Draw:
+def draw(
+    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo], stretches: Stretches | None = None
+) -> Draw:
     """The sets of one unit: features and facts of its cases, by case id."""
-    first, second, real = _real(found, infos, MOST)
+    first, second, real = _real(found, infos, MOST, stretches)
     made = _sample(first, "generated", found, infos), _sample(second, "generated", found, infos)
     return Draw(real, made, _hash((first, second), real))
 
@@ -85,13 +91,21 @@ def draw_apart(
 
 
 def _real(
-    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo], most: int
+    found: Mapping[str, CaseFeatures],
+    infos: Mapping[str, CaseInfo],
+    most: int,
+    stretches: Stretches | None = None,
 ) -> tuple[list[Window], list[Window], tuple[Sample, Sample]]:
     """Equally many windows of either half, at most so many, evenly over the root speed of both; and their
     real features."""
     rows = _rows(found, infos)
-    half_of = halves(rows, infos)
-    sides = [[(case, at) for case, at in rows if half_of[infos[case].clip] == half] for half in (0, 1)]
+    if stretches is None:
+        half_of = halves(rows, infos)
+        side = [half_of[infos[case].clip] for case, _ in rows]
+    else:
+        half_at = by_turns(rows, infos, stretches)
+        side = [half_at.get((infos[case].clip, at), -1) for case, at in rows]
+    sides = [[row for row, mine in zip(rows, side, strict=True) if mine == half] for half in (0, 1)]
     n, edges = min(most, *map(len, sides)), _edges(_speeds(rows, found))
     first, second = (_even(side, found, edges, n) for side in sides)
     return first, second, (_sample(first, "real", found, infos), _sample(second, "real", found, infos))
@@ -132,6 +146,28 @@ def halves(rows: Sequence[Window], infos: Mapping[str, CaseInfo]) -> dict[str, i
     for number in range(0, len(ordered), 2):
         pair = sorted(ordered[number : number + 2], key=lambda clip: rank[clip])
         found |= {clip: (side + number // 2) % 2 for side, clip in enumerate(pair)}
+    return found
+
+
+def by_turns(
+    rows: Sequence[Window], infos: Mapping[str, CaseInfo], stretches: Stretches
+) -> dict[tuple[str, int], int]:
+    """(clip, window) -> 0 or 1, an even number of stretches by turns, the same for all bodies of a clip.
+
+    Windows across two stretches are left out. Every other clip, by chance, begins with the other half.
+    """
+    counts: dict[str, int] = {}
+    for case, at in rows:
+        clip = infos[case].clip
+        counts[clip] = max(counts.get(clip, 0), at + 1)
+    found: dict[tuple[str, int], int] = {}
+    for number, clip in enumerate(sorted(counts, key=_chance)):
+        steps = counts[clip] + stretches.overlap - 1
+        many = 2 * max(1, round(steps / (2 * stretches.length)))
+        stretch = np.arange(steps) * many // steps
+        for at in range(counts[clip]):
+            if stretch[at] == stretch[at + stretches.overlap - 1]:
+                found[clip, at] = int(number + stretch[at]) % 2
     return found
 
 

@@ -1,4 +1,4 @@
-"""From the features of a unit's cases to its values: one per value id and target structure."""
+"""From the features of a unit's cases to its values: one per value id and set (a target structure)."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from retarget_bench.api import CaseFeatures, CaseInfo, RealDataset, Sample, SetMetric
+from retarget_bench.api import CaseFeatures, CaseInfo, OwnSets, RealDataset, Sample, SetMetric
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.plan import Plan, dataset, set_metrics
@@ -39,21 +39,29 @@ def evaluate(job: SetJob) -> list[SetValue]:
     register_plugins(plan.plugin_files)
     infos = {info.id: info for info in job.infos}
     arrays = files.gather(job.paths, infos)
-    by_structure: dict[str, dict[str, CaseInfo]] = {}
-    for case, info in infos.items():
-        by_structure.setdefault(str(arrays[f"{case}/structure"]), {})[case] = info
     return [
         value
         for metric in set_metrics(plan.metrics)
-        for structure, mine in sorted(by_structure.items())
+        for structure, mine in sorted(_sets(metric, infos, arrays).items())
         for value in _values(job, metric, structure, mine, arrays)
     ]
+
+
+def _sets(
+    metric: SetMetric, infos: Mapping[str, CaseInfo], arrays: Arrays
+) -> dict[str, dict[str, CaseInfo]]:
+    """Set of a metric -> its cases."""
+    found: dict[str, dict[str, CaseInfo]] = {}
+    for case, info in infos.items():
+        if (key := f"{case}/{metric.card.name}:set") in arrays:
+            found.setdefault(str(arrays[key]), {})[case] = info
+    return found
 
 
 def _values(
     job: SetJob, metric: SetMetric, structure: str, infos: Mapping[str, CaseInfo], arrays: Arrays
 ) -> list[SetValue]:
-    """All values of a metric on one structure."""
+    """All values of a metric on one structure, or on one of its own sets."""
     name, ids = metric.card.name, [value.id for value in metric.card.values]
     reasons = {str(arrays[key]) for case in infos if (key := f"{case}/{name}:reason") in arrays}
     if reasons:
@@ -62,7 +70,8 @@ def _values(
     network = str(arrays[f"{min(infos)}/{name}:network"])
     bare = SetValue("", structure, 0, 0, network=network)
     if all(len(each.real) == len(each.generated) for each in features.values()):
-        return _drawn(metric, bare, draw(features, infos))
+        stretches = metric.stretches if isinstance(metric, OwnSets) else None
+        return _drawn(metric, bare, draw(features, infos, stretches))
     # cases without references: their answers against other real motion, also of the same kind alone
     real, real_infos = real_set(job.dataset, job.plan.metrics, name, job.plan.task, structure)
     found = []
@@ -157,8 +166,11 @@ def _groups(sets: Draw) -> dict[str, int]:
     """
     group: dict[str, int] = {}
     samples = (*sets.real, sets.generated[0]) if sets.apart else sets.real
-    for number, half in enumerate(samples):
-        dealt = groups_of(Counter(half.clips.tolist()))
+    clips = [half.clips.tolist() for half in samples]
+    if not sets.apart and not set(clips[0]).isdisjoint(clips[1]):  # stretches of the same clips
+        clips = [clips[0] + clips[1]]
+    for number, mine in enumerate(clips):
+        dealt = groups_of(Counter(mine))
         group |= {clip: GROUPS - 1 - rank if number == 1 else rank for clip, rank in dealt.items()}
     return group
 

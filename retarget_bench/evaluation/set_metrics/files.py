@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseFeatures, Prediction, SetMetric
+from retarget_bench.api import Case, CaseFeatures, OwnSets, Prediction, SetMetric
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.files import write_csv
@@ -18,7 +18,7 @@ Arrays = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class SetValue:
-    """One value of the results on one target structure.
+    """One value of the results on one target structure, or of another set that a metric names.
 
     kind:    of the cases, where they have no references and are also compared kind by kind; "": all.
     n:       windows in each set. clips: source clips that they come from, both halves together.
@@ -70,15 +70,20 @@ PARTS = ("generated", "real", "speed")
 def collect(
     metrics: Sequence[SetMetric], case: Case, prediction: Prediction, elsewhere: bool = False
 ) -> Arrays:
-    """Features of one case for the set metrics, as arrays ``<metric>:<name>``.
+    """Features of one case for the set metrics, as arrays ``<metric>:<name>``; ``<metric>:set`` names the
+    set that it belongs to. None of a metric in none of whose sets it is.
 
     elsewhere: whether the data set has real motion to compare answers without a reference with.
     Raises BenchError where a metric breaks its contract.
     """
     comparison = Comparison(case, prediction)
-    arrays: Arrays = {"structure": np.array(case.target.structure)}
+    arrays: Arrays = {}
     for metric in metrics:
         name = metric.card.name
+        belongs = metric.set_of(case) if isinstance(metric, OwnSets) else case.target.structure
+        if not belongs:
+            continue
+        arrays[f"{name}:set"] = np.array(belongs)
         try:
             if case.reference is None and not elsewhere:
                 raise NotSupported(NO_REFERENCE)

@@ -208,8 +208,8 @@ def _cases(results: Results, data: Dataset) -> Iterator[Finding]:
 
 
 def _versions(results: Results) -> Iterator[Finding]:
-    theirs = results.header.metrics
-    ours = metric_versions(tuple(name for name in theirs if name in registry.working("metrics")[0]))
+    theirs, working = results.header.metrics, registry.working("metrics")[0]
+    ours = metric_versions(tuple(name for name in theirs if name in working))
     if moved := sorted(name for name, version in theirs.items() if ours.get(name, version) != version):
         yield Finding(
             "warning",

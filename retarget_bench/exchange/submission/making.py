@@ -100,7 +100,8 @@ def _measured(asked: Spec, data: Spec) -> tuple[float, float]:
     Raises BenchError where the method answers none of them.
     """
     plan = Plan(methods=(asked,), datasets=(data,))
-    (done,) = LocalPool(1).run(of_process, [(plan, asked, data)])
+    with LocalPool(1) as pool:
+        (done,) = pool.run(of_process, [(plan, asked, data)])
     if done.error or done.result is None:
         raise BenchError(f"the cost of {asked} cannot be measured: {done.error or 'it answers no case'}")
     megabytes, rate = done.result

@@ -133,7 +133,8 @@ def _wanted(
     counts = Counter(structures.values())
     if structure is not None and structure not in counts:
         raise BenchError(
-            f"{matrix.split}: no target is of structure {structure}; there are {', '.join(sorted(counts))}"
+            f"{matrix.dataset}, {matrix.split}: no target is of structure {structure}; there are "
+            f"{', '.join(sorted(counts))}"
         )
     return [structure] if structure is not None else [name for name, _ in counts.most_common(most)]
 

@@ -120,6 +120,25 @@ def _across(label: str, lines: Sequence[Line], *, log: bool = False) -> Axis:
     return Axis(label, low - room, high + room)
 
 
+def apart(places: Sequence[float], gap: float, low: float, high: float) -> list[float] | None:
+    """Heights of names at the ends of lines, ``gap`` apart between ``low`` and ``high``, as near to the
+    lines as that allows (least squares); None where there is no room for all."""
+    if gap * (len(places) - 1) > high - low:
+        return None
+    upwards = np.argsort(places, kind="stable").tolist()
+    blocks: list[tuple[float, int]] = []  # mean and number: neighbours that would overlap move together
+    for place, each in enumerate(upwards):
+        blocks.append((places[each] - gap * place, 1))
+        while len(blocks) > 1 and blocks[-2][0] >= blocks[-1][0]:
+            (second, many), (first, few) = blocks.pop(), blocks.pop()
+            blocks.append(((second * many + first * few) / (many + few), many + few))
+    starts = [mean for mean, number in blocks for _ in range(number)]
+    found = [0.0] * len(places)
+    for place, (each, start) in enumerate(zip(upwards, starts, strict=True)):
+        found[each] = min(max(start, low), high - gap * (len(places) - 1)) + gap * place
+    return found
+
+
 # ------------------------------------------------------------------------------------------------ levels
 def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
     """The error after denoising over the error before (HuMoT's Figure 8); the diagonal gives the source

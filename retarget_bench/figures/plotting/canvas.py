@@ -29,8 +29,10 @@ MARKS = "osD^vPX*"
 DASHES = {"full": "-", "dashed": "--", "dotted": ":", "dash-dot": "-.", "long": (0, (10, 3))}
 LETTER = 0.056
 """Inches that a letter of the legend takes on average, rather too much than too little."""
+HEADING = 0.14
+"""Inches of another line of a name above a panel."""
 LONGEST = 60
-BEYOND = "outside the frame: off the scale"
+BEYOND = "outside: off the scale"
 LOOK: dict[str, Any] = {
     "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "figure.titlesize": 8, "figure.labelsize": 8,
     "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
@@ -118,6 +120,20 @@ def title(figure: Figure, page: Page, data: model.Figure) -> None:
 def wrapped(text: str, width: float) -> str:
     """On as many lines as it needs within so many inches."""
     return "\n".join(textwrap.wrap(text, max(1, int(width / LETTER))))
+
+
+def heading(name: str, width: float) -> str:
+    """A method's name above a panel of so many inches: one that is too long has its parameters below it."""
+    known = drawable(name)
+    if LETTER * len(known) <= width:
+        return known
+    parts = known.replace("[", "\n[", 1).splitlines()
+    return "\n".join(wrapped(part, 1.1 * width) for part in parts)  # panels stand a little apart
+
+
+def headed(names: Sequence[str], width: float) -> float:
+    """Inches that the names above panels take beyond one line each."""
+    return HEADING * max(heading(name, width).count("\n") for name in names)
 
 
 def looks(headers: Mapping[str, ResultHeader], page: Page = PAGE) -> dict[str, dict[str, Any]]:

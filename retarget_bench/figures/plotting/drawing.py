@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from retarget_bench.figures import palette
+from retarget_bench.figures.data.lines import apart
 from retarget_bench.figures.data.model import (
     Axis,
     BoxChart,
@@ -38,8 +39,12 @@ HEIGHTS = {"recall": 1.9, "denoise": 3.0, "upsample": 2.6, "growth": 2.3}
 """Inches of a panel of lines."""
 WIDE = {"denoise": 4.2, "upsample": 3.0}
 """Inches that a panel is to have at least; 1.9 otherwise."""
+NAMES, NAME_GAP = 0.3, 8.5
+"""Share of the width that names at the ends of lines may take, and points between two of them."""
 WRITTEN = 0.26
 """Inches: squares that are larger have their number written in."""
+BAR = 0.9
+"""Inches that a colour scale takes at the right, with its label."""
 LEAST, MOST = 6.0, 70.0
 """Areas of joints, in square points, without and with the largest error."""
 
@@ -66,9 +71,11 @@ def _panels(
         grid = figure.subplots(-(-len(charts) // across), across, squeeze=False, **options)
         for axes, chart in zip_longest(grid.flat, charts):
             axes.set_visible(chart is not None)
-        yield figure, [each for each in zip(grid.flat, charts, strict=False) if each[1] is not None]
+        panels = [each for each in zip(grid.flat, charts, strict=False) if each[1] is not None]
+        yield figure, panels
         canvas.title(figure, page, data)
-        canvas.legend(figure, figure.axes)
+        if not (isinstance(charts[0], LineChart) and _named_at_ends(figure, panels, across)):
+            canvas.legend(figure, figure.axes)
 
 
 # ------------------------------------------------------------------------------------------------- lines
@@ -131,6 +138,61 @@ def _line(axes: Any, line: Line, looks: Looks) -> None:
         axes.fill_between(at, low, high, color=look["color"], alpha=0.12, linewidth=0)
     for mark in line.extra:
         axes.plot([mark.at], [mark.mean.value], **look | {"markerfacecolor": "white", "markersize": 6})
+
+
+def _named_at_ends(figure: Drawn, panels: Sequence[tuple[Any, LineChart]], across: int) -> bool:
+    """Write the names of lines at their ends in the last panel of each row; False where these have no room
+    for the names of all."""
+    rows: dict[int, list[tuple[Any, LineChart]]] = {}
+    for axes, chart in panels:
+        rows.setdefault(figure.axes.index(axes) // across, []).append((axes, chart))
+    names = [{line.name for _, chart in row for line in chart.lines} for row in rows.values()]
+    longest = max(len(canvas.drawable(name)) for row in names for name in row)
+    if canvas.LETTER * longest > NAMES * figure.get_figwidth():
+        return False
+    figure.draw_without_rendering()  # gives panels their heights
+    placed = []
+    for (*_, (axes, chart)), wanted in zip(rows.values(), names, strict=True):
+        lines = [line for line in chart.lines if line.marks]
+        low, high = chart.y.low, chart.y.high
+        ends = [min(max(line.marks[-1].mean.value, low), high) for line in lines]
+        gap = NAME_GAP / 72.0 * figure.dpi / axes.bbox.height
+        heights = apart([(end - low) / (high - low) for end in ends], gap, 0.0, 1.0)
+        if heights is None or wanted != {line.name for line in lines}:
+            return False
+        placed.append((axes, lines, ends, heights))
+    for axes, lines, ends, heights in placed:
+        for line, end, height in zip(lines, ends, heights, strict=True):
+            _end_name(axes, line, end, height)
+    return True
+
+
+def _end_name(axes: Any, line: Line, end: float, height: float) -> None:
+    """The mark and the name of a line at the right of its panel, at a share of its height, and a stroke
+    between them and the line."""
+    from matplotlib.lines import Line2D
+    from matplotlib.transforms import ScaledTranslation
+
+    mark, aside = (
+        axes.transAxes + ScaledTranslation(points / 72.0, 0.0, axes.figure.dpi_scale_trans)
+        for points in (9.0, 14.0)
+    )
+    name = canvas.drawable(line.name)
+    shape = Line2D([1.0], [height], transform=mark)
+    shape.update_from(next(each for each in axes.lines if each.get_label() == name))
+    shape.set(transform=mark, clip_on=False, linestyle="none", zorder=4)
+    axes.figure.add_artist(shape)
+    stroke = {
+        "arrowstyle": "-",
+        "color": shape.get_color(),
+        "linewidth": 0.6,
+        "shrinkA": 0.0,
+        "shrinkB": 0.0,
+    }
+    axes.annotate(
+        name, (line.marks[-1].at, end), (1.0, height), textcoords=aside, va="center", fontsize=7,
+        arrowprops=stroke | {"relpos": (0.0, 0.5)}, annotation_clip=False,
+    )  # fmt: skip
 
 
 # -------------------------------------------------------------------------------------------------- rows
@@ -264,12 +326,17 @@ def maps(path: Path, data: Figure, charts: Sequence[HeatMap], page: canvas.Page)
     first = charts[0]
     letters = 0.055 * max(map(len, map(canvas.drawable, (*first.sources, *first.targets))))
     across = max(1, min(len(charts), page.across(max(1.5, letters + 0.16 * len(first.targets)))))
-    side = (page.width - 0.7 - letters) / across / len(first.targets)
-    height = letters + 0.5 + -(-len(charts) // across) * (0.3 + min(side, 0.6) * len(first.sources))
+    wide = (page.width - BAR - letters) / across
+    side = wide / len(first.targets)
+    tall = (
+        0.25 + canvas.headed([chart.method for chart in charts], wide) + min(side, 0.6) * len(first.sources)
+    )
+    height = letters + 0.5 + -(-len(charts) // across) * tall
     with _panels(path, data, page, height, charts, across, sharex=True, sharey=True) as (figure, panels):
         grid = [*figure.axes]
         for axes, chart in panels:
             image = _map(axes, chart, written=side > WRITTEN)
+            axes.set_title(canvas.heading(chart.method, wide))
         figure.colorbar(image, ax=grid, label=first.scale.label, extend="max", pad=0.02, aspect=30)
 
 
@@ -281,7 +348,6 @@ def _map(axes: Any, chart: HeatMap, *, written: bool) -> Any:
     image = axes.imshow(table, cmap=canvas.errors_map(), vmin=chart.scale.low, vmax=chart.scale.high)
     axes.set_xticks(range(len(chart.targets)), map(canvas.drawable, chart.targets), rotation=90)
     axes.set_yticks(range(len(chart.sources)), map(canvas.drawable, chart.sources))
-    axes.set_title(canvas.drawable(chart.method))
     axes.tick_params(length=0)
     axes.grid(visible=False)
     for (line, column), number in np.ndenumerate(table):
@@ -297,12 +363,14 @@ def skeletons(path: Path, data: Figure, charts: Sequence[SkeletonChart], page: c
     across = min(len(charts), page.across(1.25))
     down = -(-len(charts) // across)
     wide, tall = np.ptp(np.array(charts[0].places), axis=0)
-    height = (page.width - 0.8) / across * min(2.2, max(0.6, float(tall / max(wide, 1e-6))))
-    with _panels(path, data, page, 0.4 + down * (height + 0.2), charts, across) as (figure, panels):
+    panel = (page.width - BAR) / across
+    height = panel * min(2.2, max(0.6, float(tall / max(wide, 1e-6))))
+    height += 0.2 + canvas.headed([chart.method for chart in charts], panel)
+    with _panels(path, data, page, 0.4 + down * height, charts, across) as (figure, panels):
         grid = [*figure.axes]
         for axes, chart in panels:
             dots = _skeleton(axes, chart)
-            axes.set_title(canvas.drawable(chart.method))
+            axes.set_title(canvas.heading(chart.method, panel))
             axes.set_axis_off()
         figure.colorbar(dots, ax=grid, label=charts[0].scale.label, extend="max", pad=0.02, aspect=30)
 

@@ -1,16 +1,18 @@
 """Drawing a chart as inline SVG."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
 from retarget_bench.analysis.summary import Mean
+from retarget_bench.figures.data.lines import apart
 from retarget_bench.figures.data.model import (
     BoxChart,
     Chart,
     HeatMap,
+    Line,
     LineChart,
     Mark,
     PointChart,
@@ -26,12 +28,16 @@ from retarget_bench.tables.model import count
 WIDTH, HEIGHT = 360.0, 240.0
 LEFT, RIGHT, BOTTOM, TOP = 46.0, 350.0, 200.0, 24.0
 """Of charts of lines."""
+NAME_GAP = 11.5
+"""Between names at the ends of lines."""
 ROW_WIDTH, NAMES, ROW, ABOVE, BELOW = 460.0, 140.0, 23.0, 24.0, 40.0
 POINT_HEIGHT = 300.0
 APART = 9
 """With so many rows every method has a line of its own in each."""
-SQUARE, MAP_NAMES, MAP_ABOVE = 30.0, 74.0, 84.0
-BODY_WIDTH, BODY_HEIGHT, BODY_ABOVE = 150.0, 196.0, 22.0
+SQUARE, MAP_NAMES = 30.0, 74.0
+BODY_WIDTH, BODY_HEIGHT, BODY_ABOVE = 150.0, 206.0, 32.0
+TITLE = 21
+"""Letters of a line above a body."""
 LEAST, MOST = 2.6, 7.5
 """Radii of joints without and with the largest error."""
 EDGE = "M-4-4L4 0L-4 4Z"
@@ -107,11 +113,28 @@ class Drawing:
                     hollow=mark in line.extra or line.seen is False,
                 )  # fmt: skip
                 marks.append(self._pick(mark, f"{line.name}, {mark.name}", shape))
+        names, wide = self._end_names([line for line in chart.lines if line.marks], x, y)
         ends = ", ".join(
             f"{line.name} {line.marks[-1].mean.value:.3g}" for line in chart.lines if line.marks
         )
         label = f"{chart.title}. {chart.y.label} over {chart.x.label}; at the right end: {ends}"
-        return elements.svg(WIDTH, HEIGHT, label, *parts, *strokes, *marks)
+        return elements.svg(WIDTH + wide, HEIGHT, label, *parts, *names, *strokes, *marks)
+
+    def _end_names(self, lines: Sequence[Line], x: Scale, y: Scale) -> tuple[list[Markup], float]:
+        """The names of lines at their ends, and the units that they take at the right; none where lines are
+        too many, since the page has a legend, too."""
+        ends = [(x(line.marks[-1].at), y(line.marks[-1].mean.value)) for line in lines]
+        heights = apart([height for _, height in ends], NAME_GAP, TOP, BOTTOM)
+        if not lines or heights is None:
+            return [], 0.0
+        names = [elements.short(line.name, elements.LONGEST) for line in lines]
+        found = []
+        for line, name, (at, end), height in zip(lines, names, ends, heights, strict=True):
+            style = self.styles[line.method]
+            found.append(elements.grid_line(at, end, RIGHT + 12, height, f"leader {style.name}"))
+            found.append(elements.mark(RIGHT + 12, height, style, 0.7, hollow=line.seen is False))
+            found.append(words(RIGHT + 18, height + 3.5, name, "start", class_="name", aria_hidden="true"))
+        return found, elements.LETTER * max(map(len, names)) + 8
 
     # --------------------------------------------------------------------------------------------- rows
     def _rows(self, chart: RowChart) -> Markup:
@@ -196,10 +219,12 @@ class Drawing:
                     elements.grid_line(at, y(span.low), at, y(span.high), f"whisker {style.name}") + shape
                 )
             parts.append(self._pick(mark, f"{mark.method}: {mark.at:.3g} frames per second", shape))
-        for mark in chart.front:
-            at, name = x(mark.at), elements.short(mark.method, elements.LONGEST)
-            anchor = "end" if at > 0.7 * ROW_WIDTH else "start"
-            parts.append(words(at, y(mark.mean.value) - 9, name, anchor, class_="name", aria_hidden="true"))
+        places = [(x(mark.at), y(mark.mean.value)) for mark in chart.marks]
+        names = [elements.short(mark.method, elements.LONGEST) for mark in chart.marks]
+        room = LEFT, ABOVE - 7, ROW_WIDTH, POINT_HEIGHT - BELOW + 2
+        spans = [(x(mark.at), span) for mark in chart.marks if (span := mark.mean.interval) is not None]
+        whiskers = [(at, y(span.high), y(span.low)) for at, span in spans]
+        parts += elements.names_beside(places, names, room, whiskers)
         points = ", ".join(
             f"{mark.method} {mark.at:.3g} frames per second and {mark.mean.value:.3g}"
             for mark in chart.marks
@@ -210,26 +235,29 @@ class Drawing:
 
     # ------------------------------------------------------------------------------------------- bodies
     def _map(self, chart: HeatMap) -> Markup:
-        parts = [words(2.0, 13.0, elements.short(chart.method, 30), "start", class_="title")]
+        parts = []
+        title, lines = elements.heading(chart.method, 28)
+        above = 17.0 + 13.0 * lines + 5.4 * min(12, max(map(len, chart.targets)))
         for column, name in enumerate(chart.targets):
-            turn = f"translate({MAP_NAMES + SQUARE * (column + 0.62):.1f} {MAP_ABOVE - 5:.1f}) rotate(-55)"
+            turn = f"translate({MAP_NAMES + SQUARE * (column + 0.62):.1f} {above - 5:.1f}) rotate(-55)"
             parts.append(words(0.0, 0.0, elements.short(name, 12), "start", transform=turn))
         for row, name in enumerate(chart.sources):
-            y = MAP_ABOVE + SQUARE * (row + 0.62)
+            y = above + SQUARE * (row + 0.62)
             parts.append(words(MAP_NAMES - 6, y, elements.short(name, 12), "end"))
         squares = [
             self._square(
                 mark, chart.scale.share(mark.mean.value),
                 MAP_NAMES + SQUARE * chart.targets.index(target),
-                MAP_ABOVE + SQUARE * chart.sources.index(source),
+                above + SQUARE * chart.sources.index(source),
             )
             for (source, target), mark in chart.squares.items()
         ]  # fmt: skip
         far = max(chart.squares.values(), key=lambda mark: mark.mean.value)
         return elements.svg(
             MAP_NAMES + SQUARE * len(chart.targets) + 24,
-            MAP_ABOVE + SQUARE * len(chart.sources) + 4,
+            above + SQUARE * len(chart.sources) + 4,
             f"{chart.method} by pair: highest {far.name}, {far.mean.value:.3g}",
+            title,
             tag("g", *parts, class_="axes", aria_hidden="true"),
             *squares,
         )
@@ -255,8 +283,7 @@ class Drawing:
             circle = tag("circle", cx=x, cy=y, r=radius, class_=f"joint {shade}")
             dots.append(self._pick(mark, f"{mark.method}, {mark.name}", circle))
         far = ", ".join(f"{mark.name} {mark.mean.value:.3g}" for mark in chart.marks[:-4:-1])
-        title = words(2.0, 13.0, elements.short(chart.method, elements.LONGEST), "start", class_="title")
-        title = tag("g", title, class_="axes", aria_hidden="true")
+        title, _ = elements.heading(chart.method, TITLE)
         label = f"{chart.method}: farthest off are {far}; {chart.scale.label}"
         return elements.svg(BODY_WIDTH, BODY_HEIGHT, label, title, *bones, *dots)
 

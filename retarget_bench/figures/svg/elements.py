@@ -33,6 +33,10 @@ MARKS = (
 """Outlines about the origin, some ten units across, by the shape of a style."""
 LONGEST = 19
 """Letters of a name that fit beside a chart."""
+LETTER = 6.2
+"""Units that a letter of a name takes, rather too much than too little."""
+Box = tuple[float, float, float, float]
+"""Left, top, right and bottom."""
 DASHES = {"full": None, "dashed": "5 4", "dotted": "1.5 4", "dash-dot": "9 3 2 3", "long": "14 4"}
 
 
@@ -76,11 +80,56 @@ def short(name: str, most: int) -> str:
     return name if len(name) <= most else f"{name[: most - most // 2 - 1]}…{name[-(most // 2) :]}"
 
 
+def heading(name: str, most: int) -> tuple[Markup, int]:
+    """A method's name at the top left of a chart; of one with more letters, the parameters are below it.
+
+    Returns it and its number of lines.
+    """
+    name = printable(name)
+    whole, bracket, rest = name.partition("[")
+    lines = [name] if len(name) <= most or not bracket else [whole, bracket + rest]
+    told = [
+        words(2.0, 13.0 * (k + 1), short(each, most), "start", class_="title")
+        for k, each in enumerate(lines)
+    ]
+    return tag("g", *told, class_="axes", aria_hidden="true"), len(lines)
+
+
 def mark(x: float, y: float, style: MethodStyle, scale: float = 1.0, *, hollow: bool = False) -> Markup:
     """A method's mark."""
     size = "" if scale == 1.0 else f" scale({scale:g})"
     kind = f"dot hollow {style.name}" if hollow else f"dot {style.name}"
     return tag("path", d=MARKS[style.shape], transform=f"translate({x:.1f} {y:.1f}){size}", class_=kind)
+
+
+def names_beside(
+    places: Sequence[tuple[float, float]],
+    names: Sequence[str],
+    room: Box,
+    whiskers: Iterable[tuple[float, float, float]] = (),
+) -> list[Markup]:
+    """The names of marks, each where it covers no mark and no other; one without such a place is left out.
+
+    room: where names may stand. whiskers: upright strokes to keep free, as x, top and bottom.
+    """
+    taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in places]
+    taken += [(x - 1, top, x + 1, bottom) for x, top, bottom in whiskers]
+    found = []
+    for (x, y), name in zip(places, names, strict=True):
+        long = LETTER * len(name)
+        for dx, dy in ((9.0, 3.5), (-9.0 - long, 3.5), (-long / 2, -9.0), (-long / 2, 17.0)):
+            box = (x + dx, y + dy - 9, x + dx + long, y + dy + 2)
+            inside = all((box[0] >= room[0], box[1] >= room[1], box[2] <= room[2], box[3] <= room[3]))
+            if inside and not any(_meet(box, other) for other in taken):
+                taken.append(box)
+                found.append(words(x + dx, y + dy, name, "start", class_="name", aria_hidden="true"))
+                break
+    return found
+
+
+def _meet(a: Box, b: Box) -> bool:
+    """True if two boxes overlap."""
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
 def line(points: Iterable[tuple[float, float]], style: MethodStyle, dash: str = "") -> Markup:
@@ -172,7 +221,7 @@ def _below(axis: Axis, scale: Scale, low: float, high: float) -> list[Markup]:
 
 
 def _ticks(axis: Axis, scale: Scale, most: int) -> list[tuple[float, str]]:
-    return list(axis.ticks) or [(each, f"{each:g}") for each in scale.ticks(most)]
+    return list(axis.ticks) or [(each, f"{each:,.10g}") for each in scale.ticks(most)]
 
 
 def grid_line(x1: float, y1: float, x2: float, y2: float, kind: str | None = None) -> Markup:

@@ -88,6 +88,7 @@ class Tree:
         bones = rotation.rotate(above, skeleton.offsets)
         bones[0] = 0.0
         lengths = np.linalg.norm(bones, axis=1)
+        bones[lengths <= NOTHING] = 0.0  # or joints are turned by the rounding of places
         owns = [tuple(c for c in below if lengths[c] > NOTHING) for below in skeleton.children]
         sights = tuple(_sight(character, j, owns, bones, lengths) for j in range(len(skeleton)))
         parents = tuple(skeleton.parents.tolist())

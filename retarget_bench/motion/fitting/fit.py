@@ -13,7 +13,8 @@ the joints that hang on it:
    twist against the parent, and nothing jumps from frame to frame (``twist.py``). The rest of the body
    then gives way to twists that are shown too weakly to be left to noise.
 
-Joints that nothing hangs on follow their parents. The root joint is where it was seen, exactly.
+Joints that nothing hangs on follow their parents. Where positions were retargeted from a motion with
+rotations, both are as they are there against the parent. The root joint is where it was seen, exactly.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
-from retarget_bench.motion.character import Motion, Positions
+from retarget_bench.motion.character import Motion, Positions, Prediction
 from retarget_bench.motion.fitting import bones, twist
 
 _HOLD = 30.0
@@ -51,9 +52,11 @@ class Fitted:
         return f"{100 * self.mean:.1f} cm mean, {100 * self.worst:.1f} cm worst ({joint})"
 
 
-def fit(positions: Positions) -> Fitted:
+def fit(positions: Positions, source: Prediction | None = None) -> Fitted:
     """The motion of the same character, frames and rate that comes nearest to positions of its joints.
 
+    source: a motion that these positions were retargeted from, with as many frames, on any body. If it has
+    rotations, what positions leave open is turned as there.
     Raises BenchError where a position is not finite.
     """
     seen, character = positions.positions, positions.character
@@ -73,7 +76,8 @@ def fit(positions: Positions) -> Fitted:
     turned = bones.refined(tree, bones.first(tree, wanted), wanted)
     off = np.square(tree.places(turned, wanted[:, 0]) - wanted).sum(axis=2)[:, 1:]
     noise = float(np.sqrt(off.mean())) if off.size else 0.0
-    turned = twist.twisted(tree, turned, wanted, positions.fps, noise)
+    given = transfer.orientations(source, character) if isinstance(source, Motion) else None
+    turned = twist.twisted(tree, turned, wanted, positions.fps, noise, given)
     turned = bones.refined(tree, turned, wanted, _HOLD * noise**2)
     motion = character.motion(
         transfer.from_relative(character, turned), positions.root.copy(), positions.fps

@@ -5,6 +5,8 @@ in the complex plane, so that they never have to be unwrapped: what speaks for a
 there, neighbouring frames pull at each other, and the least sum of squares is one banded system per joint.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from retarget_bench.motion import hinges, rotation
@@ -13,6 +15,8 @@ from retarget_bench.motion.roles import SIDES
 
 _PARENT = 0.05
 """Weight of no twist against the parent, where the bone points as at rest; none where it points back."""
+_GIVEN = 1.0
+"""The same for the twist that another body has in this motion: it reaches over 4 frames."""
 _FIRMNESS = 20.0
 """Weight of neighbouring frames at 30 frames per second; the parent then reaches over 20 frames."""
 _HINGE = 4.0
@@ -27,19 +31,27 @@ _LEAST = 1e-3
 """Weight of no twist that always remains, so that there is an answer."""
 
 
-def twisted(tree: Tree, turned: np.ndarray, seen: np.ndarray, fps: float, noise: float) -> np.ndarray:
+def twisted(
+    tree: Tree,
+    turned: np.ndarray,
+    seen: np.ndarray,
+    fps: float,
+    noise: float,
+    given: np.ndarray | None = None,
+) -> np.ndarray:
     """``(frames, joints, 4)`` the same orientations with every twist that is not seen chosen.
 
     turned: of the same shape, relative to the reference pose, bones fitted. seen: ``(frames, joints, 3)``.
     noise:  metres that the fitted joints are off, by which it is judged what is seen.
+    given:  orientations like ``turned`` of another body in this motion: how a joint is turned there against
+            the one above takes the place of no turn at all.
     """
-    out, choice = np.empty_like(turned), _Choice(tree, turned, seen, fps, noise)
-    still = np.broadcast_to(rotation.identity(), out[:, 0].shape)
-    for joint, (parent, sight) in enumerate(zip(tree.parents, tree.sights, strict=True)):
-        above = out[:, parent] if parent >= 0 else still
+    out, choice = np.empty_like(turned), _Choice(tree, turned, seen, fps, noise, given)
+    for joint, sight in enumerate(tree.sights):
+        above = choice.above(joint, out)
         if not sight.own:
             out[:, joint] = turned[:, joint] if sight.lent > _LENT else above
-        elif sight.spread >= max(NOTHING, _NOISES * choice.noise):
+        elif choice.shown(joint):
             out[:, joint] = turned[:, joint]
         else:
             out[:, joint] = choice.of(joint, above)
@@ -49,18 +61,53 @@ def twisted(tree: Tree, turned: np.ndarray, seen: np.ndarray, fps: float, noise:
 class _Choice:
     """Evidence for the twist of the joints of a clip (arguments as in ``twisted``)."""
 
-    def __init__(self, tree: Tree, turned: np.ndarray, seen: np.ndarray, fps: float, noise: float) -> None:
-        self.tree, self.turned, self.seen = tree, turned, seen
+    def __init__(
+        self,
+        tree: Tree,
+        turned: np.ndarray,
+        seen: np.ndarray,
+        fps: float,
+        noise: float,
+        given: np.ndarray | None,
+    ) -> None:
+        self.tree, self.turned, self.seen, self.given = tree, turned, seen, given
         self.noise, self.firmness = max(noise, 1e-9), _FIRMNESS * (fps / 30.0) ** 2
+
+    def shown(self, joint: int) -> bool:
+        """True where bones show how a joint is turned, in spite of the fit's own error."""
+        return self.tree.sights[joint].spread >= max(NOTHING, _NOISES * self.noise)
+
+    def above(self, joint: int, out: np.ndarray) -> np.ndarray:
+        """``(frames, 4)`` how a joint is turned if nothing is seen of it: as its parent, or as it is given
+        against a joint above it."""
+        base, parents, sights = self.tree.parents[joint], self.tree.parents, self.tree.sights
+        if base < 0:
+            return rotation.identity(len(out)) if self.given is None else self.given[:, joint]
+        if self.given is None:
+            return out[:, base]
+        # A hinge twists the upper limb by this rig's habits, not by those of the rig that is given; and a
+        # face looks where the chest lets it, even if a neck leans otherwise.
+        far = self.tree.character.roles[joint] == "head"
+        while parents[base] >= 0 and (sights[base].hinge is not None or (far and not self.shown(base))):
+            base = parents[base]
+        return self._carried(out[:, base], base, joint)
+
+    def _carried(self, turned: np.ndarray, base: int, joint: int) -> np.ndarray:
+        """``(frames, 4)`` a joint as it is given against ``base``, which has the orientation ``turned``."""
+        if self.given is None:
+            return turned
+        against = rotation.multiply(rotation.conjugate(self.given[:, base]), self.given[:, joint])
+        return rotation.multiply(turned, against)
 
     def of(self, joint: int, above: np.ndarray) -> np.ndarray:
         """``(frames, 4)`` of a joint whose bones lie along one line: the shortest turn there from the
-        parent's orientation ``above`` ``(frames, 4)``, then a twist about it."""
+        orientation ``above`` ``(frames, 4)``, then a twist about it."""
         axis = self.tree.sights[joint].axis
         there = self._there(joint)
         swung = _swung(above, axis, there)
         at_rest = 0.5 + 0.5 * _dot(rotation.rotate(above, axis), there)
-        least = _PARENT if self.tree.parents[joint] >= 0 else _LEAST
+        known = _PARENT if self.given is None else _GIVEN
+        least = known if self.tree.parents[joint] >= 0 else _LEAST
         pull = np.maximum(least * np.square(at_rest), _LEAST)
         targets = [(pull, np.zeros(len(pull))), self._own(joint, swung)]
         targets += [self._bent(joint, swung, there), self._below(joint, swung)]
@@ -99,11 +146,12 @@ class _Choice:
         if not path or (self.tree.character.roles[joint] or "").startswith(SIDES):
             return np.zeros(len(swung)), np.zeros(len(swung))
         carried = swung
-        for link in path[1:-1]:
-            carried = _swung(carried, self.tree.sights[link].axis, self._there(link))
-        last = path[-2]
+        for parent, link in pairwise(path):
+            carried = self._carried(carried, parent, link)
+            if link != path[-1]:
+                carried = _swung(carried, self.tree.sights[link].axis, self._there(link))
         between = rotation.multiply(self.turned[:, path[-1]], rotation.conjugate(carried))
-        angle = _wrapped(_twist(between, self._there(last)))
+        angle = _wrapped(_twist(between, self._there(path[-2])))
         weight = _EVENLY * (0.5 + 0.5 * np.cos(angle))
         if self.tree.parents[joint] < 0:
             return np.full(len(angle), _FACING), angle

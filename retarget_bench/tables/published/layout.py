@@ -24,16 +24,33 @@ def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
     several = len({row.dataset for row in rows}) > 1
     by_name = sorted(rows, key=lambda row: (row.dataset, row.label))
     ours = [_own(table, row, footnotes, several) for row in by_name]
-    blocks = dict.fromkeys(column.block for column in table.columns)
+    blocks = [
+        each for each in dict.fromkeys(c.block for c in table.columns) if not _repeats(table, each, rows)
+    ]
     groups = tuple(group for each in blocks if (group := _block(table, each, printed, ours)).rows)
     return Table(
         title=table.title,
         groups=groups,
-        notes=(*_counts(table, rows), *caveats(table, rows), *table.notes),
+        notes=(*table.notes[:1], *caveats(table, rows), *table.notes[1:], *_counts(table, rows)),
         footnotes=tuple(footnotes.sentences),
         reading=f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here, under "
-        "the protocol that each column names. Nothing is ranked.",
+        "the protocol that each column names, and say which variant of a published method they are ('as "
+        "published' is about settings, not about weights). Nothing is ranked.",
     )
+
+
+def _repeats(table: PublishedTable, block: str, rows: Sequence[OwnRow]) -> bool:
+    """A later block that has the cases of the first one: every cell has a twin of its label there."""
+    if not block or not rows:
+        return False
+    first = {column.label: column.id for column in table.columns if not column.block}
+
+    def same(row: OwnRow, column: PublishedColumn) -> bool:
+        one, two = row.cells.get(first.get(column.label, "")), row.cells.get(column.id)
+        return (one and (one.cases, one.pairs)) == (two and (two.cases, two.pairs))
+
+    mine = [column for column in table.columns if column.block == block]
+    return all(column.label in first and same(row, column) for row in rows for column in mine)
 
 
 def _block(table: PublishedTable, block: str, printed: Sequence[Row], ours: Sequence[Row]) -> Group:
@@ -104,7 +121,8 @@ def _own(table: PublishedTable, row: OwnRow, footnotes: Footnotes, several: bool
         spread = found.spread if prints_spread else None
         shown = _cell(found.value, spread, _decimals(table, column))
         cells.append(replace(shown, n=found.cases, clips=found.clips))
-    label = f"{row.label}, {row.dataset}" if several else row.label
+    label = f"{row.label} ({row.variant})" if row.variant else row.label
+    label += f", {row.dataset}" if several else ""
     n = "" if table.of_sets else str(sum(row.cells[each].cases for each in _counted(table, row)))
     return Row(label, row.mark, tuple(cells), n)
 

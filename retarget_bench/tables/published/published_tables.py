@@ -17,13 +17,15 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from retarget_bench import defaults
 from retarget_bench.analysis.summary import never_ranked
-from retarget_bench.api import CaseInfo
+from retarget_bench.api import CaseInfo, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, columns, compatibility, store
 from retarget_bench.results.columns import Columns
-from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.header import MethodInfo, ResultHeader
 from retarget_bench.results.store import ResultPaths
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
@@ -107,7 +109,10 @@ class OwnCell:
 
 @dataclass(frozen=True)
 class OwnRow:
-    """One method of ours on one data set: column -> cell, where it has any; reasons: why it has none."""
+    """One method of ours on one data set: column -> cell, where it has any; reasons: why it has none.
+
+    variant: which variant of a published method it is, or "".
+    """
 
     label: str
     dataset: str
@@ -115,6 +120,7 @@ class OwnRow:
     mark: str
     cells: Mapping[str, OwnCell]
     reasons: Mapping[str, str] = field(default_factory=dict)
+    variant: str = ""
 
 
 _FOLDER = files("retarget_bench.tables.published")
@@ -202,7 +208,23 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
         elif asked.get(column.id):
             cells[column.id] = _mean(asked[column.id])
     reasons = {} if trained else {column.id: UNTRAINED for column in table.columns if column.seen}
-    return OwnRow(label, dataset, header.dataset.name, never_ranked(header.method), cells, reasons)
+    mark = never_ranked(header.method)
+    return OwnRow(label, dataset, header.dataset.name, mark, cells, reasons, variant(header.method))
+
+
+def variant(method: MethodInfo) -> str:
+    """Variant of a published method, by its card: ``as published``, ``ours: ...``, or of a
+    method without a paper, what distinguishes it. "" where the label says it, or it is not installed."""
+    given = {name: value for name, value in method.parameters.items() if name != "weights"}
+    try:
+        card = optional.method_card(registry.create("methods", Spec(method.name, given)))
+    except BenchError:
+        return ""
+    if not card.paper:
+        return "" if given else card.differs
+    if any(given == each for each in card.published):
+        return "as published"
+    return "ours, with these settings" if given else f"ours: {card.differs}" if card.differs else "ours"
 
 
 def _numbers(found: Sequence[Columns]) -> dict[str, list[tuple[CaseInfo, float]]]:
@@ -311,7 +333,8 @@ def _set_row(
             cells[column] = OwnCell(mean, 0.0, n, clips, len(having))
         elif mine:
             reasons[column] = "; ".join(dict.fromkeys(each.reason for each in mine))
-    return OwnRow(label, header.dataset.label, header.dataset.name, mark, cells, reasons)
+    which = "" if label == FLOOR else variant(header.method)
+    return OwnRow(label, header.dataset.label, header.dataset.name, mark, cells, reasons, which)
 
 
 def _usual(values: Sequence[SetValue]) -> list[SetValue]:

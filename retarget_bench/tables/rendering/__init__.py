@@ -8,6 +8,7 @@ from retarget_bench.tables.rendering.as_csv import comma_separated as comma_sepa
 from retarget_bench.tables.rendering.as_html import html as html
 from retarget_bench.tables.rendering.as_latex import latex as latex
 from retarget_bench.tables.rendering.as_markdown import markdown as markdown
+from retarget_bench.tables.rendering.as_text import WIDTH as WIDTH
 from retarget_bench.tables.rendering.as_text import text as text
 
 Renderer = Callable[[Sequence[Table]], str]
@@ -23,5 +24,6 @@ RENDERERS: dict[str, Renderer] = {
 WITH_INTERVALS: dict[str, Renderer] = RENDERERS | {
     "text": partial(text, intervals=True),
     "md": partial(markdown, intervals=True),
+    "tex": partial(latex, intervals=True),
 }
 """The other formats always hold intervals."""

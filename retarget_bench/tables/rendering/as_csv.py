@@ -4,7 +4,7 @@ import csv
 import io
 from collections.abc import Sequence
 
-from retarget_bench.tables.model import Cell, Table
+from retarget_bench.tables.model import Cell, Column, Table
 
 ASPECTS = ("low", "high", "mark", "n", "clips", "seeds_sd")
 """Columns ``<value id>:<aspect>`` stand beside every ``<value id>``."""
@@ -13,7 +13,7 @@ NO_CELL = Cell("")
 
 def comma_separated(tables: Sequence[Table]) -> str:
     """One line per row and group. A missing value is empty, and its ``:mark`` is the kind."""
-    columns = list(dict.fromkeys(column.id for table in tables for column in table.columns))
+    columns = list(dict.fromkeys(_id(column) for table in tables for column in table.columns))
     groups = [(table, group) for table in tables for group in table.groups]
     parts = next((group.heading for _, group in groups if group.subject), "")
     structures = any(group.structure for _, group in groups)
@@ -25,13 +25,19 @@ def comma_separated(tables: Sequence[Table]) -> str:
     writer.writerow(["dataset", "split", *about, *aspects, "n"])
     for table, group in groups:
         for row in group.rows:
-            named = [group.subject, row.label] if parts else [row.label, row.mark]
+            mark = f"on the cases of {row.beside}" if row.beside else row.mark
+            named = [group.subject, row.label] if parts else [row.label, mark]
             of = f"{group.structure}, kind {group.kind}" if group.kind else group.structure
             named = [of, *named] if structures else named
-            cells = {c.id: cell for c, cell in zip(group.columns, row.cells, strict=True)}
+            cells = {_id(c): cell for c, cell in zip(group.columns, row.cells, strict=True)}
             numbers = [each for key in columns for each in _parts(cells.get(key, NO_CELL))]
             writer.writerow([table.title, group.split, *named, *numbers, row.n])
     return out.getvalue()
+
+
+def _id(column: Column) -> str:
+    """The id, after its split in tables of several."""
+    return f"{column.split}/{column.id}" if column.split else column.id
 
 
 def _parts(cell: Cell) -> list[str]:

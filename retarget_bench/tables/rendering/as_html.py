@@ -28,6 +28,11 @@ def html(tables: Sequence[Table]) -> str:
     return environment().get_template("tables.html").render(context(tables))
 
 
+def fragment(tables: Sequence[Table]) -> str:
+    """The tables as part of another page, such as a notebook: without script, with a style of their own."""
+    return environment().get_template("fragment.html").render(context(tables))
+
+
 def context(tables: Sequence[Table]) -> dict[str, Any]:
     """The context of the table templates."""
     kinds = dict.fromkeys(kind for table in tables for kind in words.empty_kinds(table))
@@ -82,13 +87,16 @@ def sort_key(cell: Cell, column: Column) -> str:
     return f"{UNRANKED + abs(math.log(ratio)):.9g}" if ratio > 0 else "Infinity"
 
 
-def told(cell: Cell) -> str:
+def told(cell: Cell, column: Column) -> str:
     """Tool tip of a cell."""
     if cell.value is None:
         return cell.reason or cell.text
-    parts = [{"": "", "best": words.BEST, "tied": words.TIED}[cell.mark]]
+    sets = words.is_fid(column)
+    tied = f"tied: {words.TIED_FID}" if sets else words.TIED
+    parts = [{"": "", "best": words.BEST, "tied": tied}[cell.mark]]
     if cell.n:
-        parts.append(f"mean over {count(cell.n, 'case')} of {count(cell.clips, 'clip')}")
+        over = f"over {count(cell.n, 'window')}" if sets else f"mean over {count(cell.n, 'case')}"
+        parts.append(f"{over} of {count(cell.clips, 'clip')}")
     if cell.interval:
         parts.append(f"interval {cell.between}")
     return "; ".join(part for part in (*parts, cell.reason) if part)

@@ -8,9 +8,9 @@ from retarget_bench.tables.rendering import words
 SPECIAL = "\\`*_[]|~$#!"
 
 
-def markdown(tables: Sequence[Table], intervals: bool = False) -> str:
-    """A Markdown table per group, with a legend, footnotes and notes."""
-    return "\n".join(_table(table, intervals) for table in tables)
+def markdown(tables: Sequence[Table], intervals: bool = False, *, notes: bool = True) -> str:
+    """A Markdown table per group, with a legend, footnotes and, with ``notes``, all notes."""
+    return "\n".join(_table(table, intervals, notes) for table in tables)
 
 
 def plain(sentence: str) -> str:
@@ -24,12 +24,13 @@ def line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _table(table: Table, intervals: bool) -> str:
+def _table(table: Table, intervals: bool, notes: bool) -> str:
     out = [f"## {plain(table.title)}"]
     for group in table.groups:
         out += ["", f"### {plain(group.title)}", ""]
         out += _group(group, intervals) if group.columns else [words.NO_COLUMN]
-    return "\n".join([*out, "", *_legend(table, intervals)]) + "\n"
+        out += [line for each in group.below for line in ("", plain(each))]
+    return "\n".join([*out, "", *_legend(table, intervals, notes)]) + "\n"
 
 
 def _group(group: Group, intervals: bool) -> list[str]:
@@ -37,18 +38,23 @@ def _group(group: Group, intervals: bool) -> list[str]:
     for column in group.columns:
         unit = words.shown_unit(column)
         below = [unit, f"({column.mark})" if column.mark else ""]
-        head = [f"{column.label} {column.arrow}".strip(), *(each for each in below if each)]
+        head = [column.split, f"{column.label} {column.arrow}".strip(), *below]
+        head = [each for each in head if each]
         heads.append("<br>".join(map(plain, head)))
-    out = [line([plain(group.heading), *heads, "n"]), "|---|" + "---:|" * (len(heads) + 1)]
-    out += [_line(row, intervals) for row in group.ranked]
+    last = ["n"] if group.counts else []
+    out = [line([plain(group.heading), *heads, *last]), "|---|" + "---:|" * len([*heads, *last])]
+    out += [_line(row, group, intervals) for row in group.ranked]
     if counts := words.common_counts(group):
-        out.append(line([f"*{words.COMMON}*", *counts, ""]))
-    return [*out, *(_line(row, intervals) for row in group.unranked)]
+        out.append(line([f"*{words.COMMON}*", *counts, *("" for _ in last)]))
+    for heading, rows in group.blocks:
+        out.append(line([f"*{plain(heading)}*", *("" for _ in [*heads, *last])]))
+        out += [_line(row, group, intervals) for row in rows]
+    return out
 
 
-def _line(row: Row, intervals: bool) -> str:
+def _line(row: Row, group: Group, intervals: bool) -> str:
     cells = [_cell(cell, intervals) for cell in row.cells]
-    return line([plain(words.named(row)), *cells, plain(row.n)])
+    return line([plain(words.named(row)), *cells, *([plain(row.n)] if group.counts else [])])
 
 
 def _cell(cell: Cell, intervals: bool) -> str:
@@ -59,12 +65,15 @@ def _cell(cell: Cell, intervals: bool) -> str:
     return shown + (f"<br>±{cell.between_seeds}" if cell.spread is not None else "")
 
 
-def _legend(table: Table, intervals: bool) -> list[str]:
+def _legend(table: Table, intervals: bool, notes: bool) -> list[str]:
     out = [plain(f"{table.reading or words.MEANS} {words.ARROWS}")]
     if words.has_marks([table]):
-        out.append(f"**Bold**: {plain(words.BEST)}. {MARKS['tied']} {plain(words.TIED)}.")
+        out.append(f"**Bold**: {plain(words.BEST)}. {MARKS['tied']} {plain(words.tied([table]))}.")
     out += [plain(words.INTERVALS)] if intervals else []
     out += [plain(words.SEEDS)] if words.has_seeds([table]) else []
-    out += ["", *(f"- **{plain(label)}**: {plain(meaning)}" for label, meaning in words.meanings(table))]
+    known = [*words.meanings(table), *([] if table.reading else words.splits_and_controls(table))]
+    out += ["", *(f"- **{plain(label)}**: {plain(meaning)}" for label, meaning in known)]
     out += [f"- \\[{number}\\] {plain(note)}" for number, note in enumerate(table.footnotes, 1)]
-    return [*out, *(f"- {plain(note)}" for note in words.notes(table))]
+    brief = [*words.problem_lines(table), *words.absent(table)]
+    found = words.notes(table) if notes or table.reading else brief
+    return [*out, *(f"- {plain(note)}" for note in (*found, *table.hints))]

@@ -1,18 +1,24 @@
-"""Tables as aligned text, at most ``WIDTH`` wide, with intervals on request."""
+"""Tables as aligned text for a width, with intervals and all notes on request."""
 
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
-from retarget_bench.tables.model import MARKS, Cell, Column, Group, Row, Table
+from retarget_bench.tables.model import CONTROL, MARKS, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
 from retarget_bench.tables.rendering.words import printable, width, wrapped
 
-WIDTH = 108
-MOST_COLUMNS = 8
+WIDTH = 100
+"""Where nothing is said, as in pipes and files."""
+MOST_COLUMNS = 9
 """Tables with more columns than this, and than rows, are transposed."""
 WIDEST_HEAD, WIDEST_WORD = 9, 22
 NARROWEST_NAME, WIDEST_NAME = 24, 40
+BESIDE = "└"
+"""Before the best ranked method on the cases of the row above."""
+GAP = 3
+"""Between the columns of two splits."""
 
 
 @dataclass(frozen=True)
@@ -23,111 +29,238 @@ class _Line:
     cells: tuple[tuple[str, ...], ...] = ()
 
 
-def text(tables: Sequence[Table], intervals: bool = False) -> str:
-    """Each table with its legend, footnotes and notes. ``intervals``: on a line below the means."""
-    return "\n".join(_table(table, intervals) for table in tables)
+@dataclass(frozen=True)
+class _Head:
+    """The heading of a column. split: of which it is, where a table has several."""
+
+    lines: tuple[str, ...]
+    split: str = ""
 
 
-def _table(table: Table, intervals: bool) -> str:
-    title = printable(table.title)
-    out = [title, "=" * width(title)]
-    for group in table.groups:
-        out += ["", *_hung("", printable(group.title)), ""]
-        if not group.columns:
-            out.append(f"  {words.NO_COLUMN}")
-        elif len(group.columns) > max(MOST_COLUMNS, len(group.rows)):
-            out += _by_column(group, intervals)
-        else:
-            out += _by_row(group, intervals)
-    return "\n".join([*out, "", *_legend(table, intervals)]) + "\n"
+def text(
+    tables: Sequence[Table], intervals: bool = False, *, notes: bool = False, columns: int = WIDTH
+) -> str:
+    """Each table with its legend. ``columns``: the width in characters.
+
+    intervals: on a line below the means. notes: how numbers are made in full, and every note.
+    """
+    page = _Page(columns, intervals, notes)
+    return "\n".join(page.table(table) for table in tables)
 
 
-def _by_row(group: Group, intervals: bool) -> list[str]:
-    """A line per row of the group."""
+@dataclass(frozen=True)
+class _Page:
+    """A width, and what is shown on it."""
 
-    def line(row: Row) -> _Line:
-        cells = (*(_stacked(cell, intervals) for cell in row.cells), (row.n,))
-        return _Line(words.named(row), cells)
+    width: int
+    intervals: bool
+    notes: bool
 
-    lines = [line(row) for row in group.ranked]
-    if counts := words.common_counts(group):
-        lines.append(_Line(f"({words.COMMON})", (*((f"{each} ",) for each in counts), ("",))))
-    if group.unranked:
-        lines += [_Line(f"{words.NOT_RANKED}:"), *map(line, group.unranked)]
-    return _grid(group.heading, [*map(_head, group.columns), ["n"]], lines)
+    def table(self, table: Table) -> str:
+        title = printable(table.title)
+        out = [title, "=" * width(title)]
+        for group in table.groups:
+            out += ["", *self.hung("", printable(group.title)), ""]
+            if not group.columns:
+                out.append(f"  {words.NO_COLUMN}")
+            elif len(group.columns) > max(MOST_COLUMNS, len(group.rows)) and group.split:
+                out += self.by_column(group)
+            else:
+                out += self.by_row(group)
+            out += [line for each in group.below for line in self.hung("  ", printable(each))]
+        return "\n".join([*out, "", *self.legend(table)]) + "\n"
 
+    def by_row(self, group: Group) -> list[str]:
+        """A line per row of the group."""
+        heads = [_head(column) for column in group.columns] + ([_Head(("n",))] if group.counts else [])
 
-def _by_column(group: Group, intervals: bool) -> list[str]:
-    """A line per column of the group; why a row is not ranked stands below its name."""
-    heads = []
-    for row in group.rows:
-        mark = wrapped(printable(f"({row.mark})"), WIDEST_WORD) if row.mark else []
-        heads.append([*wrapped(printable(row.label), WIDEST_WORD), *mark])
-    lines = []
-    for number, column in enumerate(group.columns):
-        unit = words.shown_unit(column)
-        name = f"{column.id} {column.arrow}".strip() + (f" [{unit}]" if unit else "")
-        name += f" ({column.mark})" if column.mark else ""
-        lines.append(_Line(name, tuple(_stacked(row.cells[number], intervals) for row in group.rows)))
-    lines.append(_Line("n", tuple((f"{row.n} ",) for row in group.rows)))
-    return _grid("", heads, lines)
+        def line(row: Row, name: str) -> _Line:
+            cells = tuple(self.stacked(cell) for cell in row.cells)
+            return _Line(name, (*cells, (row.n,)) if group.counts else cells)
 
+        lines = [line(row, words.named(row)) for row in group.ranked]
+        if counts := words.common_counts(group):
+            last = (("",),) if group.counts else ()
+            lines.append(_Line(f"({words.COMMON})", (*((f"{each} ",) for each in counts), *last)))
+        for heading, rows in group.blocks:
+            lines.append(_Line(f"-- {heading}:"))
+            alike = {row.mark for row in rows} == {CONTROL}
+            for row in rows:
+                name = row.label if alike else words.named(row)
+                lines.append(line(row, f"{BESIDE} {row.label}, same cases" if row.beside else name))
+        return self.grid(group.heading, heads, lines)
 
-def _stacked(cell: Cell, intervals: bool) -> tuple[str, ...]:
-    """Number, mark and footnote; below them the interval and the spread over seeds."""
-    footnote = f" [{cell.footnote}]" if cell.footnote else ""
-    mark = MARKS[cell.mark] or ("" if footnote else " ")
-    first = f"{cell.text}{mark}{footnote}"
-    below = [f"{cell.between} "] if intervals and cell.between else []
-    return (first, *below, *([f"±{cell.between_seeds} "] if cell.spread is not None else []))
+    def by_column(self, group: Group) -> list[str]:
+        """A line per column of the group; why a row is not ranked stands below its name."""
+        heads = []
+        for row in group.rows:
+            mark = wrapped(printable(f"({row.mark})"), WIDEST_WORD) if row.mark else []
+            heads.append(_Head((*wrapped(printable(row.label), WIDEST_WORD), *mark)))
+        lines = []
+        for number, column in enumerate(group.columns):
+            unit = words.shown_unit(column)
+            name = f"{column.id} {column.arrow}".strip() + (f" [{unit}]" if unit else "")
+            name += f" ({column.mark})" if column.mark else ""
+            lines.append(_Line(name, tuple(self.stacked(row.cells[number]) for row in group.rows)))
+        lines.append(_Line("n", tuple((f"{row.n} ",) for row in group.rows)))
+        return self.grid("", heads, lines)
 
+    def stacked(self, cell: Cell) -> tuple[str, ...]:
+        """Number, mark and footnote; below them the interval and the spread over seeds."""
+        footnote = f" [{cell.footnote}]" if cell.footnote else ""
+        mark = MARKS[cell.mark] or ("" if footnote else " ")
+        first = f"{cell.text}{mark}{footnote}"
+        below = [f"{cell.between} "] if self.intervals and cell.between else []
+        return (first, *below, *([f"±{cell.between_seeds} "] if cell.spread is not None else []))
 
-def _head(column: Column) -> list[str]:
-    """A column's heading: its words below each other, the arrow with the last, then its unit and mark."""
-    *start, end = printable(column.label).split(" ")
-    lines = textwrap.wrap(" ".join(start), WIDEST_HEAD) if start else []
-    unit = textwrap.wrap(printable(words.shown_unit(column)), WIDEST_HEAD)
-    mark = wrapped(printable(f"({column.mark})"), WIDEST_WORD) if column.mark else []
-    return [*lines, *wrapped(f"{end} {column.arrow}".strip(), WIDEST_WORD), *unit, *mark]
+    # -------------------------------------------------------------------------------------------- grid
+    def grid(self, heading: str, heads: Sequence[_Head], lines: Sequence[_Line]) -> list[str]:
+        """Aligned columns; as many blocks below each other as the width asks for."""
+        rows = [line for line in lines if line.cells]
+        bare = [_widest(head, [line.cells[i] for line in rows]) for i, head in enumerate(heads)]
+        names = [printable(heading), *(printable(line.name) for line in rows)]
+        splits = {head.split for head in heads if head.split}
+        first, gap = self._fitting(
+            names, sum(bare) + GAP * max(0, len(splits) - 1), len(bare), bool(splits)
+        )
+        widths = [each + gap for each in bare]
+        for i, head in enumerate(heads):
+            if head.split and i and heads[i - 1].split != head.split:
+                widths[i] += GAP
+        out: list[str] = []
+        for block in _blocks(heads, widths, self.width - 2 - first):
+            out += ["", *self._block(heading, heads, lines, block, first, widths)]
+        return out[1:]
 
+    def _fitting(self, names: Sequence[str], taken: int, columns: int, splits: bool) -> tuple[int, int]:
+        """The width of names and the space before columns: as much as fits on the page, or as is needed.
 
-# ------------------------------------------------------------------------------------------------ grid
-def _grid(heading: str, heads: Sequence[list[str]], lines: Sequence[_Line]) -> list[str]:
-    """Aligned columns; as many blocks below each other as the width asks for."""
-    rows = [line for line in lines if line.cells]
-    widths = [
-        2 + max(width(part) for parts in (head, *(line.cells[i] for line in rows)) for part in parts)
-        for i, head in enumerate(heads)
-    ]
-    longest = max(width(printable(line.name)) for line in lines)
-    room = WIDTH - 2 - sum(widths)
-    first = min(longest, room if room >= NARROWEST_NAME else WIDEST_NAME)
-    out: list[str] = []
-    for block in _blocks(widths, WIDTH - 2 - first):
-        tall = max(len(heads[i]) for i in block)
-        tops = [[""] * (tall - len(heads[i])) + heads[i] for i in block]
-        out += [""] if out else []
+        taken: the width of so many columns without these spaces.
+        """
+        longest = max(map(width, names))
+        bare = max(width(name.partition(" (")[0]) for name in names)
+        narrow = min(longest, bare if splits else max(bare, NARROWEST_NAME))
+        for name, gap in ((longest, 2), (longest, 1), (narrow, 1)):
+            if 2 + name + taken + gap * columns <= self.width:
+                return name, gap
+        return min(longest, WIDEST_NAME), 2
+
+    def _block(
+        self,
+        heading: str,
+        heads: Sequence[_Head],
+        lines: Sequence[_Line],
+        block: Sequence[int],
+        first: int,
+        widths: Sequence[int],
+    ) -> list[str]:
+        out = []
+        if any(heads[i].split for i in block):
+            spans = [(split, [widths[i] for i in each]) for split, each in _spans(heads, block)]
+            over = [f" {split} ".center(sum(each) - 2 - GAP, "-") for split, each in spans]
+            out.append(_joined("", over, first, [sum(each) for _, each in spans]))
+        tall = max(len(heads[i].lines) for i in block)
+        tops = [[""] * (tall - len(heads[i].lines)) + list(heads[i].lines) for i in block]
         for number, each in enumerate(zip(*tops, strict=True)):
             name = heading if number == tall - 1 else ""
             out.append(_joined(name, each, first, [widths[i] for i in block]))
         for line in lines:
-            out += _body(line, block, first, widths)
-    return out
+            if line.cells:
+                out += _body(line, block, first, widths)
+            else:
+                out += textwrap.wrap(line.name, self.width, initial_indent="  ", subsequent_indent="     ")
+        return out
+
+    # ------------------------------------------------------------------------------------------ legend
+    def legend(self, table: Table) -> list[str]:
+        out = self._reading(table)
+        if self.intervals:
+            out += self.hung("", words.INTERVALS)
+        if words.has_seeds([table]):
+            out += self.hung("", words.SEEDS)
+        known = [*words.meanings(table), *([] if table.reading else words.splits_and_controls(table))]
+        meanings = [(printable(label), printable(meaning)) for label, meaning in known]
+        most = min(max((width(label) for label, _ in meanings), default=0), WIDEST_NAME)
+        for label, meaning in meanings:
+            if width(label) > most:
+                out += [f"  {line}" for line in wrapped(label, self.width - 2)]
+                label = ""
+            out += self.hung(f"  {label}{' ' * (most - width(label))}  ", meaning)
+        for number, footnote in enumerate(table.footnotes, 1):
+            out += self.hung(f"[{number}] ", printable(footnote))
+        return [*out, *self._notes(table)]
+
+    def _reading(self, table: Table) -> list[str]:
+        """The reading of numbers and marks, brief unless notes are asked for."""
+        marks = words.has_marks([table])
+        if self.notes or table.reading:
+            out = self.hung("", f"{table.reading or words.MEANS} {words.ARROWS}")
+            full = f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.tied([table])}."
+            return out + (self.hung("", full) if marks else [])
+        brief = f"{words.brief_means(table)} {words.arrows(table)}{words.rows_by(table)}"
+        if marks:
+            brief += f" {words.brief_marks(table)}"
+        return self.hung("", brief)
+
+    def _notes(self, table: Table) -> list[str]:
+        """All notes; without them, a line for each method that lacks answers, and where there is more."""
+        if self.notes or table.reading:
+            lines, others = [], words.notes(table)
+        else:
+            lines, others = words.problem_lines(table), words.absent(table)
+        short = [textwrap.shorten(f"- {printable(line)}", self.width, placeholder=" ...") for line in lines]
+        return [
+            *short,
+            *(line for each in (*others, *table.hints) for line in self.hung("- ", printable(each))),
+        ]
+
+    def hung(self, lead: str, sentence: str) -> list[str]:
+        indent = " " * len(lead)
+        wide = textwrap.wrap(sentence, self.width, initial_indent=lead, subsequent_indent=indent)
+        return wide or [lead]
 
 
-def _blocks(widths: Sequence[int], room: int) -> list[list[int]]:
-    """Numbers of columns that fit beside each other; at least one in each block."""
-    blocks: list[list[int]] = [[]]
-    for number, each in enumerate(widths):
-        if blocks[-1] and sum(widths[i] for i in blocks[-1]) + each > room:
-            blocks.append([])
-        blocks[-1].append(number)
+def _widest(head: _Head, cells: Sequence[Sequence[str]]) -> int:
+    return max(width(part) for parts in (head.lines, *cells) for part in parts)
+
+
+def _head(column: Column) -> _Head:
+    """A column's heading: its words below each other, the arrow with the last, then its unit and mark."""
+    label = "\u00a0".join(filter(None, [printable(column.label), column.arrow]))
+    lines = [
+        part
+        for line in textwrap.wrap(label, WIDEST_HEAD, break_long_words=False)
+        for part in wrapped(line.replace("\u00a0", " "), WIDEST_WORD)
+    ]
+    unit = textwrap.wrap(printable(words.shown_unit(column)), WIDEST_HEAD)
+    mark = wrapped(printable(f"({column.mark})"), WIDEST_WORD) if column.mark else []
+    return _Head((*lines, *unit, *mark), column.split)
+
+
+def _spans(heads: Sequence[_Head], block: Sequence[int]) -> list[tuple[str, list[int]]]:
+    """The columns of each split that follow each other."""
+    return [(split, list(each)) for split, each in groupby(block, key=lambda i: heads[i].split)]
+
+
+def _blocks(heads: Sequence[_Head], widths: Sequence[int], room: int) -> list[list[int]]:
+    """Numbers of columns that fit beside each other; at least one in each block.
+
+    Columns of several splits stand side by side where all fit, otherwise one split at a time.
+    """
+    everything = list(range(len(widths)))
+    if sum(widths) <= room:
+        return [everything]
+    blocks: list[list[int]] = []
+    for _, each in _spans(heads, everything):
+        blocks.append([])
+        for number in each:
+            if blocks[-1] and sum(widths[i] for i in blocks[-1]) + widths[number] > room:
+                blocks.append([])
+            blocks[-1].append(number)
     return blocks
 
 
 def _body(line: _Line, block: Sequence[int], first: int, widths: Sequence[int]) -> list[str]:
-    if not line.cells:
-        return [f"  {line.name}"]
     names = wrapped(printable(line.name), first)
     cells = [line.cells[i] for i in block]
     tall = max(len(names), *(len(each) for each in cells))
@@ -138,28 +271,3 @@ def _body(line: _Line, block: Sequence[int], first: int, widths: Sequence[int]) 
 def _joined(name: str, cells: Sequence[str], first: int, widths: Sequence[int]) -> str:
     body = "".join(" " * (w - width(cell)) + cell for cell, w in zip(cells, widths, strict=True))
     return f"  {name}{' ' * (first - width(name))}{body}".rstrip()
-
-
-# ---------------------------------------------------------------------------------------------- legend
-def _legend(table: Table, intervals: bool) -> list[str]:
-    out = _hung("", f"{table.reading or words.MEANS} {words.ARROWS}")
-    if words.has_marks([table]):
-        out += _hung("", f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.TIED}.")
-    if intervals:
-        out += _hung("", words.INTERVALS)
-    if words.has_seeds([table]):
-        out += _hung("", words.SEEDS)
-    meanings = [(printable(label), printable(meaning)) for label, meaning in words.meanings(table)]
-    most = min(max(width(label) for label, _ in meanings), WIDEST_NAME)
-    for label, meaning in meanings:
-        if width(label) > most:
-            out += [f"  {line}" for line in wrapped(label, WIDTH - 2)]
-            label = ""
-        out += _hung(f"  {label}{' ' * (most - width(label))}  ", meaning)
-    for number, footnote in enumerate(table.footnotes, 1):
-        out += _hung(f"[{number}] ", printable(footnote))
-    return [*out, *(line for note in words.notes(table) for line in _hung("- ", printable(note)))]
-
-
-def _hung(lead: str, sentence: str) -> list[str]:
-    return textwrap.wrap(sentence, WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead)) or [lead]

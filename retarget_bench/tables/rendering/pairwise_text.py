@@ -6,21 +6,30 @@ import math
 import textwrap
 from collections.abc import Callable, Sequence
 
-from retarget_bench.analysis.pairwise import LEAST_CLIPS, Difference, PairwiseComparison
-from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS
+from retarget_bench.analysis.pairwise import Difference, PairwiseComparison
+from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, POWER, RARE, unseen
 from retarget_bench.tables.model import ARROWS
 from retarget_bench.tables.rendering.as_markdown import line, plain
 
 WIDTH = 108
-HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "")
+HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "won", "")
 LEGEND = (
     "Means over clips of the mean per clip, over the cases that both have. Difference: {first} minus "
     "{second}; where a value is best at a goal, of their distances |ln(value / goal)|.",
     "p: paired sign-flip test over clips, adjusted for the values compared in a split (Holm); significant "
     "below 0.05.",
     "Intervals (without that adjustment) and p hold for these characters only. Intervals need "
-    f"{ENOUGH_CLIPS} clips, verdicts {LEAST_CLIPS}.",
+    f"{ENOUGH_CLIPS} clips, verdicts as many or more.",
+    "won: clips on which {first} and {second} are better. About N clips: with so many, this difference "
+    f"would be significant in {100 * POWER:g} % of samples, were it the true one.",
 )
+SUCH = "on such clips"
+SUCH_LEGEND = (
+    SUCH + ": {clips} clips can miss failures on up to {share:.0f} % of all clips, and the verdict leaves "
+    f"those aside; without these words a verdict needs {CLIPS_FOR_RARE} clips ({100 * RARE:g} %)."
+)
+MOST_CLIPS = 10_000
+"""Where a verdict would need more, no number is shown."""
 
 
 def text(found: Sequence[PairwiseComparison]) -> str:
@@ -55,20 +64,21 @@ def comma_separated(found: Sequence[PairwiseComparison]) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     names = ("first_mean", "second_mean", "difference", "low", "high", "p", "p_holm")
-    writer.writerow(["dataset", "split", "first", "second", "value", *names, "cases", "clips", "verdict"])
+    counts = ("cases", "clips", "first_won", "second_won", "verdict", "clips_needed")
+    writer.writerow(["dataset", "split", "first", "second", "value", *names, *counts])
     for each in found:
         for one in each.differences:
             ends = (one.interval.low, one.interval.high) if one.interval else (None, None)
             numbers = (one.first, one.second, one.difference, *ends, one.p, one.adjusted)
             shown = ["" if number is None else f"{number:.9g}" for number in numbers]
-            words = [one.cases, one.clips, verdict(each, one)]
+            words = [one.cases, one.clips, *one.won, verdict(each, one), one.clips_needed]
             writer.writerow([each.dataset, each.split, each.first, each.second, one.value, *shown, *words])
     return out.getvalue()
 
 
 def verdict(found: PairwiseComparison, one: Difference) -> str:
     """The verdict in words."""
-    return {
+    words = {
         "first": f"{found.first} better",
         "second": f"{found.second} better",
         "higher": f"{found.first} higher",
@@ -77,6 +87,15 @@ def verdict(found: PairwiseComparison, one: Difference) -> str:
         "few": "too few clips",
         "open": "not significant",
     }[one.verdict]
+    return f"{words} {SUCH}" if one.limited else words
+
+
+def _needed(one: Difference) -> str:
+    """Number of clips that a verdict needs, where there is none."""
+    needed = one.clips_needed
+    if needed is None or needed > MOST_CLIPS:
+        return ""
+    return f", needs {needed}" if one.verdict == "few" else f" (about {float(f'{needed:.2g}'):.0f} clips)"
 
 
 def _cells(found: PairwiseComparison) -> list[list[str]]:
@@ -86,7 +105,7 @@ def _cells(found: PairwiseComparison) -> list[list[str]]:
 
 
 def _row(found: PairwiseComparison, one: Difference) -> list[str]:
-    facts, interval = one.facts, one.interval
+    facts, interval, same = one.facts, one.interval, one.verdict == "same"
     goal = f"{facts.goal:g}" if facts.better == "target" else ""
     unit = f", {facts.unit}" if facts.unit != "1" else ""
     name = f"{one.value} {ARROWS[facts.better]}{goal}".rstrip() + unit
@@ -99,10 +118,11 @@ def _row(found: PairwiseComparison, one: Difference) -> list[str]:
         name,
         f"{one.first:.{decimals}f}",
         f"{one.second:.{decimals}f}",
-        *(["0", "", ""] if one.none else [f"{one.difference:+.{fine}f}", shown, _p(one.adjusted)]),
+        *(["0", "", ""] if same else [f"{one.difference:+.{fine}f}", shown, _p(one.adjusted)]),
         str(one.cases),
         str(one.clips),
-        verdict(found, one),
+        "" if same else f"{one.won[0]}:{one.won[1]}",
+        verdict(found, one) + _needed(one),
     ]
 
 
@@ -122,7 +142,9 @@ def _decimals(size: float) -> int:
 def _legend(found: Sequence[PairwiseComparison]) -> list[str]:
     names = {(each.first, each.second) for each in found}
     first, second = names.pop() if len(names) == 1 else ("the first", "the second")
-    return [line.replace("{first}", first).replace("{second}", second) for line in LEGEND]
+    lines = [line.replace("{first}", first).replace("{second}", second) for line in LEGEND]
+    few = min((one.clips for each in found for one in each.differences if one.limited), default=0)
+    return [*lines, SUCH_LEGEND.format(clips=few, share=100 * unseen(few))] if few else lines
 
 
 RENDERERS: dict[str, Callable[[Sequence[PairwiseComparison]], str]] = {

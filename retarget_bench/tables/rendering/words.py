@@ -4,22 +4,27 @@ import re
 import unicodedata
 from collections.abc import Sequence
 
-from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, LEVEL
-from retarget_bench.tables.model import EMPTY, Column, Group, Row, Table
+from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, LEVEL, unseen
+from retarget_bench.tables.model import CONTROL, EMPTY, MARKS, Column, Group, Problem, Row, Table
+from retarget_bench.tables.model import NOT_RANKED as NOT_RANKED
 
-NOT_RANKED = "not ranked"
 NO_COLUMN = "no case here has any of the values asked for"
 MEANS = (
     "Numbers are means over source clips of the mean over a clip's cases. Ranked methods are compared on "
     "the cases that all of them have a number for. Controls (such as the reference itself, or no motion) "
     "and methods with privileged inputs are not ranked."
 )
+BRIEF_MEANS = (
+    "Means over source clips{sets}. A case is one clip for one target; all ranked rows of a column are "
+    "over the same cases."
+)
 ARROWS = "↓ less is better, ↑ more is better, →1 best at 1 (ranked by the mean of |log|)."
-BEST = f"best of the ranked methods (not marked below {ENOUGH_CLIPS} clips)"
+BEST = "best of the ranked methods (marked where enough clips could have told it from the worst)"
 TIED = (
     f"tied: no significant difference from the best (paired sign-flip test over clips at {100 * ALPHA:g} "
     "%, Holm-corrected for all pairs of methods), or one below the tolerance of the value"
 )
+TIED_FID = "its interval meets that of the best, since sets have no cases to pair"
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
     "these characters only. With few clips an end may lie outside the range of the value, such as below 0 "
@@ -30,6 +35,13 @@ N = "number of cases answered, or answered/asked"
 N_PART = "cases of the part; a method that answered fewer has its mean over those"
 WINDOWS = "windows in each of the two sets that are compared"
 COMMON = "common cases"
+ENDED = {
+    "unsupported": "does not support",
+    "invalid": "gave no valid answer to",
+    "failed": "failed on",
+    "missing": "lacks predictions of",
+}
+"""Status of cases without an answer, as a verb."""
 SPLITS = {
     "self": "each character performs its own motion",
     "intra": "another character of the same structure performs it",
@@ -60,8 +72,9 @@ def common_counts(group: Group) -> list[str]:
 
 
 def named(row: Row) -> str:
-    """A row's name and why it is not ranked."""
-    return f"{row.label} ({row.mark})" if row.mark else row.label
+    """A row's name and why it is not ranked, or whose cases it is on."""
+    beside = f" on the cases of {row.beside}" if row.beside else ""
+    return f"{row.label}{beside} ({row.mark})" if row.mark else f"{row.label}{beside}"
 
 
 def shown_unit(column: Column) -> str:
@@ -80,15 +93,98 @@ def meanings(table: Table) -> list[tuple[str, str]]:
         unit = shown_unit(column)
         name = column.label if labels.count(column.label) == 1 else column.id
         found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
-    kinds = dict.fromkeys(map(counted, table.groups)) or {N: None}
+    kinds = dict.fromkeys(counted(group) for group in table.groups if group.counts)
+    kinds = kinds if table.groups else {N: None}
     found += [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
     return [*found, *((kind, EMPTY[kind]) for kind in empty_kinds(table))]
 
 
 def notes(table: Table) -> list[str]:
     """Sentences below a table: columns without values, notes, cases without an answer."""
-    absent = [sentence for group in table.groups for sentence in group.absent]
-    return [*absent, *table.notes, *(problem.sentence for problem in table.problems)]
+    return [*absent(table), *table.notes, *(problem.sentence for problem in table.problems)]
+
+
+def tied(tables: Sequence[Table]) -> str:
+    """The meaning of the mark of ties, in full."""
+    return TIED + (f"; of FID: {TIED_FID}" if any(map(_has_fid, tables)) else "")
+
+
+def arrows(table: Table) -> str:
+    """The meaning of the arrows of a table."""
+    goals = dict.fromkeys(f"{each.goal:g}" for each in table.explained if each.better == "target")
+    there = {each.better for each in table.explained}
+    said = {"lower": "↓ less is better", "higher": "↑ more is better"}
+    found = [sentence for better, sentence in said.items() if better in there]
+    found += [f"→{goal} best at {goal}, ranked by the mean of |log|" for goal in goals]
+    return f"{', '.join(found)}." if found else ""
+
+
+def rows_by(table: Table) -> str:
+    """The split and value that the rows of a table of several splits are ordered by."""
+    columns = [column for group in table.groups for column in group.columns if column.split]
+    first = next((column for column in columns if column.split == columns[-1].split), None)
+    return f" Rows are in the order of {first.split}, {first.label}." if first else ""
+
+
+def brief_marks(table: Table) -> str:
+    """The meaning of the marks, in one sentence."""
+    sets = "; FID: its interval meets that of the best" if _has_fid(table) else ""
+    return (
+        f"{MARKS['best']} best, {MARKS['tied']} not told from it: no significant difference over clips "
+        f"({100 * ALPHA:g} %, corrected for all pairs of methods{sets}).{_rare(table)}"
+    )
+
+
+def brief_means(table: Table) -> str:
+    """The sentences on what numbers are means over."""
+    return BRIEF_MEANS.format(sets=" (FID: all clips as one set)" if _has_fid(table) else "")
+
+
+def _has_fid(table: Table) -> bool:
+    return any(map(is_fid, table.explained))
+
+
+def is_fid(column: Column) -> bool:
+    """True for a value of all answers as one set that stands beside means over cases."""
+    return column.label == "FID"
+
+
+def _rare(table: Table) -> str:
+    """A sentence on failures that so few clips can miss; "" where they suffice."""
+    clips = max((cell.clips for cell in table.cells if cell.mark), default=CLIPS_FOR_RARE)
+    if clips >= CLIPS_FOR_RARE:
+        return ""
+    return f" {clips} clips can miss failures on up to {100 * unseen(clips):.0f} % of all clips."
+
+
+def absent(table: Table) -> list[str]:
+    """Sentences about columns without values, or without marks."""
+    return list(dict.fromkeys(sentence for group in table.groups for sentence in group.absent))
+
+
+def problem_lines(table: Table) -> list[str]:
+    """A line for each method that has cases without an answer: how many of each split, and one reason."""
+    found: dict[tuple[str, str], list[Problem]] = {}
+    for each in table.problems:
+        found.setdefault((each.label, each.status), []).append(each)
+    lines = []
+    for (label, status), problems in found.items():
+        counts: dict[str, int] = {}
+        for each in problems:
+            counts[each.split] = counts.get(each.split, 0) + len(each.cases)
+        cases = ", ".join(f"{split} {number}" for split, number in counts.items())
+        lines.append(f"{label} {ENDED.get(status, status)} some cases ({cases}): {problems[0].message}")
+    return lines
+
+
+def splits_and_controls(table: Table) -> list[tuple[str, str]]:
+    """(name, meaning) of the splits and of the controls of a table."""
+    columns = [column.split for group in table.groups for column in group.columns]
+    there = dict.fromkeys([*(group.split for group in table.groups), *columns])
+    named = [(split, SPLITS[split]) for split in there if split in SPLITS]
+    rows = {row.label: row for group in table.groups for row in group.unranked if row.mark == CONTROL}
+    about = {label: row.about.removeprefix("Control: ") for label, row in rows.items()}
+    return [*named, *((label, meaning) for label, meaning in about.items() if meaning)]
 
 
 def counted(group: Group) -> str:

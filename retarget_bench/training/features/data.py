@@ -4,6 +4,9 @@ A structure that a data set keeps out of training as a whole has no motion of it
 trained on motion of another structure, seen at those joints that lie where its own joints lie: the joints
 of both are matched by their places in the reference pose, between the two bodies that are most alike.
 Places, not roles, since what a role names (the head, the upper spine) lies elsewhere on another structure.
+
+The network of all bodies on two legs sees the motion of every such structure, at the joints that they share
+by role.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,16 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import Dataset
+from retarget_bench.api import TWO_LEGS, Dataset, TrainingClips
 from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import dataset
 from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.roles import ESSENTIAL
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Cast, Progress, by_character, training_clips
-from retarget_bench.training.features import windows
+from retarget_bench.training.features import network, windows
 
 NEAR = 0.06
 """Heights by which matched joints may lie apart, at most."""
@@ -33,6 +37,7 @@ Clips = Mapping[str, np.ndarray]
 class Source:
     """Origin of the motion for a structure's network.
 
+    structure: or ``TWO_LEGS``; then lender is the same, and every body's joints of these roles are seen.
     lender: the structure that moves. joints: which of its joints are seen, in the structure's own order.
     roles:  of the structure's own joints.
     """
@@ -46,9 +51,27 @@ class Source:
     def borrowed(self) -> bool:
         return self.lender != self.structure
 
+    @property
+    def design(self) -> network.Design:
+        return network.design_of(self.structure)
+
+
+_TWO_LEGS = Source(TWO_LEGS, TWO_LEGS, (), ESSENTIAL)
+
+
+def performers(data: Dataset, source: Source) -> dict[str, TrainingClips]:
+    """Character -> the clips that a network is trained on, in a fixed order."""
+    moving = training_clips(data)
+    if source.structure != TWO_LEGS:
+        return dict(sorted(moving[source.lender].items()))
+    cast = data.characters()
+    everybody = {name: clips for mine in moving.values() for name, clips in mine.items()}
+    return {name: everybody[name] for name in sorted(everybody) if not network.stranger(cast[name])}
+
 
 def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
-    """Origin of the motion for each structure; without ``wanted``, for all that some motion fits.
+    """Origin of the motion for each structure and, as one, for all bodies on two legs; without ``wanted``,
+    for all that some motion fits.
 
     Raises NotSupported where the data set has no training motion, or none for a structure asked for.
     """
@@ -57,11 +80,13 @@ def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
     for character in data.characters().values():
         if not windows.unseeable(character):
             cast.setdefault(character.structure, []).append(character)
-    if unknown := [name for name in wanted if name not in cast]:
+    two_legs = [TWO_LEGS] if performers(data, _TWO_LEGS) else []
+    known = [*cast, *two_legs]
+    if unknown := [name for name in wanted if name not in known]:
         raise NotSupported(
-            f"{data.label} has no structure {unknown[0]!r} with a facing; structures are {', '.join(cast)}"
+            f"{data.label} has no structure {unknown[0]!r} with a facing; structures are {', '.join(known)}"
         )
-    found = [_source(name, cast, moving) for name in wanted or cast]
+    found = [_TWO_LEGS if name == TWO_LEGS else _source(name, cast, moving) for name in wanted or known]
     if wanted and None in found:
         raise NotSupported(
             f"{data.label} has no training motion of structure {wanted[found.index(None)]!r}, nor of one "
@@ -72,7 +97,7 @@ def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
 
 def gather(spec: Spec, source: Source, jobs: int, progress: Progress) -> dict[str, np.ndarray]:
     """The clips of all training characters, in a fixed order, as channels."""
-    names = sorted(training_clips(dataset(spec))[source.lender])
+    names = list(performers(dataset(spec), source))
     common = {"dataset": spec, "source": source}
     found = by_character(clips_of, names, common, jobs, progress)
     return {name: clip for clips in found.values() for name, clip in clips.items()}
@@ -82,14 +107,16 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
     """The clips of one character that are long enough, as channels; what a worker process does."""
     register_plugins(job["plugins"])
     source, character = job["source"], job["character"]
-    clips = training_clips(dataset(job["dataset"]))[source.lender][character]
+    clips = performers(dataset(job["dataset"]), source)[character]
     found = {}
     for number in range(len(clips)):
         try:
-            seen = windows.channels(clips[number], source.joints)
+            motion = clips[number]
+            joints = source.joints or motion.character.joints(source.roles)
+            seen = windows.channels(motion, joints)
         except Unusable:
             continue
-        if len(seen) >= windows.FRAMES:
+        if len(seen) >= source.design.frames:
             found[f"{character}/{clips.names[number]}"] = seen.astype(np.float32)
     return found
 

@@ -1,11 +1,12 @@
 """Feature networks: an encoder's weights and statistics, kept with a card, run with NumPy alone.
 
-A network belongs to one structure. It takes windows of channels (``windows.py``), three convolutions with
-stride 2 and tanh make ``(FRAMES / 8, 256)`` activations of them, and their mean over time, each brought to
-mean 0 and standard deviation 1 over the training windows, is the window's feature vector.
+A network belongs to one structure, or to all bodies on two legs, of which it sees the joints that they have
+in common, by their roles. It takes windows of channels (``windows.py``), three convolutions with stride 2
+and tanh make ``(frames / 8, features)`` activations of them, and their mean over time, each brought to mean
+0 and standard deviation 1 over the training windows, is the window's feature vector.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -13,24 +14,56 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import Prediction
+from retarget_bench.api import TWO_LEGS, Prediction
 from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import FileError
 from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.roles import ESSENTIAL
 from retarget_bench.training import tensor_files as files
 from retarget_bench.training.features import windows
 
 SCHEMA = 1
-LAYERS = (64, 128, 256)
-"""Channels of the three convolutions."""
 KERNEL, STRIDE = 15, 2
 BATCH = 64
 """Windows that are encoded at a time: bounds the memory."""
+LAYERS = 3
 TENSORS = (
-    *(f"{kind}_{layer}" for layer in range(len(LAYERS)) for kind in ("weight", "bias")),
+    *(f"{kind}_{layer}" for layer in range(LAYERS) for kind in ("weight", "bias")),
     *("input_mean", "input_scale", "feature_mean", "feature_scale"),
 )
+
+
+@dataclass(frozen=True)
+class Design:
+    """layers: channels of the three convolutions; the last are the features. frames: of a window. hop:
+    frames from one scored window to the next."""
+
+    layers: tuple[int, int, int] = (64, 128, 256)
+    frames: int = windows.FRAMES
+    hop: int = windows.HOP
+
+    @property
+    def features(self) -> int:
+        return self.layers[-1]
+
+
+OF_STRUCTURE = Design()
+OF_TWO_LEGS = Design(layers=(64, 64, 32), frames=16, hop=4)
+"""Few features and short windows, so that some forty clips of two to four seconds make a set."""
+
+
+def design_of(structure: str) -> Design:
+    return OF_TWO_LEGS if structure == TWO_LEGS else OF_STRUCTURE
+
+
+def stranger(character: Character) -> str:
+    """Reason why a body is none of those on two legs that have the shared joints; "" where it is one."""
+    if character.four_legged:
+        return f"{character.name} stands on four legs"
+    if missing := [role for role in ESSENTIAL if role not in character.joint_of]:
+        return f"no joint of {character.name} is known as {', '.join(missing)}"
+    return windows.unseeable(character)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +79,19 @@ class Network:
         """Sixteen hex digits of the tensors: what rows name the network by."""
         return str(self.card["hash"])
 
+    @property
+    def design(self) -> Design:
+        return design_of(str(self.card["structure"]))
+
+    @property
+    def of_two_legs(self) -> bool:
+        return bool(self.card["structure"] == TWO_LEGS)
+
     def unfit(self, character: Character) -> str:
         """Reason why a body cannot be seen by this network; "" where it can."""
-        joints = structure_joints(character)
-        roles = [character.roles[joint] for joint in joints]
+        if self.of_two_legs:
+            return stranger(character)
+        roles = [character.roles[joint] for joint in structure_joints(character)]
         if roles != self.card["roles"]:
             return (
                 f"{character.name} has other joints than the feature network of structure "
@@ -58,23 +100,28 @@ class Network:
         return windows.unseeable(character)
 
     def features(self, motion: Prediction, floor: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """``(windows, 256)`` float32 features of a motion, and ``(windows,)`` root speeds in heights/s."""
-        seen = windows.channels(motion, floor=floor)
-        return self.encode(windows.windows(seen)), windows.speeds(seen)
+        """``(windows, features)`` float32 of a motion, and ``(windows,)`` root speeds in heights/s."""
+        design = self.design
+        joints: Sequence[int] | None = (
+            motion.character.joints(self.card["roles"]) if self.of_two_legs else None
+        )
+        seen = windows.channels(motion, joints, floor)
+        cut = windows.windows(seen, design.hop, design.frames)
+        return self.encode(cut), windows.speeds(seen, design.hop, design.frames)
 
     def encode(self, cut: np.ndarray) -> np.ndarray:
-        """``(windows, 256)`` float32 features of windows ``(windows, FRAMES, channels)``."""
+        """``(windows, features)`` float32 of windows ``(windows, frames, channels)``."""
         mean, scale = self._tensor["feature_mean"], self._tensor["feature_scale"]
-        found = np.zeros((len(cut), LAYERS[-1]), np.float32)
+        found = np.zeros((len(cut), len(mean)), np.float32)
         for at in range(0, len(cut), BATCH):
             found[at : at + BATCH] = (self.activations(cut[at : at + BATCH]) - mean) * scale
         return found
 
     def activations(self, cut: np.ndarray) -> np.ndarray:
-        """``(windows, 256)`` deepest activations of a batch, mean over time, as they are."""
+        """``(windows, features)`` deepest activations of a batch, mean over time, as they are."""
         scaled = (cut - self._tensor["input_mean"]) * self._tensor["input_scale"]
         signal = scaled.astype(np.float32)
-        for layer in range(len(LAYERS)):
+        for layer in range(LAYERS):
             signal = _convolve(signal, self._filters[layer], self._tensor[f"bias_{layer}"])
         return np.asarray(signal.mean(axis=1, dtype=np.float32))
 
@@ -85,7 +132,7 @@ class Network:
     @cached_property
     def _filters(self) -> list[np.ndarray]:
         """Per layer ``(KERNEL * in, out)``."""
-        weights = (self._tensor[f"weight_{layer}"] for layer in range(len(LAYERS)))
+        weights = (self._tensor[f"weight_{layer}"] for layer in range(LAYERS))
         return [np.ascontiguousarray(w.transpose(2, 1, 0).reshape(-1, len(w))) for w in weights]
 
 

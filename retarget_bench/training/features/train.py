@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from retarget_bench.training.features import network, windows
 from retarget_bench.training.features.data import Source
-from retarget_bench.training.features.network import KERNEL, LAYERS, STRIDE, Network
+from retarget_bench.training.features.network import KERNEL, OF_STRUCTURE, STRIDE, Design, Network
 
 DROPPED = 1e-6
 """A channel or feature that varies less never varies: it is left out."""
@@ -34,12 +34,15 @@ class FeatureTrainingConfig:
     seed: int = 0
 
 
+CONFIG_OF_TWO_LEGS = FeatureTrainingConfig(steps=700, batch=64)
+
+
 class Autoencoder(nn.Module):
     """Three convolutions with stride 2 and tanh, and their mirror image."""
 
-    def __init__(self, inputs: int) -> None:
+    def __init__(self, inputs: int, design: Design = OF_STRUCTURE) -> None:
         super().__init__()
-        widths = (inputs, *LAYERS)
+        widths = (inputs, *design.layers)
         half = KERNEL // 2
         self.down = nn.ModuleList(nn.Conv1d(a, b, KERNEL, STRIDE, half) for a, b in pairwise(widths))
         back = widths[::-1]
@@ -48,7 +51,7 @@ class Autoencoder(nn.Module):
         )
 
     def forward(self, signal: Tensor) -> Tensor:
-        """Windows ``(batch, channels, FRAMES)`` rebuilt from their deepest activations."""
+        """Windows ``(batch, channels, frames)`` rebuilt from their deepest activations."""
         for layer in self.down:
             signal = torch.tanh(layer(signal))
         for layer in self.up[:-1]:
@@ -70,16 +73,17 @@ def train(
     facts: more lines for its card. progress is called after every step with the steps done and the loss.
     """
     begun = time.perf_counter()
-    cut = [windows.windows(seen, config.hop) for seen in clips.values()]
+    design = source.design
+    cut = [windows.windows(seen, config.hop, design.frames) for seen in clips.values()]
     held = slice(config.validation - 1, None, config.validation)
     aside = np.concatenate(cut[held] or cut[:1])
     del cut[held]
     kept = np.concatenate(cut)
     mean, scale = _statistics(kept, config)
-    curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, config, progress)
+    curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, design, config, progress)
     tensors = _tensors(model, mean, scale)
     bare = Network(
-        tensors | {"feature_mean": np.zeros(LAYERS[-1]), "feature_scale": np.ones(LAYERS[-1])}, {}
+        tensors | {"feature_mean": np.zeros(design.features), "feature_scale": np.ones(design.features)}, {}
     )
     deepest = np.concatenate([bare.activations(kept[at : at + 64]) for at in range(0, len(kept), 64)])
     spread = deepest.std(axis=0)
@@ -113,13 +117,14 @@ def _statistics(kept: np.ndarray, config: FeatureTrainingConfig) -> tuple[np.nda
 def _fit(
     kept: np.ndarray,
     aside: np.ndarray,
+    design: Design,
     config: FeatureTrainingConfig,
     progress: Callable[[int, float], None],
 ) -> tuple[list[dict[str, float]], Autoencoder]:
     """The loss curve and the trained network."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
-        model = Autoencoder(kept.shape[2])
+        model = Autoencoder(kept.shape[2], design)
     optimiser = torch.optim.Adam(model.parameters(), lr=config.rate)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, config.steps)
     here, there = (

@@ -26,10 +26,10 @@ from retarget_bench.motion import facing
 from retarget_bench.motion.character import Character
 
 FRAMES = 64
-"""Of a window, at ``RATE`` frames per second."""
+"""Of a window of one structure's network, at ``RATE`` frames per second."""
 RATE = 30.0
 HOP = 8
-"""Frames from one scored window to the next."""
+"""Frames from one scored window to the next, likewise."""
 SMOOTHING = 10.0
 """Frames: standard deviation of the Gaussian over which the facing direction is averaged."""
 SPEED_OFFSET = 0.01
@@ -73,18 +73,18 @@ def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: flo
     return np.concatenate([part.reshape(len(places), -1) for part in parts], axis=1)
 
 
-def windows(seen: np.ndarray, hop: int = HOP) -> np.ndarray:
-    """``(windows, FRAMES, channels)`` view of channels ``(frames, channels)``; none where too few."""
-    if len(seen) < FRAMES:
-        return np.zeros((0, FRAMES, seen.shape[1]))
-    cut = np.lib.stride_tricks.sliding_window_view(seen, FRAMES, axis=0)[::hop]
+def windows(seen: np.ndarray, hop: int = HOP, frames: int = FRAMES) -> np.ndarray:
+    """``(windows, frames, channels)`` view of channels ``(all frames, channels)``; none where too few."""
+    if len(seen) < frames:
+        return np.zeros((0, frames, seen.shape[1]))
+    cut = np.lib.stride_tricks.sliding_window_view(seen, frames, axis=0)[::hop]
     return cut.transpose(0, 2, 1)
 
 
-def speeds(seen: np.ndarray, hop: int = HOP) -> np.ndarray:
+def speeds(seen: np.ndarray, hop: int = HOP, frames: int = FRAMES) -> np.ndarray:
     """``(windows,)`` mean level speed of the hips in every window, heights per second."""
     level = np.hypot(seen[:, -3], seen[:, -2])
-    return windows(level[:, None], hop)[..., 0].mean(axis=1)
+    return windows(level[:, None], hop, frames)[..., 0].mean(axis=1)
 
 
 def _at_rate(motion: Prediction) -> np.ndarray:

@@ -67,18 +67,27 @@ class ReplayBuffer(nn.Module):
         super().__init__()
         self.register_buffer("kept", torch.zeros(size, *shape))
         self.register_buffer("count", torch.tensor(0))
+        self._count, self._full = 0, False
 
     def forward(self, answers: Tensor) -> Tensor:
         """``(rows, *shape)`` new and older answers. Random numbers are drawn on the CPU, so that
         training on a GPU sees the same ones."""
-        mixed, size, count = answers.clone(), len(self.kept), int(self.count)
-        new, places = torch.rand(len(answers)) < 0.5, torch.randint(size, (len(answers),))
+        size, rows = len(self.kept), len(answers)
+        if not self._full:  # asking a GPU waits for it
+            self._count = int(self.count)
+            self._full = self._count == size
+        new, places = torch.rand(rows) < 0.5, torch.randint(size, (rows,))
+        kept, mixed = list(range(size)), list(range(size, size + rows))  # rows of buffer and answers
         for row, (keep, place) in enumerate(zip(new.tolist(), places.tolist(), strict=True)):
-            if count < size:
-                self.kept[count] = answers[row]
-                count += 1
+            if self._count < size:
+                kept[self._count] = size + row
+                self._count += 1
             elif not keep:
-                mixed[row] = self.kept[place]
-                self.kept[place] = answers[row]
-        self.count.fill_(count)
-        return mixed
+                mixed[row], kept[place] = kept[place], size + row
+        every = torch.cat([self.kept, answers.to(self.kept.dtype)])
+        index = torch.tensor(kept + mixed)
+        index = (index.pin_memory() if answers.is_cuda else index).to(answers.device, non_blocking=True)
+        self.kept.copy_(every[index[:size]])
+        if not self._full:
+            self.count.fill_(self._count)
+        return every[index[size:]]

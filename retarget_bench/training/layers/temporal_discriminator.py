@@ -28,16 +28,12 @@ class FrameNorm(nn.Module):
 
         A single frame is its own mean: what is left of it is the bias.
         """
-        count = int(real.sum())
-        if count == 1:
-            return (hidden * 0.0 + self.norm.bias.unsqueeze(-1)) * real.unsqueeze(1)
-        if count == real.numel():
-            whole: Tensor = self.norm(hidden)
-            return whole
-        along = hidden.transpose(1, 2)
-        result = along.new_zeros(along.shape)
-        result[real] = self.norm(along[real]).to(result.dtype)
-        return result.transpose(1, 2)
+        counted = real.unsqueeze(1)
+        hidden, count = hidden.float(), real.sum().clamp(min=1)
+        mean = (hidden * counted).sum((0, 2), keepdim=True) / count
+        apart = (hidden - mean) * counted
+        slope = (apart.square().sum((0, 2)) / count + self.norm.eps).rsqrt() * self.norm.weight
+        return torch.addcmul(self.norm.bias.unsqueeze(1), apart, slope.unsqueeze(1)) * counted
 
 
 class TemporalDiscriminator(nn.Module):

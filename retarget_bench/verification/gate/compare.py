@@ -1,8 +1,8 @@
 """Comparison of two snapshots, row by row."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -22,6 +22,7 @@ class Status(StrEnum):
     BETTER = "better"
     MOVED = "moved"
     INCOMPARABLE = "not comparable"
+    NO_WORSE = "no worse"
     SAME = "same"
 
 
@@ -49,11 +50,34 @@ their sums are taken in an order that differs between processors and versions of
 
 
 @dataclass(frozen=True)
+class Criteria:
+    """Criteria of a check; by default nothing may move.
+
+    values:     the ids of the values that count; none: all. Whether cases are answered always counts.
+    worse_only: a method's numbers may get better, and those without a better side may move.
+    tolerances: value id ("": all others) -> by how much a method's mean may differ. Such values are judged
+                by their mean alone, where both sides have one.
+    """
+
+    values: Collection[str] = ()
+    worse_only: bool = False
+    tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
+
+    def asks(self, value: str) -> bool:
+        return not self.values or value in self.values
+
+    def tolerance(self, value: str) -> Tolerance | None:
+        return self.tolerances.get(value, self.tolerances.get(""))
+
+
+@dataclass(frozen=True)
 class GateRow:
     """One row of the report: a value of a metric on one frozen prediction, or of a method on one split.
 
     subject: the method, or ``frozen motions``; where: the split, or the prediction; value: the value's id.
     before, after: the mean, or the number that moved most; ``ratio`` times the tolerance apart.
+    family: the values that say the same: the part of the id before the dot, or the metric.
+    size: by how much the number moved, in typical numbers of the value. worst: the number that moved most.
     """
 
     status: Status
@@ -65,22 +89,54 @@ class GateRow:
     after: float | None = None
     ratio: float = 0.0
     why: str = ""
+    family: str = ""
+    size: float = 0.0
+    worst: str = ""
 
 
+EVERYTHING = Criteria()
 FROZEN = "frozen motions"
 NEW = "there is no golden row yet"
 
 
-def compare(golden: Snapshot, now: Snapshot) -> list[GateRow]:
+def compare(golden: Snapshot, now: Snapshot, asked: Criteria = EVERYTHING) -> list[GateRow]:
     """A line per row of either side, most severe first; unmeasured and changed lists included."""
     lines = [GateRow(Status.UNMEASURED, "", why=why) for why in now.missing]
     lines += _lists(golden, now)
     if golden.complete and now.complete:
-        lines += _frozen(golden, now)
+        lines += _frozen(golden, now, asked)
     for label in now.methods:
-        lines += _method(golden, now, label)
+        lines += _method(golden, now, label, asked)
+    if asked.worse_only:
+        lines = [_no_worse(line) for line in lines]
+    typical = _typical(golden)
+    lines = [_sized(line, typical.get(line.value, 0.0)) for line in lines]
     order = list(Status)
-    return sorted(lines, key=lambda line: (order.index(line.status), -line.ratio))
+    return sorted(lines, key=lambda line: (order.index(line.status), -line.size))
+
+
+def _no_worse(line: GateRow) -> GateRow:
+    free = line.status is Status.BETTER or (line.status is Status.MOVED and line.subject != FROZEN)
+    return replace(line, status=Status.NO_WORSE) if free else line
+
+
+def _typical(golden: Snapshot) -> dict[str, float]:
+    """Value id -> the median size of its golden numbers: the means of methods, else those on motions."""
+    found: dict[str, list[float]] = {}
+    means = [
+        row for table in golden.rows.values() for name, row in table.items() if name.endswith(f" {MEAN}")
+    ]
+    for row in means or golden.frozen.values():
+        for column, number in row.items():
+            found.setdefault(column.split("@", 1)[0], []).append(abs(number))
+    return {value: float(np.median(numbers)) for value, numbers in found.items()}
+
+
+def _sized(line: GateRow, typical: float) -> GateRow:
+    if line.before is None or line.after is None:
+        return line
+    apart = abs(line.after - line.before)
+    return replace(line, size=apart / (max(typical, abs(line.before)) or apart or 1.0))
 
 
 def verdict(lines: Iterable[GateRow]) -> int:
@@ -88,7 +144,7 @@ def verdict(lines: Iterable[GateRow]) -> int:
     statuses = {line.status for line in lines}
     if not statuses or Status.UNMEASURED in statuses:
         return 2
-    return int(statuses != {Status.SAME})
+    return int(not statuses <= {Status.SAME, Status.NO_WORSE})
 
 
 # ------------------------------------------------------------------------------------------ protocols
@@ -135,12 +191,12 @@ def _why_incomparable(golden: Snapshot, now: Snapshot, value: str) -> str:
 
 
 # --------------------------------------------------------------------------------------------- frozen
-def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
+def _frozen(golden: Snapshot, now: Snapshot, asked: Criteria) -> Iterator[GateRow]:
     changed = {file for file, hash_ in golden.motions.items() if now.motions.get(file) != hash_}
     for row in sorted(golden.frozen.keys() | now.frozen.keys()):
         old, new = golden.frozen.get(row, {}), now.frozen.get(row, {})
         file = f"{row.split('/')[0]}.npz"
-        for value, columns in _by_value(old, new):
+        for value, columns in _by_value(asked, old, new):
             why = _why_incomparable(golden, now, value)
             if file in changed:
                 why = f"the frozen motion {file} is another"
@@ -152,7 +208,7 @@ def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
 
 
 # -------------------------------------------------------------------------------------------- methods
-def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[GateRow]:
+def _method(golden: Snapshot, now: Snapshot, label: str, asked: Criteria) -> Iterator[GateRow]:
     old_facts, facts = golden.methods.get(label), now.methods[label]
     reason = _why_other_data(golden, now)
     if old_facts is None:
@@ -177,18 +233,23 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[GateRow]:
         if not cases or old.keys() == new.keys():
             cases.append(MEAN)
         failure = _first_problem(golden, now, label, split)
-        for value, columns in _by_value(*old.values(), *new.values()):
+        for value, columns in _by_value(asked, *old.values(), *new.values()):
             tolerance = now.values.get(value, {}).get("tolerance", EXACT.absolute)
             limit = Tolerance(tolerance, RELATIVE)
             if facts["weights"]:
                 limit = Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
+            if allowed := asked.tolerance(value):
+                limit = Tolerance(
+                    max(limit.absolute, allowed.absolute), max(limit.relative, allowed.relative)
+                )
             pairs = [
                 (case + _index(column), old.get(case, {}).get(column), new.get(case, {}).get(column), limit)
                 for column in columns
                 for case in cases
             ]
             why = reason or _why_incomparable(golden, now, value)
-            yield _line(label, split, _fact(golden, now, value), pairs, why, failure)
+            by_mean = allowed is not None and MEAN in cases
+            yield _line(label, split, _fact(golden, now, value), pairs, why, failure, by_mean)
 
 
 def _answered(golden: Snapshot, now: Snapshot, label: str, split: str, reason: str) -> GateRow:
@@ -229,12 +290,12 @@ def _index(column: str) -> str:
     return " at " + column.split("@", 1)[1] if "@" in column else ""
 
 
-def _by_value(*rows: Iterable[str]) -> Iterable[tuple[str, list[str]]]:
-    """Value id -> its columns in any of the rows."""
+def _by_value(asked: Criteria, *rows: Iterable[str]) -> Iterable[tuple[str, list[str]]]:
+    """Value id -> its columns in any of the rows, of the values that are asked for."""
     found: dict[str, list[str]] = {}
     for column in sorted(set().union(*rows)):
         found.setdefault(column.split("@", 1)[0], []).append(column)
-    return found.items()
+    return [(value, columns) for value, columns in found.items() if asked.asks(value)]
 
 
 def _fact(golden: Snapshot, now: Snapshot, value: str) -> dict[str, Any]:
@@ -243,9 +304,16 @@ def _fact(golden: Snapshot, now: Snapshot, value: str) -> dict[str, Any]:
 
 
 def _line(
-    subject: str, where: str, fact: Mapping[str, Any], pairs: list[Pair], why: str, failure: str
+    subject: str,
+    where: str,
+    fact: Mapping[str, Any],
+    pairs: list[Pair],
+    why: str,
+    failure: str,
+    by_mean: bool = False,
 ) -> GateRow:
-    """why: the numbers cannot be compared; failure: the error of values that are gone."""
+    """why: the numbers cannot be compared; failure: the error of values that are gone; by_mean: only means
+    can have moved."""
     gone = [name for name, old, new, _ in pairs if old is not None and new is None]
     come = [name for name, old, new, _ in pairs if old is None and new is not None]
     both = [
@@ -253,10 +321,11 @@ def _line(
         for name, old, new, limit in pairs
         if old is not None and new is not None
     ]
-    moved = [each for each in both if not each[0] <= 1.0]
+    moved = [each for each in both if not each[0] <= 1.0 and (_is_mean(each[1]) or not by_mean)]
+    worst = ""
     ratio, _, before, after = max(both, default=(0.0, "", None, None))
     for _, name, old, new in moved or both:
-        if name.split(" at ")[0] == MEAN:  # the mean is shown where it moved, or nothing did
+        if _is_mean(name):  # the mean is shown where it moved, or nothing did
             before, after = old, new
             break
     status = Status.SAME
@@ -267,12 +336,20 @@ def _line(
         why = failure or "no value any more" + _first(gone)
     elif moved:
         status = Status.MOVED if subject == FROZEN else _direction(fact, before, after)
-        _, most, old, new = max(moved)
+        _, most, old, new = max((each for each in both if not _is_mean(each[1])), default=max(moved))
         if len(both) > 1:
-            why = f"{len(moved)} of {len(both)}, most {most.strip()}: {old:.6g} -> {new:.6g}"
+            worst = f"{most.strip()}: {old:.4g} -> {new:.4g}"
+            why = f"{len(moved)} of {len(both)}, most {worst}"
     elif come:
         status, why = Status.MOVED, "a value where there was none" + _first(come)
-    return GateRow(status, subject, where, fact["id"], fact["unit"], before, after, ratio, why)
+    family = fact["id"].split(".")[0] if "." in fact["id"] else fact.get("metric", "")
+    return GateRow(
+        status, subject, where, fact["id"], fact["unit"], before, after, ratio, why, family, worst=worst
+    )
+
+
+def _is_mean(name: str) -> bool:
+    return name.split(" at ")[0] == MEAN
 
 
 def _first(names: list[str]) -> str:

@@ -14,7 +14,7 @@ from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.gate import compare, frozen, golden, method_rows, report
-from retarget_bench.verification.gate.compare import GateRow, Status
+from retarget_bench.verification.gate.compare import EVERYTHING, Criteria, GateRow, Status
 from retarget_bench.verification.gate.golden import Snapshot
 
 Progress = Callable[[int, int], None]
@@ -41,8 +41,9 @@ def check(
     *,
     accept: bool = False,
     forget: Sequence[str] = (),
+    asked: Criteria = EVERYTHING,
 ) -> GateOutcome:
-    """Measure, and compare with the golden rows in ``folder``.
+    """Measure, and compare with the golden rows in ``folder``, by what is asked for.
 
     methods: labels; none: those of the golden rows and, where these are of everything, the built-in ones
     that run by default. dataset: None: that of the golden rows. accept: everything that the golden rows
@@ -62,7 +63,7 @@ def check(
     if before is None:
         before = Snapshot(now.complete, now.dataset, now.smoke, {}, {})
     gone = [GateRow(Status.MOVED, label, why="forgotten") for label in forget]
-    return GateOutcome([*gone, *compare.compare(before, now)], now)
+    return GateOutcome([*gone, *compare.compare(before, now, asked)], now)
 
 
 def accept(folder: Path, found: GateOutcome, because: str) -> Path:

@@ -67,7 +67,7 @@ function chosen(name) {
   widen();
   drawControls();
   drawList();
-  if (name === "method" && playing) playing.select(figures([asked.method]));
+  if (name === "method" && playing) playing.select(figures(beside(asked.method)));
 }
 
 function beginControls() {
@@ -91,5 +91,5 @@ beginMarks();
 beginControls();
 if (data.first) [asked.chapter, asked.split] = data.first;
 drawControls();
-if (data.first) show(...data.first, [0, 1].slice(0, splitNow().methods.length));
+if (data.first) show(...data.first, splitNow().seen);
 else drawList();

@@ -134,8 +134,8 @@ function show(chapter, number, k, methods) {
     const scene = JSON.parse(at(`scene-${each.scene}`).textContent);
     answers = scene.figures.filter((figure) => figure.part === "prediction").map((figure) => figure.label);
     const colours = Object.fromEntries(answers.map((name, m) => [name, data.colours[split.labels[m]]]));
-    const labels = figures(methods || (asked.bare ? [] : [asked.method]));
-    playing = RetargetPlayer.mount(at("player"), scene, { labels, colours });
+    const labels = figures(methods || (asked.bare ? [] : beside(asked.method)));
+    playing = RetargetPlayer.mount(at("player"), scene, { labels, colours, autoplay: true });
   } else {
     at("lost").replaceChildren(...gone.map((text) => element("li", text)));
   }
@@ -144,6 +144,9 @@ function show(chapter, number, k, methods) {
 
 /* What the player is to show: a method may be called otherwise there, lest it be taken for the reference. */
 const figures = (methods) => ["source", "reference", ...methods.map((m) => answers[m])];
+
+/* A method and one to compare it with: the best of those that are seen without being asked for, or the next. */
+const beside = (method) => [method, ...splitNow().seen.filter((m) => m !== method).slice(0, 1)];
 
 /* Whatever was asked beyond a method and a value is forgotten. */
 function forget() {

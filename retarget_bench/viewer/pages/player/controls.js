@@ -164,8 +164,8 @@ function build(player) {
   player.worstList = node("ol", {});
   player.worstBox = node("div", { class: "rp-worst", role: "group", "aria-label": "Worst frames" },
     node("span", { class: "rp-heading" }, "Worst frames"), player.worstList);
-  const messages = scene.figures.filter((figure) => !figure.positions).map((figure) =>
-    node("li", {}, `${figure.label}: ${figure.status}. ${figure.message}`));
+  const messages = scene.figures.filter((figure) => !figure.positions || figure.message).map((figure) =>
+    node("li", {}, `${figure.label}: ${figure.positions ? "" : `${figure.status}. `}${figure.message}`));
   const missing = node("ul", { class: "rp-missing", hidden: !messages.length }, ...messages);
   player.root.replaceChildren(player.canvas, transport(player), timeline(player), player.worstBox,
     figureChips(player), toggles(player), missing, help(player), player.live);

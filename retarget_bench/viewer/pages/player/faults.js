@@ -23,30 +23,34 @@ function smoothPath(figure, frames, fps, ground) {
   return path;
 }
 
-/* Metres: how high joints are above the floor, and how far bones are sideways of the path, and the skin. */
+/* Metres: how high joints are above the floor, how deep below it, and how far bones are sideways of the path,
+   and the skin. */
 function reach(figure, frames, ground) {
   const { positions, path } = figure;
   const joints = figure.body.parents.length;
   const thick = thickness(figure.body);
   const around = figure.turns ? figure.body.skin.around : new Map();
-  let up = 0, wide = 0, worn = 0;
+  let up = 0, down = 0, wide = 0, worn = 0;
   for (let frame = 0; frame < frames; frame++) {
     for (let joint = 0; joint < joints; joint++) {
       const at = 3 * (frame * joints + joint);
       const x = positions[at], z = positions[at + 2];
-      up = Math.max(up, positions[at + 1] - floorAt(ground, x, z));
+      const high = positions[at + 1] - floorAt(ground, x, z);
+      up = Math.max(up, high);
+      down = Math.max(down, thick[joint] - high);
       const aside = Math.hypot(x - path[3 * frame], z - path[3 * frame + 2]);
       wide = Math.max(wide, aside + thick[joint]);
       worn = Math.max(worn, aside + Math.max(around.get(joint) || 0, thick[joint]));
     }
   }
-  return { up, wide, worn };
+  return { up, down: Math.min(down, up), wide, worn };
 }
 
 function largest(figures) {
   const up = Math.max(...figures.map((each) => each.reach.up), 0.1);
   const most = (key) => Math.max(...figures.map((each) => each.reach[key]), 0.3 * up);
-  return { up, wide: most("wide"), worn: most("worn") };
+  const down = Math.max(...figures.map((each) => each.reach.down));
+  return { up, down, wide: most("wide"), worn: most("worn") };
 }
 
 /* Steps of feet over the floor while they should stand, one object each. */

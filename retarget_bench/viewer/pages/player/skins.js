@@ -117,9 +117,9 @@ function wears(player, figure) {
 }
 
 /* Room for figures that reach so high and wide by their joints: heads of skins are above them, snouts before them. */
-function reachOf(player, figures, { up, wide, worn }) {
+function reachOf(player, figures, { up, down, wide, worn }) {
   const over = figures.filter((each) => wears(player, each)).map((each) => each.body.skin.over);
-  return { up: up + Math.max(0, ...over), wide: over.length ? worn : wide };
+  return { up: up + Math.max(0, ...over), down, wide: over.length ? worn : wide };
 }
 
 /* What takes each joint of a skin from its own pose to that at a time: three rows of four numbers each. */

@@ -106,12 +106,12 @@ function sizeOf({ up, wide }) {
 }
 
 /* Metres that have to fit into a panel, and the size of what is seen, which the eye keeps away from. */
-function needed({ up, wide }, apart) {
+function needed({ up, down, wide }, apart) {
   return {
     across: 2.05 * (wide + apart),
-    up: 1.08 * up + 0.3 * wide + 0.35 * apart,
+    up: 1.08 * up + down + 0.3 * wide + 0.35 * apart,
     size: sizeOf({ up, wide }),
-    middle: 0.49 * up,
+    middle: 0.49 * up - 0.5 * down,
   };
 }
 

@@ -1,0 +1,45 @@
+"""A head kept above the floor by raising the back."""
+
+import numpy as np
+
+from retarget_bench.motion import kinematics, rotation
+from retarget_bench.motion.roles import chain
+
+from .ease import FADE, smooth
+from .feet import Exchange
+from .two_bone import slowed
+
+_TOP = ("head", "head_top")
+_DEEP = 0.05
+"""Body heights below the floor from which on it is mended: who lies may well be a little below."""
+
+
+def lift(exchange: Exchange) -> None:
+    """Raise the back at the first joint of the spine where the head would be deep below the floor.
+
+    A person's stoop pushes the head of a body with a level back into the ground. What the source has below
+    the floor may stay there. In place; the largest turn needed nearby in time is taken, smoothed.
+    """
+    pose, body, source = exchange.pose, exchange.ours.character, exchange.source
+    roles = [role for role in _TOP if min(exchange.ours.joint(role), exchange.theirs.joint(role)) >= 0]
+    tops, theirs = body.joints(roles), source.character.joints(roles)
+    spine = (chain(body.roles, "spine") or [0])[0]
+    allowed = np.minimum(exchange.ratio * source.positions[:, theirs, 1], 0.0)
+    if not (spine and (pose.places[:, tops, 1] < allowed - _DEEP * body.height).any()):
+        return
+    start = pose.places[:, spine, None]
+    line = pose.places[:, tops] - start
+    length = np.maximum(np.linalg.norm(line, axis=-1), 1e-9)
+    steep, wanted = line[..., 1] / length, (allowed - start[..., 1]) / length
+    angle = np.arcsin(np.clip(wanted, -1.0, 1.0)) - np.arcsin(np.clip(steep, -1.0, 1.0))
+    half = max(1, round(FADE * source.fps / 2))
+    around = np.pad(angle.max(axis=1).clip(0.0), half, mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(around, 2 * half + 1).max(axis=1)
+    raised = rotation.about(
+        np.cross(line[:, 0], [0.0, 1.0, 0.0]), smooth(around[:, None], source.fps)[:, 0]
+    )
+    parent = pose.turned[:, body.skeleton.parents[spine]]
+    local = rotation.multiply(raised, pose.turned[:, spine])
+    local = rotation.multiply(rotation.conjugate(parent), local)
+    pose.rotations[:, spine] = slowed(pose.rotations[:, spine], local, source.fps)
+    pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)

@@ -1,0 +1,182 @@
+"""Joint speed excess: how much faster joints turn, and how much more abruptly, than the source's ever do.
+
+A limb that snaps for one frame moves no mean: the mean jerk of all joints over all frames hides it.
+"""
+
+from collections.abc import Mapping
+from functools import lru_cache, partial
+
+import numpy as np
+
+from retarget_bench.api import MetricCard, Value
+from retarget_bench.api.comparison import Comparison, scored_joints
+from retarget_bench.motion import rotation, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import ancestors, chain, is_tip
+
+SLOW = 60.0
+"""Degrees per second, two degrees a frame at 30 frames per second: a joint may turn that fast whatever the
+source does. Of the puppets' right answers, 1.9 % of the joints exceed the source's greatest speed by half
+with 10 degrees per second, 0.9 % with 60, and 0.8 % with 90 (``tests/benchmarks/metric_thresholds.py``)."""
+
+SUDDEN = 30.0 * SLOW
+"""Degrees per squared second: from rest to ``SLOW`` within a thirtieth of a second."""
+
+FAR = 1.5
+"""The ratio from which a frame or a clip counts."""
+
+ORDERS = {
+    "speed": (
+        "angular speed",
+        "w(t) * fps with w(t) the rotation vector of R(t)^-1 R(t+1)",
+        f"{SLOW:g} degrees/s",
+        2,
+    ),
+    "acceleration": (
+        "angular acceleration",
+        "(w(t+1) - w(t)) * fps^2 with w(t) the rotation vector of R(t)^-1 R(t+1)",
+        f"{SUDDEN:g} degrees/s^2",
+        3,
+    ),
+}
+JOINTS = (
+    "R: a joint's orientation relative to that of the nearest of these joints above it, the first one's in "
+    "the world; joints: those of mpjpe_h.world with an anatomical role that the source has, tips left out; "
+    "of a spine, neck or tail that has another number of joints there, the last joint"
+)
+
+
+def _values(order: str) -> tuple[Value, ...]:
+    """The values of angular speeds or accelerations."""
+    name, what, least, frames = ORDERS[order]
+    ratio = (
+        f"E(joint) = max(1, greatest |a| of the joint / greatest |b| of its counterpart in the source, at "
+        f"least {least}), a and b: {what}; {JOINTS}; left out unless both motions are known by rotations, "
+        f"and for clips of fewer than {frames} frames"
+    )
+    value = partial(Value, better="lower", needs=("source", "rotations"), source=SOURCE)
+    id_, label = f"joint_{order}_excess", f"joint {order} excess"
+    return (
+        value(
+            id_,
+            label,
+            f"greatest {name} of a joint over the source's greatest, worst joint; 1: no excess",
+            "1",
+            formula=f"largest E(joint) of a case; in tables the mean of that over clips; {ratio}",
+            tolerance=1e-3,
+        ),
+        value(
+            f"{id_}.clips",
+            f"{label}, clips",
+            f"share of clips in which a joint's {name} exceeds {FAR:g} times the source's greatest",
+            "% of clips",
+            formula=f"100 where the largest E(joint) of a case is above {FAR:g}, else 0; {ratio}",
+            tolerance=1e-3,
+        ),
+        value(
+            f"{id_}.frames",
+            f"{label}, frames",
+            f"share of frames in which a joint's {name} exceeds {FAR:g} times the source's greatest",
+            "% of frames",
+            formula=f"100 * share of the frames t with |a(t)| of any joint above {FAR:g} times its "
+            f"counterpart's greatest |b|, at least {least}; {ratio}",
+            tolerance=1e-3,
+        ),
+        value(
+            f"{id_}.joint",
+            f"{label} by joint",
+            f"greatest {name} of each joint over the source joint's greatest; 1: no excess",
+            "1",
+            formula=f"E(joint); {ratio}",
+            index="joint",
+            tolerance=1e-3,
+        ),
+    )
+
+
+SOURCE = "this project; retargeting for robots checks joints for velocity limits and jumps in this way"
+
+
+class JointSpeed:
+    """Greatest angular speeds and accelerations of joints against those of the source's joints.
+
+    To turn less than the source is no fault here: a motion that stands still has 1, as has one without
+    any excess. Read it beside the position errors.
+    """
+
+    card = MetricCard(
+        name="joint_speed",
+        summary="angular speed and acceleration of joints in excess of the source's",
+        version="1",
+        values=(*_values("speed"), *_values("acceleration")),
+    )
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
+        """Left out unless both are known by rotations, for short clips, and without joints in common."""
+        source, prediction, target = comparison.case.source, comparison.prediction, comparison.target
+        if not isinstance(source, Motion) or not isinstance(prediction, Motion):
+            return {}
+        joints, parents, theirs, their_parents = _pairs(source.character, target)
+        if not len(joints):
+            return {}
+        own, other = velocities(prediction, joints, parents), velocities(source, theirs, their_parents)
+        names = [target.skeleton.names[joint] for joint in joints]
+        values = _excess("joint_speed_excess", names, own, other, SLOW)
+        own, other = (np.diff(each, axis=0) * comparison.fps for each in (own, other))
+        return values | _excess("joint_acceleration_excess", names, own, other, SUDDEN)
+
+
+def _excess(
+    id_: str, names: list[str], own: np.ndarray, other: np.ndarray, least: float
+) -> dict[str, float | Mapping[str, float]]:
+    """The values of vectors ``(frames, joints, 3)`` of both sides; empty without frames."""
+    if not len(own):
+        return {}
+    size, limit = np.linalg.norm(own, axis=-1), np.linalg.norm(other, axis=-1).max(axis=0)
+    ratio = size / np.maximum(limit, least)
+    by_joint = np.maximum(ratio.max(axis=0), 1.0)
+    worst = float(by_joint.max())
+    return {
+        id_: worst,
+        f"{id_}.clips": 100.0 * (worst > FAR),
+        f"{id_}.frames": 100.0 * float((ratio > FAR).any(axis=1).mean()),
+        f"{id_}.joint": dict(zip(names, by_joint.tolist(), strict=True)),
+    }
+
+
+def velocities(motion: Motion, joints: np.ndarray, parents: np.ndarray) -> np.ndarray:
+    """``(frames - 1, joints, 3)`` degrees per second: angular velocities in the joints' own frames.
+
+    parents: ``(joints,)`` what each joint turns relative to; -1 is the world. The reference pose, and with
+    it the rest pose, cancels: it turns these vectors, and they are only measured and subtracted.
+    """
+    orientations = motion.global_rotations
+    turned, held = orientations[:, joints], parents >= 0
+    above = rotation.conjugate(orientations[:, parents[held]])
+    turned[:, held] = rotation.multiply(above, turned[:, held])
+    steps = rotation.multiply(rotation.conjugate(turned[:-1]), turned[1:])
+    return np.degrees(rotation.to_rotation_vector(steps)) * motion.fps
+
+
+@lru_cache(maxsize=1024)
+def _pairs(source: Character, target: Character) -> tuple[np.ndarray, ...]:
+    """Joints of the target, the ones above them, and the counterparts of both in the source; -1: none."""
+    counterparts, roles = transfer.correspondence(source, target).tolist(), target.roles
+    inner: set[int] = set()
+    for stem in transfer.CHAINS:
+        ours = chain(roles, stem)
+        # two bodies share a turn out among different counts as they like; the whole chain's is one turn
+        inner.update(ours[:-1] if len(ours) != len(chain(source.roles, stem)) else ())
+    joints = [
+        joint
+        for joint in scored_joints(source, target).tolist()
+        if counterparts[joint] >= 0 and (role := roles[joint]) and not is_tip(role) and joint not in inner
+    ]
+    above = [next((a for a in ancestors(target.skeleton, j) if a in joints), -1) for j in joints]
+    both = (joints, above)
+    theirs = ([counterparts[j] if j >= 0 else -1 for j in side] for side in both)
+    return tuple(np.array(side, dtype=int) for side in (*both, *theirs))
+
+
+plugin = JointSpeed

@@ -1,0 +1,159 @@
+"""Selections of the methods and bodies that tables of results are made of."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from retarget_bench.analysis import pairwise
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import case_metadata
+from retarget_bench.results.header import MethodInfo
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
+from retarget_bench.results.store import UNFINISHED
+
+PEOPLE, FOUR_LEGGED, MIXED = "people", "four-legged", "mixed"
+BODIES = (PEOPLE, FOUR_LEGGED, MIXED)
+"""Groups of cases by their source and target: on two legs, on four, and one of each."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """A choice among the methods of results.
+
+    methods:  specs or labels, in any case; () for all.
+    variants: whether the variants that methods' cards name are kept beside the methods themselves.
+    controls: whether controls are kept; where ``methods`` name any, only those.
+    apart:    whether bodies on two and on four legs are told apart.
+    """
+
+    methods: tuple[str, ...] = ()
+    variants: bool = False
+    controls: bool = True
+    apart: bool = True
+
+    def parts(self, matrices: Sequence[ResultMatrix]) -> list[ResultMatrix]:
+        """The matrices of chosen methods, finished cases and bodies of one group.
+
+        Raises BenchError for a method without results, and where none has finished a case yet.
+        """
+        labels = {row.label for matrix in matrices for row in matrix.rows}
+        wanted = {name: _label(name, labels) for name in self.methods}
+        if unknown := [name for name, label in wanted.items() if label is None]:
+            raise pairwise.unknown(labels, unknown[0])
+        kept = [self._kept(matrix, set(wanted.values())) for matrix in matrices]
+        some = [matrix for matrix in kept if matrix.rows]
+        parts = [part for matrix in some for part in by_bodies(matrix)] if self.apart else some
+        shown = [part for part in map(finished, parts) if part.cases or not part.unfinished]
+        if some and not shown:
+            raise BenchError("no case is done by all methods of this unfinished run yet; look again soon")
+        return shown
+
+    def _kept(self, matrix: ResultMatrix, wanted: set[str | None]) -> ResultMatrix:
+        named = any(row.label in wanted for row in matrix.rows if row.header.method.control)
+        controls = self.controls and not named
+        rows = [
+            row
+            for row in matrix.rows
+            if row.label in wanted or (controls if row.header.method.control else not wanted)
+        ]
+        labels = {row.label for row in rows}
+        kept = bool(wanted) or self.variants
+        left = () if kept else tuple(r.label for r in rows if is_variant(r.header.method, labels))
+        return replace(matrix, rows=tuple(row for row in rows if row.label not in left), variants=left)
+
+
+def _label(name: str, labels: set[str]) -> str | None:
+    found = pairwise.label_of(name, labels)
+    return found or next((label for label in sorted(labels) if label.casefold() == name.casefold()), None)
+
+
+def is_variant(method: MethodInfo, labels: Collection[str]) -> bool:
+    """True for a variant that its method's card names, where the method itself is among the labels, too."""
+    if not method.parameters or method.posts or method.name not in labels:
+        return False
+    try:
+        card = registry.create("methods", method.name).card
+    except BenchError:
+        return False
+    return method.label in {str(Spec(method.name, changes)) for changes in card.variants}
+
+
+def finished(matrix: ResultMatrix) -> ResultMatrix:
+    """Of a running run the cases that all methods have done so far, so that all numbers are over the same
+    cases and none counts as not answered that is only not done yet.
+
+    Running methods that have done less than half as many cases as the furthest of them are left out.
+    """
+    running = np.array([not all(each.header.exists() for each in row.all_paths) for row in matrix.rows])
+    if not running.any():
+        return matrix
+    done = np.array([_done(row, matrix) for row in matrix.rows])  # (methods, cases)
+    counts = done.sum(axis=1)
+    kept = ~running | (counts > 0) & (2 * counts >= counts[running].max())
+    common = done[kept].all(axis=0) & matrix.own & kept.any()
+    so_far: dict[str, list[str]] = {}
+    for at in np.argsort(-counts, kind="stable"):
+        number = f"{counts[at]}" if kept[at] else f"not shown, {counts[at]}"
+        so_far.setdefault(number, []).append(matrix.rows[at].label)
+    told = "; ".join(f"{number}: {', '.join(labels)}" for number, labels in so_far.items())
+    later = "; values of sets (FID) follow" if any(row.header.set_values for row in matrix.rows) else ""
+    sentence = (
+        f"numbers are over the {common.sum()} of {matrix.own.sum()} cases that all methods here have done "
+        f"so far{later}. Done by each: {told}."
+    )
+    rows = tuple(row for row, there in zip(matrix.rows, kept, strict=True) if there)
+    return replace(replace(matrix, rows=rows).restricted(common, matrix.part), unfinished=sentence)
+
+
+def _done(row: MethodRow, matrix: ResultMatrix) -> np.ndarray:
+    """``(cases,)`` bool: the cases of the split that a method is done with, answered or not."""
+    waiting = {
+        case for problem in row.header.problems if problem.message == UNFINISHED for case in problem.cases
+    }
+    return np.array([info.id not in waiting for info in matrix.cases]) & matrix.own
+
+
+def of_bodies(matrices: Sequence[ResultMatrix], bodies: str = "") -> list[ResultMatrix]:
+    """The cases of one group of bodies, which the data set's name then says: of ``BODIES``; "": people, or
+    all where there are none; ``all``. Raises BenchError where there are none of these bodies."""
+    parts = [part for matrix in matrices for part in by_bodies(matrix)]
+    there = {part.bodies for part in parts}
+    wanted = bodies or (PEOPLE if PEOPLE in there else "all")
+    if wanted == "all" or there == {""}:
+        return list(matrices)
+    if wanted not in there:
+        raise BenchError(
+            f"no case is between bodies of the group {wanted!r}; there are {', '.join(sorted(there))}"
+        )
+    return [replace(part, dataset=f"{part.dataset}: {wanted}") for part in parts if part.bodies == wanted]
+
+
+def by_bodies(matrix: ResultMatrix) -> list[ResultMatrix]:
+    """A matrix for each group of bodies; the matrix itself where results do not say how bodies stand."""
+    found = bodies_of_cases(matrix)
+    if "" in found:
+        return [matrix]
+    return [
+        replace(matrix.restricted(found == group, matrix.part), bodies=group)
+        for group in BODIES
+        if group in found
+    ]
+
+
+def bodies_of_cases(matrix: ResultMatrix) -> np.ndarray:
+    """``(cases,)`` the group of bodies of every case; "" where results do not say how bodies stand."""
+    legs: dict[str, str] = {}
+    for row in matrix.rows:
+        mine = case_metadata.read_legs(row.paths)
+        if mine is None:
+            return np.full(len(matrix.cases), "", dtype=object)
+        legs |= mine
+    kinds = {"2": PEOPLE, "4": FOUR_LEGGED}
+    names = []
+    for info in matrix.cases:
+        both = {legs[name] for name in (info.source, info.target) if name in legs}
+        names.append(kinds[both.pop()] if len(both) == 1 else MIXED)
+    return np.array(names, dtype=object)

@@ -1,0 +1,133 @@
+"""Results that travel with the methods: where a method is known to be worse than the default one.
+
+``methods/known.csv`` holds comparisons of ``bench compare``, people only; it is made from runs by
+``tests/benchmarks/learned_methods.py``. A comparison counts for the versions and the weights that it was
+made with.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import retarget_bench
+from retarget_bench import defaults
+from retarget_bench.api import optional
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.role_aliases import strip_prefix
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+
+GENERATED, REAL = "generated bodies", "real rigs"
+JOINTS = {"self": ", each to itself", "intra": " with the same joints", "cross": " with other joints"}
+PROPORTIONS = 1e-3
+"""Bones whose shares in the length of all bones differ by less are as long."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A method and the default one on one split of a data set, as a row of the file: texts.
+
+    bodies: ``GENERATED`` or ``REAL``. method: its spec without ``weights``, which their hash stands for.
+    mean, default_mean: MPJPE in % of height; low, high: 95 % interval of their difference.
+    better: which of the two is significantly better; "": neither.
+    """
+
+    method: str
+    version: str
+    weights: str
+    default: str
+    default_version: str
+    bodies: str
+    split: str
+    dataset: str
+    cases: str
+    clips: str
+    mean: str
+    default_mean: str
+    low: str
+    high: str
+    p: str
+    better: str
+
+    @property
+    def sentence(self) -> str:
+        mean, default, p = (float(each) for each in (self.mean, self.default_mean, self.p))
+        chance = "< 0.001" if p < 0.001 else f"= {p:.2g}"
+        return (
+            f"{self.method} is worse than {self.default}, the default, on {self.bodies}"
+            f"{JOINTS[self.split]}: MPJPE {mean:.2f} against {default:.2f} % of height "
+            f"({self.cases} cases of {self.clips} clips of {self.dataset}, p {chance})"
+        )
+
+
+FIELDS = tuple(each.name for each in fields(Comparison))
+
+
+def shipped() -> Path:
+    """The file that came with this package: inside it, or beside it in a checkout."""
+    places = [Path(base) / "methods" / "known.csv" for base in retarget_bench.__path__]
+    return next((place for place in places if place.exists()), places[-1])
+
+
+def identity(spec: Spec | str) -> tuple[str, str, str]:
+    """What a method is known by: its spec without ``weights``, its version, the hash of its weights."""
+    asked = registry.canonical("methods", spec)
+    made = registry.create("methods", asked)
+    others = {name: value for name, value in asked.parameters.items() if name != "weights"}
+    label = str(Spec(asked.name, others, asked.posts))
+    return label, optional.method_card(made).version, optional.weights_hash(made)
+
+
+def worse(spec: Spec | str) -> list[Comparison]:
+    """The comparisons in which this method, as it is now, is worse than the default one, as it is now."""
+    mine, default = identity(spec), identity(defaults.METHOD)[:2]
+    rows = store.read_csv(shipped(), FIELDS) if shipped().exists() else []
+    return [
+        each
+        for each in (Comparison(*row) for row in rows)
+        if (each.method, each.version, each.weights) == mine
+        and (each.default, each.default_version) == default
+        and each.better == each.default
+    ]
+
+
+def caution(spec: Spec | str, source: Character, target: Character) -> str:
+    """The sentence that warns of a method on bodies like these; "" where nothing is known."""
+    if source.four_legged or target.four_legged:
+        return ""
+    alike = _joints(source) == _joints(target)
+    split = "cross" if not alike else "self" if _same_body(source, target) else "intra"
+    found = [each for each in worse(spec) if each.split == split]
+    bodies = GENERATED if found and _generated(source) and _generated(target) else REAL
+    return next((each.sentence for each in found if each.bodies == bodies), "")
+
+
+def _joints(body: Character) -> set[tuple[str, str]]:
+    """Every joint's name, without prefixes, with its parent's."""
+    names = [strip_prefix(name) for name in body.skeleton.names]
+    return {
+        (name, names[p] if p >= 0 else "") for name, p in zip(names, body.skeleton.parents, strict=True)
+    }
+
+
+def _same_body(one: Character, other: Character) -> bool:
+    """True for bodies of the same joints, in the same order, and proportions, whatever their unit."""
+    if one.skeleton.topology_id != other.skeleton.topology_id:
+        return False
+    first, second = (body.skeleton.bone_lengths for body in (one, other))
+    return bool(np.allclose(first / first.sum(), second / second.sum(), rtol=0, atol=PROPORTIONS))
+
+
+def _generated(body: Character) -> bool:
+    """True for a body of the default data set, as files of its motions have it, too."""
+    return any(_same_body(body, each) for each in _cast())
+
+
+@cache
+def _cast() -> tuple[Character, ...]:
+    return tuple(registry.create("datasets", defaults.DATASET).characters().values())

@@ -1,0 +1,237 @@
+"""Motions and characters from files, retargeting of one motion, and saving and showing what comes of it."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retarget_bench import defaults
+from retarget_bench.api import Case, CaseInfo, Context
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import bvh, character, importer
+from retarget_bench.motion.bvh import write_like
+from retarget_bench.motion.importer import Imported
+from retarget_bench.plugins import registry
+from retarget_bench.python import known
+from retarget_bench.python.arguments import checked
+from retarget_bench.python.plans import Named, method_spec
+
+if TYPE_CHECKING:
+    from retarget_bench.python.views import Player
+
+FOUR_LEGS = "one body has four legs and the other two: what each limb should do is a guess"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Character(character.Character):
+    """A character that knows the file it was read from, so that its motions are written as that file is.
+
+    file: what was read, and how. root_place: how the file states the root's place, as it was read with.
+    The other fields are those of the benchmark's ``Character``: name, skeleton, roles, measures, ...
+    """
+
+    file: Imported | None = field(default=None, repr=False)
+    root_place: str = field(default="auto", repr=False)
+
+    def __repr__(self) -> str:
+        legs = "four" if self.four_legged else "two"
+        return (
+            f"<Character {self.name}: {len(self.skeleton)} joints, {legs} legs, {self.height:.2f} m tall>"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(character.Motion):
+    """A motion of a character: ``rotations`` ``(frames, joints, 4)``, ``root`` ``(frames, 3)`` in metres,
+    and ``fps``; ``positions`` ``(frames, joints, 3)`` follow from them.
+
+    notes: sentences on how it was made, such as a fit of rotations to positions.
+    """
+
+    notes: tuple[str, ...] = ()
+    resample = checked(character.Motion.resample)
+
+    def __repr__(self) -> str:
+        lasts = f"{self.frames} frames at {self.fps:g} per second, {self.frames / self.fps:.1f} s"
+        return f"<Motion of {self.character.name}: {lasts}>"
+
+    @checked
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the motion as a BVH file, and return its path.
+
+        The file has the joints, names, channels, unit, axes and OFFSETs of the file that the character was
+        read from; without such a file it is in metres, Y up. A warning says what could not be kept. Raises
+        BenchError for another ending than .bvh, and where the character's own file would be overwritten.
+        """
+        path = Path(path)
+        for note in write(path, self):
+            warnings.warn(f"{path}: {note}", stacklevel=3)
+        return path
+
+    @checked
+    def show(
+        self, *others: character.Prediction, labels: Sequence[str] = (), overlay: bool = False
+    ) -> Player:
+        """A player of the motion, of other motions beside it (``overlay``: in one picture), for notebooks;
+        ``.save("page.html")`` writes it as a page that opens from disk.
+
+        Others are shown at this motion's rate, all as long as the shortest. labels: names of the motions,
+        by default those of their characters. Raises BenchError where one has no frames.
+        """
+        from retarget_bench.python.views import Player
+        from retarget_bench.viewer import scene_builder
+
+        motions = [self, *others]
+        names = list(labels) or [each.character.name for each in motions]
+        if len(names) != len(motions):
+            raise BenchError(
+                f"{len(names)} labels were given for {len(motions)} motions; give one for each"
+            )
+        return Player(scene_builder.of_motions(motions, names), overlay=overlay)
+
+
+@checked
+def load_motion(
+    path: str | PathLike[str],
+    *,
+    fps: float | None = None,
+    unit: str = "auto",
+    up: str = "auto",
+    root_place: str = "auto",
+    roles: dict[str, str | None] | str | Path | None = None,
+    name: str | None = None,
+) -> Motion:
+    """The motion of a BVH file, in metres, Y up.
+
+    What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
+    warning names what is doubtful and the argument that settles it.
+
+    fps:   resample to this rate.
+    unit:  ``m``, ``cm``, ``mm``, ``inch``, ``cmu``, or metres of one unit, as text.
+    up:    ``y``, ``z``, ``x``, or ``-y``, ...
+    root_place: ``absolute`` or ``relative`` to the root's OFFSET.
+    roles: joint name -> role, over what is found, or a TOML file of it. name: of the character.
+    Raises BenchError for files that are no readable BVH, and for unknown options.
+    """
+    return _loaded(path, unit=unit, up=up, root=root_place, roles=roles, fps=fps, name=name)
+
+
+@checked
+def load_character(path: str | PathLike[str], **options: Any) -> Character:
+    """The character of a BVH file, which may have a single frame; options are those of ``load_motion``."""
+    if "root_place" in options:
+        options["root"] = options.pop("root_place")
+    body = _loaded(path, **options).character
+    assert isinstance(body, Character)
+    return body
+
+
+def _loaded(path: str | PathLike[str], **options: Any) -> Motion:
+    """A file's motion; options are those of ``importer.load``. Warnings point at the caller of its caller,
+    which is ``checked``."""
+    found = importer.load(Path(path), **options)
+    for warning in found.findings.warnings:
+        warnings.warn(f"{path}: {_in_python(warning)}", stacklevel=4)
+    return imported(found, options.get("root", "auto"))
+
+
+@checked
+def retarget(
+    source: character.Prediction | str | PathLike[str],
+    target: character.Character | character.Motion | str | PathLike[str],
+    method: Named = defaults.METHOD,
+    *,
+    seed: int = 0,
+) -> Motion:
+    """Retarget a motion to another character: as many frames as the source, at its rate.
+
+    source: a motion, or a BVH file. target: a character, a motion of it, or a BVH file of it.
+    method: a spec such as ``"ik"`` or ``"nkn+footfix"``, or the file of your own method.
+    The notes of the result say where rotations were fitted to positions. A warning says where the method is
+    known to be worse than the default one. Raises BenchError with the reason where it gives no answer.
+    """
+    moved = _loaded(source) if isinstance(source, str | PathLike) else source
+    named = _loaded(target) if isinstance(target, str | PathLike) else target
+    body = named.character if isinstance(named, character.Motion) else named
+    found = answer(moved, body, method, seed)
+    for caution in cautions(method, moved.character, body):
+        warnings.warn(caution, stacklevel=3)
+    return found
+
+
+def cautions(method: Named, source: character.Character, target: character.Character) -> tuple[str, ...]:
+    """Sentences on what not to expect of a method on two bodies."""
+    told = known.caution(method_spec(method), source, target)
+    between = FOUR_LEGS if source.four_legged != target.four_legged else ""
+    return tuple(filter(None, (between, told)))
+
+
+def answer(
+    source: character.Prediction, target: character.Character, method: Named, seed: int = 0
+) -> Motion:
+    """``retarget`` without warnings."""
+    from retarget_bench.evaluation.predict import predict
+
+    asked = registry.create("methods", spec := method_spec(method))
+    getattr(asked, "weights_hash", "")  # weights that are not there, or do not fit, are told as such
+    names = (source.character.name, target.name)
+    case = Case(CaseInfo("file", "retarget", "cross", *names, clip=names[0]), source, target)
+    outcome = predict(asked, case, Context(seed=seed))
+    if (found := outcome.prediction) is None:
+        raise BenchError(f"{spec} gave no motion ({outcome.status}): {outcome.message}")
+    return with_rotations(found, target, source)
+
+
+def with_rotations(
+    found: character.Prediction,
+    body: character.Character | None = None,
+    source: character.Prediction | None = None,
+) -> Motion:
+    """A motion by its rotations, which are fitted to positions where it is known by these. body: whose
+    motion it is, where that character knows more than the motion's own. source: see ``fit``."""
+    notes: tuple[str, ...] = ()
+    if not isinstance(found, character.Motion):
+        from retarget_bench.motion.fitting import fit
+
+        fitted = fit.fit(found, source)
+        found, notes = fitted.motion, (f"rotations were fitted to positions: {fitted}",)
+    return Motion(body or found.character, found.rotations, found.root, found.fps, notes)
+
+
+def imported(found: Imported, root_place: str = "auto") -> Motion:
+    """A file's motion as one that knows its file. root_place: as the file was read with."""
+    moved, body = found.motion, found.motion.character
+    known = {each.name: getattr(body, each.name) for each in fields(character.Character)}
+    named = Character(**known, file=found, root_place=root_place)
+    return Motion(named, moved.rotations, moved.root, moved.fps)
+
+
+def write(path: Path, motion: character.Motion) -> tuple[str, ...]:
+    """Write a motion as ``Motion.save`` does; returns what could not be kept. Raises BenchError."""
+    body = motion.character
+    like = body.file if isinstance(body, Character) else None
+    check_output(path, *([like.findings.path] if like else []))
+    if like is None or not body.skeleton.same_as(like.motion.skeleton):
+        bvh.write(path, motion)
+        return ()
+    return write_like.write(path, motion, like, root=getattr(body, "root_place", "auto"))
+
+
+def check_output(path: Path, *given: Path) -> None:
+    """Raises BenchError where a path is no name of a BVH file, or one of the files given."""
+    if path.suffix.lower() != ".bvh":
+        raise BenchError(f"{path}: the result is a BVH file; give it a name that ends in .bvh")
+    for each in given:
+        if path.exists() and each.exists() and path.samefile(each):
+            raise BenchError(f"{path} would overwrite {each}; choose another name for the result")
+
+
+def _in_python(warning: str) -> str:
+    """A warning of a file's findings with arguments instead of options."""
+    said = re.sub(r"--(unit|up) (\S+)", r'\1="\2"', warning)
+    return said.replace("--roles", 'roles="roles.toml"')

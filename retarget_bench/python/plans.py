@@ -1,0 +1,130 @@
+"""Plans from what people name: methods by specs or files, and who takes part where nobody is named."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from retarget_bench import defaults
+from retarget_bench.api import TASKS
+from retarget_bench.api.optional import method_card, metric_tasks
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.evaluation.score import declared_values
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.store import ResultPaths
+
+Named = str | PathLike[str] | ModuleType | Callable[..., Any]
+"""A method by its spec (``"ik"``), by the file of its plug-in, or by that file's module or ``plugin``."""
+Tell = Callable[[str], None]
+
+
+def make_plan(
+    methods: Sequence[Spec], datasets: Sequence[Spec], metrics: Sequence[str], tell: Tell, **others: Any
+) -> Plan:
+    """A plan. Without methods or metrics: those that take part in the task by default.
+
+    tell: is given a sentence for every broken plug-in that is left out. others: fields of the plan.
+    """
+    task = Spec.parse(others.get("task", TASKS[0])).name
+    return Plan(
+        methods=tuple(methods) or default_methods(task, tell),
+        datasets=tuple(datasets),
+        metrics=tuple(metrics) or default_metrics(task, tell),
+        **others,
+    )
+
+
+def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
+    """The methods that take part in a task by default, with the variants that their cards name.
+
+    Derived tasks leave out methods with privileged inputs; where their sources are positions, also methods
+    that do not accept positions.
+    """
+    kind = "motion" if task in ("retarget", "reconstruct") else "positions"
+    specs = []
+    for name, each in _working("methods", tell).items():
+        card = method_card(each)
+        if card.default and task in card.tasks and kind in card.accepts:
+            specs += [Spec(name), *(Spec(name, changes) for changes in card.variants)]
+    if task != TASKS[0]:
+        specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
+    return tuple(specs)
+
+
+def default_metrics(task: str, tell: Tell) -> tuple[str, ...]:
+    """All metrics of a task, and for derived tasks ``defaults.TASK_METRICS``. A metric with a value id that
+    another one declares is left out; built-in ones come first."""
+    kept: dict[str, Any] = {}
+    working = _working("metrics", tell)
+    for name in sorted(
+        working, key=lambda each: registry.find("metrics", each).origin != registry.BUILT_IN
+    ):
+        each = working[name]
+        if task not in metric_tasks(each) and (task == TASKS[0] or name not in defaults.TASK_METRICS):
+            continue
+        try:
+            declared_values([*kept.values(), each])
+        except BenchError as problem:
+            tell(str(problem))
+        else:
+            kept[name] = each
+    return tuple(kept)
+
+
+def _working(kind: registry.Kind, tell: Tell) -> dict[str, Any]:
+    """Every plug-in of a kind that can be built; broken ones are told and left out."""
+    found, problems = registry.working(kind)
+    for problem in problems:
+        tell(problem)
+    return found
+
+
+def existing(places: Sequence[ResultPaths], root: Path) -> list[ResultPaths]:
+    """The places that have results. Raises BenchError where none has."""
+    if there := [place for place in places if place.header.exists()]:
+        return there
+    raise BenchError(f"no results in {root}, and overwrite never makes none")
+
+
+def warn(problem: str) -> None:
+    """``Tell`` of Python: a warning."""
+    warnings.warn(f"left out: {problem}", stacklevel=2)
+
+
+def method_spec(method: Named) -> Spec:
+    """The spec of a method, whose file is added to the registry where it is given by one.
+
+    Raises BenchError for what worker processes cannot find by a name or a file.
+    """
+    if isinstance(method, str) and not method.endswith(".py"):
+        return Spec.parse(method)
+    path = Path(method) if isinstance(method, str | PathLike) else _file_of(method)
+    entry = registry.add_file(path)
+    if entry.kind != "methods":
+        raise BenchError(f"{path} is a {registry.SINGULAR[entry.kind]}, and a method is asked for")
+    return Spec(entry.name)
+
+
+def _file_of(method: object) -> Path:
+    """The file of a plug-in's module, or of the class or function that is the ``plugin`` of its module."""
+    module = method if isinstance(method, ModuleType) else sys.modules.get(_module_name(method))
+    file = getattr(module, "__file__", None)
+    known = method is module or getattr(module, "plugin", None) is method
+    if not file or not known or module is sys.modules["__main__"]:
+        name = getattr(method, "__name__", type(method).__name__)
+        raise BenchError(
+            f"{name} cannot be run: worker processes find a method by its name or file. Write it to a file "
+            f"that ends with the line plugin = {name}, and give the path of that file"
+        )
+    return Path(file)
+
+
+def _module_name(method: object) -> str:
+    return str(getattr(method, "__module__", ""))

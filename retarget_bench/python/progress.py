@@ -1,0 +1,57 @@
+"""Progress of long work: a bar where somebody watches, a line a minute elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+SECONDS = 60.0
+"""Between two lines."""
+
+
+@contextmanager
+def progress_bar(what: str, units: str, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
+    """A bar on a terminal and in notebooks, else lines on the error output; gives a function of how much is
+    done, and of how much in all."""
+    if not shown:
+        yield _unseen
+    elif "ipykernel" not in sys.modules and not sys.stderr.isatty():
+        yield _Lines(what, units)
+    else:
+        from tqdm import TqdmWarning
+        from tqdm.auto import tqdm
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", TqdmWarning)  # notebooks without widgets get a bar of text
+            bar = tqdm(desc=what, unit=f" {units}", leave=False)
+        with bar:
+
+            def progress(done: int, total: int) -> None:
+                bar.total = total
+                bar.update(done - bar.n)
+
+            yield progress
+
+
+def _unseen(done: int, total: int) -> None:
+    del done, total
+
+
+class _Lines:
+    """Progress as lines on the error output: one in ``SECONDS`` at most, and one when all is done."""
+
+    def __init__(self, what: str, units: str) -> None:
+        self.what, self.units = what, units
+        self.begun = self.told = time.monotonic()
+
+    def __call__(self, done: int, total: int) -> None:
+        now = time.monotonic()
+        if not done or (now - self.told < SECONDS and done < total):
+            return
+        self.told = now
+        left = (now - self.begun) * (total - done) / done / 60
+        known = f", about {left:.1f} min left" if done >= total / 20 else ""
+        print(f"{self.what}: {done} of {total} {self.units}{known}", file=sys.stderr, flush=True)

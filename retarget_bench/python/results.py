@@ -1,0 +1,352 @@
+"""``rb.Results``: results in a folder, as data frames, tables, comparisons, motion and reports."""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+import pandas as pd
+
+from retarget_bench import defaults
+from retarget_bench.analysis import statistics
+from retarget_bench.analysis.breakdown import By
+from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies
+from retarget_bench.api import TASKS
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.figures import method_order
+from retarget_bench.python import comparing
+from retarget_bench.python.arguments import checked
+from retarget_bench.python.motions import Motion, with_rotations
+from retarget_bench.python.views import Comparison, ListFrame, Player, TableView
+from retarget_bench.report import writing
+from retarget_bench.results import result_matrix, store
+from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.results.store import ResultPaths
+from retarget_bench.tables import builder, names, requested
+from retarget_bench.tables.model import count
+from retarget_bench.tables.requested import Request
+from retarget_bench.viewer import results_library, scene_builder
+
+CASE = ("case", "source", "target", "bodies", "clip", "kind", "frames")
+ROW = ("dataset", "split", "method", "seed", *CASE, "value_id", "index", "value")
+
+
+class Results:
+    """Results of some methods on some splits, as they lie in a folder.
+
+    Nothing is computed here, and nothing is kept in memory that is not in the folder. Make them by
+    ``rb.run``, or from a folder by ``rb.load_results``.
+
+    places: paths of the results. variants: tables show variants of methods, such as copied rotations with
+    other root rules, as after a run that names its methods. Raises BenchError where there are no results,
+    or of several tasks.
+    """
+
+    def __init__(self, places: Sequence[ResultPaths], variants: bool = False) -> None:
+        self.places, self.variants = tuple(places), variants
+        if not self.places:
+            raise BenchError("there are no such results")
+        if len(tasks := sorted({place.task for place in places})) > 1:
+            raise BenchError(f"these are results of several tasks, {', '.join(tasks)}; load one of them")
+
+    @classmethod
+    @checked
+    def load(cls, *folders: str | PathLike[str], task: str = TASKS[0]) -> Self:
+        """The results in one folder or several, ``runs`` by default. Raises BenchError where one has none.
+
+        Methods of equal names in several folders are told apart by their folders.
+        """
+        found: list[ResultPaths] = []
+        for folder in map(Path, folders or (defaults.OUT,)):
+            if not (here := store.find_results(folder, task)):
+                raise BenchError(f"no results in {folder}; rb.run(..., out={str(folder)!r}) makes some")
+            found += here
+        return cls(found)
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.methods)
+        splits = "; ".join(
+            f"{each.split} of {each.dataset}: {count(int(each.own.sum()), 'case')}"
+            for each in self._matrices
+        )
+        where = ", ".join(dict.fromkeys(str(place.root) for place in self.places))
+        return f"<Results of {names} ({splits}) in {where}>"
+
+    @property
+    def methods(self) -> list[str]:
+        """The methods, as tables call them."""
+        return list(dict.fromkeys(row.label for each in self._matrices for row in each.rows))
+
+    @property
+    def splits(self) -> list[str]:
+        return list(dict.fromkeys(each.split for each in self._matrices))
+
+    @cached_property
+    def _matrices(self) -> list[ResultMatrix]:
+        return result_matrix.result_matrices(self.places)
+
+    @checked
+    def only(self, methods: str | Sequence[str] = (), splits: str | Sequence[str] = ()) -> Results:
+        """The results of some methods, on some splits. Raises BenchError for those that there are not."""
+        names = [methods] if isinstance(methods, str) else list(methods)
+        wanted = [splits] if isinstance(splits, str) else list(splits)
+        if unknown := [each for each in wanted if each not in self.splits]:
+            raise BenchError(f"no results of split {unknown[0]!r} here; there are {', '.join(self.splits)}")
+        places = [place for place in self.places if not wanted or place.split in wanted]
+        return Results(
+            method_order.of_methods(places, names) if names else places, self.variants or bool(names)
+        )
+
+    # ------------------------------------------------------------------------------------------ numbers
+    @property
+    def rows(self) -> pd.DataFrame:
+        """Every number, one per row: ``dataset``, ``split``, ``method``, ``seed``, the case (``case``,
+        ``source``, ``target``, ``bodies``, ``clip``, ``kind``, ``frames``), ``value_id``, ``index`` and
+        ``value``.
+
+        bodies: ``people``, ``four-legged`` or ``mixed``; "" in results that are older than these groups.
+        index: the point of a curve, or "". Cases without an answer have no row: see ``problems``.
+        Values per joint and frame, and values of whole sets such as FID, are in tables.
+        """
+        found = [np.array(column, dtype=object) for column in zip(*self._columns(), strict=True)]
+        return pd.DataFrame(
+            {name: np.concatenate(list(parts)) for name, parts in zip(ROW, found, strict=True)}
+        ).infer_objects()
+
+    def _columns(self) -> Iterator[tuple[np.ndarray, ...]]:
+        """The columns of ``ROW``, of one value of one method on one split at a time."""
+        for matrix in self._matrices:
+            facts = [_facts(matrix, name) for name in CASE]
+            for row in matrix.rows:
+                for paths, run in zip(row.all_paths, row.runs, strict=True):
+                    seeds = store.read_header(paths.header).seeds or (0,)
+                    for (value, index), numbers in run.items():
+                        there = matrix.own & ~np.isnan(numbers)
+                        told = (matrix.dataset, matrix.split, row.label, seeds[0])
+                        case = (column[there] for column in facts)
+                        n = int(there.sum())
+                        yield (
+                            *(np.full(n, each, dtype=object) for each in told),
+                            *case,
+                            *(np.full(n, each, dtype=object) for each in (value, index)),
+                            numbers[there],
+                        )
+
+    @property
+    def problems(self) -> pd.DataFrame:
+        """The cases that a method did not answer: ``dataset``, ``split``, ``method``, ``case``, ``status``
+        (``unsupported``, ``invalid``, ``failed``, ``missing``) and ``message``."""
+        found = [
+            (matrix.dataset, matrix.split, row.label, case, each.status, each.message)
+            for matrix in self._matrices
+            for row in matrix.rows
+            for each in row.header.problems
+            for case in each.cases
+        ]
+        return pd.DataFrame(found, columns=["dataset", "split", "method", "case", "status", "message"])
+
+    @checked
+    def worst(
+        self,
+        method: str,
+        value: str = builder.DEFAULT_COLUMNS[0],
+        *,
+        splits: str | Sequence[str] = (),
+        n: int = 5,
+        bodies: str = "",
+    ) -> pd.DataFrame:
+        """The cases in which a value of a method is worst, worst first: split, case, source, target,
+        bodies, clip, kind, and the number under the value's id.
+
+        value: an id or a name of it, such as ``MPJPE``. bodies: as for ``table``.
+        A value that is best at a goal is worst where |ln(value / goal)| is largest. Raises BenchError for a
+        method or value without results, for a curve, and for a value of which neither end is better.
+        """
+        chosen = self.only(method, splits)
+        found = []
+        for matrix in of_bodies(chosen._matrices, bodies):
+            value_id = names.value_id(value, matrix.values)
+            if matrix.values[value_id].index:
+                known = [key for key, each in matrix.values.items() if not each.index]
+                raise BenchError(f"{value_id} is a curve; there are {', '.join(known)}")
+            facts = matrix.values[value_id]
+            if facts.better == "none":
+                raise BenchError(f"{value_id} is a description: no number of it is worse than another")
+            (numbers,) = matrix.numbers((value_id, ""))
+            loss = statistics.losses(numbers[None], facts.better, facts.goal)[0]
+            frame = pd.DataFrame(
+                {"split": matrix.split} | {name: _facts(matrix, name) for name in CASE[:-1]}
+            )
+            found.append(frame.assign(**{value_id: numbers, "loss": loss})[matrix.own & ~np.isnan(numbers)])
+        worst = pd.concat(found).sort_values("loss", ascending=False, kind="stable")
+        return ListFrame(worst.drop(columns="loss").head(n).reset_index(drop=True))
+
+    # ------------------------------------------------------------------------------------- what is shown
+    @checked
+    def table(
+        self,
+        columns: str | Sequence[str] | None = None,
+        *,
+        by: By | None = None,
+        everything: bool = False,
+        at_least: int | None = None,
+        bodies: str = "",
+    ) -> TableView:
+        """The table of ``bench table``: text by ``str``, rich in notebooks, numbers in ``.frame``.
+
+        columns:    value ids (``rb.metrics()`` lists them); None: the usual ones. everything: all of them.
+        by:         a line per ``pair``, ``clip``, ``kind``, ``structure``, ``joint``, ``part``, ``seen``.
+        at_least:   only of clips that last so many seconds.
+        bodies:     ``people``, ``four-legged``, ``mixed`` or ``all``; people, where there are any.
+        Raises BenchError for values and bodies that no result has.
+        """
+        plain = self.places[0].task == TASKS[0]
+        asked = Request(
+            columns=[columns] if isinstance(columns, str) else columns,
+            everything=everything,
+            by=by,
+            at_least=at_least,
+            bodies=bodies,
+            select=Selection(variants=self.variants or not plain, apart=plain),
+        )
+        return TableView(lambda form: requested.tables(self.places, asked, form))
+
+    @checked
+    def compare(
+        self,
+        first: str,
+        second: str,
+        columns: str | Sequence[str] | None = None,
+        everything: bool = False,
+        bodies: str = "",
+    ) -> Comparison:
+        """Two methods value by value on every split: difference, 95 % interval, p-value and a verdict.
+
+        columns: value ids; None: those of tables. everything: all of them. bodies: as for ``table``.
+        Tests are over source clips, paired, and adjusted for the values compared. Raises BenchError for
+        methods or values without results.
+        """
+        wanted = [columns] if isinstance(columns, str) else columns
+        matrices = of_bodies(self._matrices, bodies)
+        return Comparison(comparing.compare(matrices, first, second, wanted, everything))
+
+    @checked
+    def show(self, case: str, methods: str | Sequence[str] = (), *, overlay: bool = False) -> Player:
+        """A player of a case: source, reference, and the answers of all methods or of these.
+
+        case: its id, or a part of it that no other case has. Raises BenchError for an unknown case.
+        """
+        having, found = results_library.case(self.only(methods).places, case)
+        scene = scene_builder.of_case(having, found)
+        return Player(replace(scene, colours=results_library.colours(self._roots)), overlay)
+
+    @checked
+    def motion(self, case: str, of: str = "reference") -> Motion:
+        """A motion of a case, to be saved or looked at: of ``source``, ``reference`` or a method's answer.
+
+        case: as for ``show``. Raises BenchError where there is no such motion, with the reason.
+        """
+        scene = self.show(case, [of] if of in self.methods else ()).scene
+        figures = {figure.label: figure for figure in scene.figures}
+        if of not in figures:
+            raise BenchError(f"{scene.title} has no {of!r}; there are {', '.join(figures)}")
+        figure = figures[of]
+        if figure.positions is None:
+            raise BenchError(f"{of} has no answer to {scene.title} ({figure.status}): {figure.message}")
+        return with_rotations(figure.motion or figure.character.positions(figure.positions, scene.fps))
+
+    @checked
+    def report(
+        self, path: str | PathLike[str], *, title: str | None = None, clips: int | None = None
+    ) -> Path:
+        """Write one page with tables, charts and motion that opens from disk, and return its path.
+
+        clips: so many cases in motion; 0: none; None: all, or as many as fit 4 MB. Raises BenchError for a
+        name that does not end in .html.
+        """
+        writing.write(Path(path), self._roots, only=self.places, title=title, clips=clips)
+        return Path(path)
+
+    @property
+    def _roots(self) -> list[Path]:
+        return list(dict.fromkeys(place.root for place in self.places))
+
+    # --------------------------------------------------------------------------------------------- files
+    @checked
+    def save(self, folder: str | PathLike[str], *, overwrite: bool = False) -> Path:
+        """Copy these results, and nothing else, to a new folder, predictions included; returns its path.
+
+        The folder appears when all is there. overwrite: replace results that are there. Raises BenchError
+        where the folder exists, or two of these results would have one name.
+        """
+        folder = Path(folder)
+        inside = [place.header.relative_to(place.root) for place in self.places]
+        if len(set(inside)) < len(inside):
+            raise BenchError("these are results of one method in several folders; save them one by one")
+        if any(place.root.resolve() == folder.resolve() for place in self.places):
+            raise BenchError(f"{folder} is where these results lie")
+        if folder.exists():
+            _check_replaceable(folder, overwrite)
+        made = folder.with_name(f".{secrets.token_hex(6)}.{folder.name[-40:]}")
+        old = made.with_name(f"{made.name}.old")
+        try:
+            for place in self.places:
+                _copy(place, replace(place, root=made))
+            if folder.exists():
+                folder.rename(old)
+            made.rename(folder)
+        except OSError as error:
+            raise FileError(folder, f"cannot be written ({error.strerror or error})") from error
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+        return folder
+
+
+def _facts(matrix: ResultMatrix, name: str) -> np.ndarray:
+    """``(cases,)`` what is known of every case under a name of ``CASE``."""
+    if name == "bodies":
+        return bodies_of_cases(matrix)
+    attribute = "id" if name == "case" else name
+    return np.array([getattr(info, attribute) for info in matrix.cases], dtype=object)
+
+
+def _check_replaceable(folder: Path, overwrite: bool) -> None:
+    """Raises BenchError for a folder with anything but results in it, and for one with results unless these
+    are to be overwritten."""
+    inside = [each.relative_to(folder).parts for each in folder.rglob("*") if not each.is_dir()]
+    strange = [parts for parts in inside if len(parts) < 4 or parts[1].split("-")[0] not in TASKS]
+    if not folder.is_dir() or strange:
+        raise BenchError(f"{folder} holds other files than results, and is not overwritten")
+    if inside and not overwrite:
+        raise BenchError(f"{folder} is there; overwrite=True replaces the results in it")
+
+
+def _copy(place: ResultPaths, there: ResultPaths) -> None:
+    """Every file of one method on one split, and the metadata of its cases."""
+    there.folder.mkdir(parents=True, exist_ok=True)
+    files = [each for each in place.folder.iterdir() if each.is_file()]
+    for file in files:
+        if file.name.startswith("cases.") or _belongs(file.name, place.method):
+            shutil.copy2(file, there.folder / file.name)
+    if (predictions := place.folder / place.method).is_dir():
+        shutil.copytree(predictions, there.folder / place.method)
+
+
+def _belongs(name: str, method: str) -> bool:
+    """True for a file of a method: ``ik.csv`` and ``ik.sets.csv``, but not ``ik.seed-1.csv``."""
+    rest = name.removeprefix(f"{method}.")
+    return rest != name and not rest.startswith("seed-") and not rest.endswith("journal")
+
+
+@checked
+def load_results(*folders: str | PathLike[str], task: str = TASKS[0]) -> Results:
+    """Results that ``rb.run``, ``bench run`` or ``bench task`` made: see ``Results.load``."""
+    return Results.load(*folders, task=task)

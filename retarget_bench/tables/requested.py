@@ -1,0 +1,67 @@
+"""The tables that somebody asks for, on the command line or in Python."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from retarget_bench.analysis.breakdown import By
+from retarget_bench.analysis.selection import Selection
+from retarget_bench.analysis.summary import split_summaries
+from retarget_bench.api import TASKS
+from retarget_bench.evaluation.tasks import DERIVED
+from retarget_bench.results.store import ResultPaths
+from retarget_bench.tables import builder, names
+from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.model import Table
+
+LAYOUTS: dict[str, builder.Layout] = {"text": "overview", "md": "overview", "html": "both"}
+"""Format -> the layout of a table for which nothing special is asked; of others a group per split."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """A choice of columns, cases and methods.
+
+    columns:  names of columns; None: the usual ones. everything: all of them.
+    by:       a breakdown; None: none.
+    at_least: only of cases that last so many seconds. splits: only these; none: all.
+    bodies:   see ``builder.bodies_shown``. select: of methods.
+    """
+
+    columns: Sequence[str] | None = None
+    everything: bool = False
+    by: By | None = None
+    at_least: int | None = None
+    splits: Sequence[str] = ()
+    bodies: str = ""
+    select: Selection = field(default_factory=Selection)
+
+
+def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") -> list[Table]:
+    """The tables of results of one task, laid out for a format.
+
+    Raises BenchError for columns and bodies that no result has.
+    """
+    by, task = asked.by, places[0].task.split("-")[0]
+    usual = asked.columns is None and not asked.everything
+    if task in DERIVED and usual and asked.at_least is None:
+        return builder.task_tables(places, task, by, asked.select)
+    if task in DERIVED and asked.columns is not None and task != "reconstruct":
+        by = by or builder.TASK_BREAKDOWN[task]
+    found = split_summaries(places, by, asked.at_least, select=asked.select)
+    columns: Sequence[str] = builder.DEFAULT_COLUMNS
+    if asked.everything:
+        # nobody times probes, nor derived tasks
+        columns = [each for each in builder.all_columns(found) if task == TASKS[0] or each != FPS]
+    elif asked.columns is not None:
+        columns = names.column_ids(asked.columns, found)
+        if by is None and (over := builder.curve_index(found, columns)):
+            by, found = over, split_summaries(places, over, asked.at_least, select=asked.select)
+    shown, hints = builder.bodies_shown(found, asked.bodies)
+    shown = [section for section in shown if not asked.splits or section.split in asked.splits]
+    if asked.at_least is not None:
+        hints.append(f"only clips of {asked.at_least} s or longer")
+    layout: builder.Layout = "splits"
+    if task == TASKS[0] and usual and not (by or asked.splits):
+        layout = LAYOUTS.get(form, "splits")
+        columns = builder.OVERVIEW_COLUMNS if form == "tex" else columns
+    return builder.with_hints(builder.tables(shown, columns, by or "", layout=layout), hints)

@@ -1,0 +1,176 @@
+"""Learned methods on generated people and on real rigs, beside untrained ones, and what was aimed at.
+
+    python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo
+
+Computes what is missing or outdated in --out (runs/learned). Writes ``results/learned.md``, and
+``methods/known.csv``, by which ``bench retarget`` and ``bench info`` warn. Methods without shipped
+weights are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import retarget_bench as rb
+from retarget_bench import defaults
+from retarget_bench.files import write_csv, write_text
+from retarget_bench.plugins import registry
+from retarget_bench.python import known
+
+PROJECT = Path(__file__).parents[2]
+METHODS = (
+    *("ik", "copy_rotations", "bone_directions", "paired", "pan", "humot", "smrm", "nkn", "nkn_cross"),
+    STILL := "rest_pose",
+)
+SPLITS = {"puppets": ("self", "intra", "cross"), "mixamo": ("intra", "cross")}
+BODIES = {"puppets": known.GENERATED, "mixamo": known.REAL}
+
+METRICS = ("position", "plant", "smoothness")
+MPJPE, ALIGNED, RECALL, JERK = "mpjpe_h.world", "mpjpe_h.root", "plant_recall", "jerk_ratio"
+Column = tuple[str, str, str]
+"""Data set, split, value."""
+INTRA, CROSS = ("puppets", "intra", MPJPE), ("puppets", "cross", MPJPE)
+REAL, REAL_ALIGNED = ("mixamo", "cross", MPJPE), ("mixamo", "cross", ALIGNED)
+RECALLS = (("puppets", "intra", RECALL), ("puppets", "cross", RECALL))
+JERKS = (("puppets", "intra", JERK), ("puppets", "cross", JERK))
+TABLES = {
+    "MPJPE in % of height": {
+        "puppets, intra": INTRA,
+        "puppets, cross": CROSS,
+        "Mixamo, cross": REAL,
+        "Mixamo, cross, root-aligned": REAL_ALIGNED,
+    },
+    "Contact recall and jerk ratio": {
+        "recall, puppets, intra": RECALLS[0],
+        "recall, puppets, cross": RECALLS[1],
+        "recall, Mixamo, cross": ("mixamo", "cross", RECALL),
+        "jerk, puppets, intra": JERKS[0],
+        "jerk, puppets, cross": JERKS[1],
+        "jerk, Mixamo, cross": ("mixamo", "cross", JERK),
+    },
+}
+
+Limit = float | tuple[float, str]
+"""A number, or a share of a method's number in the same column."""
+
+
+def aims(
+    intra: Limit, cross: Limit, real: Limit, aligned: Limit, recall: Limit, jerk: Limit
+) -> dict[Column, Limit]:
+    errors = {INTRA: intra, CROSS: cross, REAL: real, REAL_ALIGNED: aligned}
+    return errors | dict.fromkeys(RECALLS, recall) | dict.fromkeys(JERKS, jerk)
+
+
+COPY, COPY_08, HALF_STILL = (1.0, "copy_rotations"), (0.8, "copy_rotations"), (0.5, STILL)
+HALF_IK, IK = (0.5, "ik"), (1.0, "ik")
+AIMS: dict[str, dict[Column, Limit]] = {
+    "paired": {INTRA: HALF_IK, CROSS: HALF_IK, REAL: IK, REAL_ALIGNED: IK},
+    "pan": aims(COPY, COPY, 4.5, 2.0, COPY, 1.3),
+    "humot": aims(COPY, COPY, 4.5, 2.5, COPY_08, 1.3),
+    "smrm": aims(3.0, 4.0, HALF_STILL, HALF_STILL, 0.4, 1.5),
+    "nkn": aims(3.0, 4.0, HALF_STILL, HALF_STILL, 0.4, 1.5),
+    "nkn_cross": {CROSS: 6.0},
+}
+
+
+def comparisons(results: rb.Results, bodies: str) -> Iterator[known.Comparison]:
+    """Every method that is no control against the default one."""
+    default, version, _ = known.identity(defaults.METHOD)
+    for method in results.methods:
+        if method in (default, STILL):
+            continue
+        for found in results.compare(method, default, MPJPE).found:
+            (one,) = found.differences
+            ends = (one.interval.low, one.interval.high) if one.interval else ()
+            numbers = [f"{number:.4g}" for number in (one.first, one.second, *ends, one.p)]
+            yield known.Comparison(
+                *known.identity(method),
+                *(default, version, bodies, found.split, found.dataset.removesuffix(": people")),
+                *(str(one.cases), str(one.clips), *numbers[:2], *(numbers[2:-1] or ("", "")), numbers[-1]),
+                better={"first": method, "second": default}.get(one.verdict, ""),
+            )
+
+
+def page(results: dict[str, rb.Results]) -> str:
+    """The tables as Markdown, every number with its interval and what it was to be."""
+    cells: dict[tuple[str, Column], Any] = {}
+    sizes = {}
+    for name, each in results.items():
+        for row in each.table([MPJPE, ALIGNED, RECALL, JERK]).frame.itertuples():
+            cells[row.method, (name, row.split, row.value_id)] = row
+            if row.method == defaults.METHOD and row.value_id == MPJPE:
+                sizes[f"{row.dataset}, {row.split}"] = f"{row.cases:g} cases of {row.clips:g} clips"
+    out = [
+        "# Learned methods and what they were to reach",
+        "",
+        "    python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo",
+        "",
+        "Shipped weights. Means over clips on the cases that all methods answered, 95 % intervals over "
+        "clips in brackets; below them the aim, and whether the mean reaches it. "
+        + "; ".join(f"{name}: {size}" for name, size in sizes.items())
+        + ". What keeps the others from it: [docs/learned.md](../docs/learned.md).",
+    ]
+    methods = [each for each in METHODS if (each, CROSS) in cells]
+    for title, columns in TABLES.items():
+        out += ["", f"## {title}", "", f"| method | {' | '.join(columns)} |"]
+        out += ["|---|" + "---|" * len(columns)]
+        for method in methods:
+            shown = " | ".join(cell(cells, method, column) for column in columns.values())
+            out.append(f"| {method.replace('_', chr(92) + '_')} | {shown} |")
+    return "\n".join(out) + "\n"
+
+
+def cell(cells: dict[tuple[str, Column], Any], method: str, column: Column) -> str:
+    """A number, its interval and its aim."""
+    row = cells.get((method, column))
+    if row is None or row.value != row.value:
+        return "n/a"
+    text = f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if row.low == row.low else "")
+    if (limit := AIMS.get(method, {}).get(column)) is None:
+        return text
+    aim = limit if isinstance(limit, float) else limit[0] * cells[limit[1], column].value
+    more = column[2] == RECALL
+    reached = row.value >= aim if more else row.value <= aim
+    return f"{text}<br>{'≥' if more else '≤'} {aim:.2f}: {'yes' if reached else 'no'}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--root", required=True, metavar="DIR", help="folder of the Mixamo clips")
+    parser.add_argument("--mixamo", default="mixamo", metavar="DATASET", help="with its parameters")
+    parser.add_argument("--out", default="runs/learned", metavar="DIR", help="folder of results")
+    parser.add_argument("--jobs", type=int, metavar="N", help="number of processes")
+    given = parser.parse_args()
+    made = {name: registry.create("methods", name) for name in METHODS}
+    methods = [name for name, each in made.items() if not getattr(each, "untrained", "")]
+    specs = {"puppets": defaults.DATASET, "mixamo": given.mixamo}
+    results = {
+        name: rb.run(
+            methods,
+            dataset=specs[name],
+            root=given.root if name == "mixamo" else None,
+            splits=splits,
+            metrics=METRICS,
+            out=given.out,
+            workers=given.jobs,
+            timed=False,
+        )
+        for name, splits in SPLITS.items()
+    }
+    write(results)
+
+
+def write(results: dict[str, rb.Results]) -> None:
+    """Both files, from results by ``puppets`` and ``mixamo``."""
+    rows = [each for name, found in results.items() for each in comparisons(found, BODIES[name])]
+    write_csv(known.shipped(), known.FIELDS, [dataclasses.astuple(row) for row in rows])
+    write_text(PROJECT / "results" / "learned.md", text := page(results))
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""Windows a second of whole training steps: by precision, rows of a batch, and ``torch.compile``.
+
+    python tests/benchmarks/training_steps.py pan humot [--rows 16 32 64] [--rounds 3] [--compiled]
+        [--dataset puppets] [--preset default] [--threads 1] [--device cpu] [--steps 200]
+
+A step is one of ``bench train``: a batch drawn and moved to the device, losses, gradients and Adam of
+all phases. Contenders take turns with batches of the same seeds, and the median round counts: of processor
+time, on a GPU of wall time with the device waited for. ``--compiled`` adds contenders whose networks
+``torch.compile`` has translated with its CPU backend; what that takes beforehand is printed too. With
+``--steps`` both precisions are trained from one beginning on the same batches, and losses are printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.contract import LearnsFromPairs
+from retarget_bench.training.data import TrainingData, gather
+from retarget_bench.training.pair_data import gather_pairs
+from retarget_bench.training.phases import NORM, optimiser_phases, to_device
+
+PARTS = ("Encoder", "Decoder", "SkeletonEncoder", "Autoencoder", "Corrector", "GRU")
+"""Classes of networks that are called as a whole, which is what can be compiled."""
+
+
+def stepper(
+    data: TrainingData, method: Any, rows: int, precision: Any, compiled: bool, asked: argparse.Namespace
+) -> Callable[[int], tuple[float, float]]:
+    """A function of a seed: seconds of one step, and the sum of the first phase's losses."""
+    config = replace(method.presets[asked.preset], precision=precision)
+    device = torch.device(asked.device)
+    torch.manual_seed(0)
+    module = method.training_module(data, config)
+    module.modules.to(device)
+    if compiled:
+        translate(module.modules)
+    phases = optimiser_phases(module, config, device)
+    clock = time.process_time if device.type == "cpu" else time.perf_counter
+
+    def step(seed: int) -> tuple[float, float]:
+        torch.manual_seed(seed)
+        begun = clock()
+        batch = to_device(module.draw(np.random.default_rng(seed), rows), device)
+        memory: dict[str, Any] = {}
+        measured = [phase(batch, memory, config.rate_at(seed, 0.0)) for phase in phases]
+        if device.type == "cuda":
+            torch.cuda.synchronize()
+        seconds = clock() - begun
+        terms = {key: each for key, each in measured[0].items() if not key.endswith(NORM)}
+        return seconds, sum(float(each) for each in terms.values())
+
+    return step
+
+
+def translate(part: nn.Module) -> None:
+    """Compile the outermost modules whose class is named in ``PARTS``."""
+    for child in part.children():
+        if type(child).__name__ in PARTS:
+            child.compile(dynamic=False)
+        else:
+            translate(child)
+
+
+def compare(name: str, asked: argparse.Namespace) -> None:
+    spec = Spec.parse(name)
+    method: Any = plan.method(spec)
+    collect = gather_pairs if isinstance(method, LearnsFromPairs) else gather
+    fps = method.presets[asked.preset].fps
+    data = collect(Spec.parse(asked.dataset), spec, fps, 1, lambda *_: None)
+    if asked.steps:
+        curves(name, method, data, asked)
+        return
+    print(f"{name}, preset {asked.preset}: windows a second", flush=True)
+    for rows in asked.rows:
+        choices = [(kind, compiled) for compiled in asked.compiled for kind in ("float32", "bfloat16")]
+        steps = {each: stepper(data, method, rows, *each, asked) for each in choices}
+        before = {each: step(0)[0] for each, step in steps.items()}
+        found: dict[Any, list[float]] = {each: [] for each in choices}
+        for round_ in range(1, asked.rounds + 1):
+            for each, step in steps.items():
+                found[each].append(step(round_)[0])
+        base = statistics.median(found[choices[0]])
+        for (kind, compiled), seconds in found.items():
+            each = statistics.median(seconds)
+            told = f", {before[kind, compiled]:.0f} s for the first step" if compiled else ""
+            print(
+                f"  {rows:4d} rows, {kind}{' compiled' * compiled}: {rows / each:8.1f}, "
+                f"{1e3 * each:.0f} ms a step, {base / each:.2f} times the first{told}",
+                flush=True,
+            )
+
+
+def curves(name: str, method: Any, data: TrainingData, asked: argparse.Namespace) -> None:
+    """Print mean losses over each quarter of the steps."""
+    rows = asked.rows[0]
+    steps = {kind: stepper(data, method, rows, kind, False, asked) for kind in ("float32", "bfloat16")}
+    losses = np.array([[step(seed)[1] for step in steps.values()] for seed in range(asked.steps)])
+    for kind, each in zip(steps, losses.T, strict=True):
+        quarters = "  ".join(f"{part.mean():.5g}" for part in np.array_split(each, 4))
+        print(f"{name}, {rows} rows, {asked.steps} steps, {kind}: {quarters}", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("methods", nargs="+")
+    parser.add_argument("--rows", type=int, nargs="+", default=[16, 32, 64])
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--dataset", default="puppets")
+    parser.add_argument("--preset", default="default")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--device", default="cpu")
+    parser.add_argument("--steps", type=int, default=0)
+    parser.add_argument("--compiled", action="store_const", const=(False, True), default=(False,))
+    asked = parser.parse_args()
+    torch.set_num_threads(asked.threads)
+    for name in asked.methods:
+        compare(name, asked)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,155 @@
+"""Names as people write them: of columns, values, methods and formats."""
+
+import pytest
+from click.testing import CliRunner
+
+from retarget_bench.analysis import pairwise
+from retarget_bench.commands.plugins import info
+from retarget_bench.commands.table import command as table
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+from retarget_bench.results.header import DeclaredValue
+from retarget_bench.tables import names
+from retarget_bench.tables.builder import DEFAULT_COLUMNS
+
+
+def value(label, metric="", index=""):
+    return DeclaredValue(
+        label=label, meaning="", unit="1", better="lower", goal=1.0, tolerance=0.0, index=index,
+        with_self=False, metric=metric,
+    )  # fmt: skip
+
+
+KNOWN = {
+    "contact_recall": value("contact recall, by speed", "contact"),
+    "turn.local": value("turning error, local", "turns"),
+    "turn.world": value("turning error, global", "turns"),
+    "plant_f1": value("contact F1", "plant"),
+    "plant_recall": value("contact recall", "plant"),
+    "mpjpe_h.root": value("MPJPE, root-aligned", "position"),
+    "mpjpe_h.world": value("MPJPE", "position"),
+    "fid": value("FID", "fid"),
+}
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"),
+    [
+        ("turn.local", "turn.local"),
+        ("Turn.Local", "turn.local"),
+        ("MPJPE", "mpjpe_h.world"),
+        ("mpjpe", "mpjpe_h.world"),
+        ("mpjpe-h", "mpjpe_h.world"),  # of a family, the first default column
+        ("position", "mpjpe_h.world"),
+        ("mpjpe, root aligned", "mpjpe_h.root"),
+        ("contact_recall", "contact_recall"),  # an id wins over the label of another value
+        ("Contact Recall", "plant_recall"),
+        ("contact-recall", "plant_recall"),
+        ("plant", "plant_recall"),
+        ("contact f1", "plant_f1"),
+        ("turning error,  GLOBAL", "turn.world"),
+        ("FID", "fid"),
+        ("FPS", "fps"),
+        ("speed", "fps"),
+    ],
+)
+def test_a_column_is_found_however_it_is_written(asked, found):
+    assert names.value_id(asked, KNOWN, ("fps",)) == found
+
+
+@pytest.mark.parametrize(
+    ("asked", "also", "told"),
+    [
+        ("n", ("fps",), "n is the number of cases, no value"),
+        ("speed", (), "is no value of single cases; bench table --columns speed"),
+        ("contact", ("fps",), r"give the id: plant_recall \(contact recall\), contact_recall"),
+    ],
+)
+def test_columns_that_are_no_values_and_names_of_several_are_explained(asked, also, told):
+    known = KNOWN | {"contact_f1": value("contact F1, by speed", "contact")}
+    with pytest.raises(BenchError, match=told):
+        names.value_id(asked, known, also)
+
+
+def test_a_family_of_several_values_lists_them():
+    for family in ("turn", "turns", "turning error"):
+        with pytest.raises(BenchError, match=r"one of 2 values.*turn\.local \(turning.*, turn\.world"):
+            names.value_id(family, KNOWN)
+
+
+def test_an_unknown_name_is_answered_with_close_ones_or_all():
+    with pytest.raises(BenchError, match=r"value 'contact recal'; did you mean plant_recall \(contact rec"):
+        names.value_id("contact recal", KNOWN)
+    with pytest.raises(
+        BenchError, match=r"value 'xyzzy'; there are fps, contact_recall, fid, mpjpe_h\.root"
+    ):
+        names.value_id("xyzzy", KNOWN, ("fps",))
+
+
+def test_columns_are_shown_once():
+    assert names.value_ids(["mpjpe", "FID", "position"], KNOWN) == ["mpjpe_h.world", "fid"]
+
+
+def test_every_label_and_id_of_the_installed_metrics_is_known_by_itself():
+    known = names.installed()
+    assert set(DEFAULT_COLUMNS) - {"fps"} <= set(known)
+    labels = [each.label for each in known.values()]
+    for key, each in known.items():
+        assert names.value_id(key, known) == key
+        if labels.count(each.label) == 1:
+            assert names.value_id(each.label.upper(), known) == key
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("HuMoT", "humot"),
+        ("PAN[variant=paper]+footfix", "pan[variant=paper]+footfix"),
+        ("copy rotations", "copy_rotations"),
+        ("Copy-Rotations[root_rule=none]", "copy_rotations[root_rule=none]"),
+        ("no such thing", "no such thing"),
+    ],
+)
+def test_methods_are_found_however_they_are_written(written, meant):
+    assert registry.spelled(written, ("methods",)) == meant
+
+
+def test_a_canonical_spec_has_the_name_of_the_plug_in():
+    spec = registry.canonical("methods", "Copy_Rotations[root_rule=none]")
+    assert str(spec) == "copy_rotations[root_rule=none]"
+    assert registry.kinds_of("FID") == ["metrics"]
+
+
+def test_methods_of_results_too():
+    labels = ["copy_rotations[root_rule=none]", "humot", "My Method", "my-method 2"]
+    assert pairwise.label_of("HuMoT", labels) == "humot"
+    assert pairwise.label_of("copy rotations[root_rule=none]", labels) == labels[0]
+    assert pairwise.label_of("my_method", labels) == "My Method"
+    assert pairwise.label_of("my", labels) is None
+
+
+@pytest.mark.parametrize(
+    ("asked", "first"),
+    [
+        ("mpjpe", "MPJPE, value of metric position"),
+        ("contact recall", "contact recall, value of metric plant"),
+        ("HuMoT", "method humot (built-in)"),
+        ("FID", "metric fid (built-in)"),
+    ],
+)
+def test_info_about_whatever_has_the_name(asked, first):
+    assert CliRunner().invoke(info, [asked]).output.startswith(first)
+
+
+def test_info_about_nothing_suggests_methods_and_values():
+    said = [str(CliRunner().invoke(info, [asked]).exception) for asked in ("humott", "foot skatin")]
+    assert "did you mean humot" in said[0]
+    assert "did you mean foot_slide (foot skating)" in said[1]
+
+
+@pytest.mark.parametrize("form", ["latex", "markdown"])
+def test_formats_go_by_their_names_too(form, tmp_path):
+    done = CliRunner().invoke(table, [str(tmp_path), "-f", form])
+    assert "no results in" in str(done.exception)  # the format was understood
+    done = CliRunner().invoke(table, [str(tmp_path), "-f", "word"])
+    assert done.exit_code == 2

@@ -1,0 +1,157 @@
+"""Which methods and bodies tables are made of."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from stored import running, store
+
+from retarget_bench.analysis import summary
+from retarget_bench.analysis.selection import Selection
+from retarget_bench.cli import group
+from retarget_bench.errors import BenchError
+from retarget_bench.results import store as records
+
+VALUE = "mpjpe_h.world"
+LEGS = "character,legs\nann,2\nbo,2\nrex,4\n"
+CASES = (("ann>bo", "c1"), ("bo>ann", "c2"), ("rex>rex", "c3"), ("ann>rex", "c4"))
+
+
+def stored(root, file, cases=CASES, **changes):
+    place = store(
+        root, "cross", file, [(*case, {VALUE: 1.0 + n}) for n, case in enumerate(cases)], **changes
+    )
+    (place.folder / "cases.bodies.csv").write_text(LEGS)
+    return place
+
+
+def sections(places, **choice):
+    found = summary.split_summaries(places, select=Selection(**choice))
+    return {section.bodies: section for section in found}
+
+
+def labels(places, **choice):
+    return [score.label for score in sections(places, **choice)["people"].scores]
+
+
+def test_bodies_on_two_and_on_four_legs_are_told_apart(tmp_path):
+    found = sections([stored(tmp_path, "m")])
+    means = {bodies: section.scores[0].means[VALUE].value for bodies, section in found.items()}
+    assert means == {"people": 1.5, "four-legged": 3.0, "mixed": 4.0}
+    assert found["people"].clips == 2
+    assert found["people"].scores[0].asked == 2
+
+
+def test_who_answers_all_people_is_ranked_among_them(tmp_path):
+    numbers = [(*case, {VALUE: 1.0} if "rex" not in case[0] else "unsupported") for case in CASES]
+    places = [stored(tmp_path, "all"), store(tmp_path, "cross", "people_only", numbers)]
+    assert summary.split_summaries(places)[0].scores[1].unranked == "answered 2 of 4"
+    assert sections(places)["people"].scores[1].unranked == ""
+    assert sections(places)["people"].rankings[VALUE].order == ("people_only", "all")
+
+
+def test_results_without_bodies_are_one_group(tmp_path):
+    place = store(tmp_path, "cross", "m", [("ann>bo", "c1", {VALUE: 1.0})])
+    assert list(sections([place])) == [""]
+
+
+def test_methods_are_chosen_by_label_in_any_case_and_controls_stay(tmp_path):
+    places = [stored(tmp_path, "One"), stored(tmp_path, "two"), stored(tmp_path, "still", control=True)]
+    assert labels(places, methods=("ONE",)) == ["One", "still"]
+    assert labels(places, methods=("two", "One"), controls=False) == ["One", "two"]
+    assert labels(places, controls=False) == ["One", "two"]
+    with pytest.raises(BenchError, match=r"no results of 'tow' here; did you mean two"):
+        sections(places, methods=("tow",))
+
+
+def test_variants_of_the_card_step_back_where_the_method_itself_is_there(tmp_path):
+    variant = "copy_rotations[root_rule=none]"
+    told = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
+    other = {"name": "copy_rotations", "label": "copy_rotations[root_rule=hips]"}
+    places = [
+        stored(tmp_path, "copy_rotations"),
+        stored(tmp_path, "v", **told),
+        stored(tmp_path, "w", **other, parameters={"root_rule": "hips"}),
+    ]
+    assert labels(places) == ["copy_rotations", "copy_rotations[root_rule=hips]"]
+    assert sections(places)["people"].variants == (variant,)
+    assert variant in labels(places, variants=True)
+    assert labels(places[1:]) == [variant, "copy_rotations[root_rule=hips]"]
+    assert labels(places, methods=(variant,)) == [variant]
+
+
+def answered(places, **choice):
+    found = sections(places, **choice).values()
+    return {(each.bodies, score.label): (score.ok, score.asked) for each in found for score in each.scores}
+
+
+def test_a_running_run_is_shown_over_the_cases_that_all_have_done(tmp_path):
+    """By id the cases are ann>bo, ann>rex (mixed), bo>ann and rex>rex."""
+    places = [
+        running(stored(tmp_path, name), done) for name, done in (("most", 3), ("some", 1), ("none", 0))
+    ]
+    whole = stored(
+        tmp_path, "whole", (("ann>bo", "c1"), ("bo>ann", "c2"), ("rex>rex", "c3"), ("ann>rex", "c4"))
+    )
+    assert records.find_results(tmp_path) == [whole]
+    assert set(records.find_results(tmp_path, unfinished=True)) == {*places, whole}
+    assert answered([*places, whole]) == {
+        ("people", "most"): (1, 1), ("people", "some"): (1, 1), ("people", "whole"): (1, 1),
+        ("mixed", "most"): (1, 1), ("mixed", "whole"): (1, 1),
+        ("four-legged", "whole"): (1, 1),
+    }  # fmt: skip
+    people = sections([*places, whole])["people"]
+    assert {score.means[VALUE].value for score in people.scores} == {1.0}  # of ann>bo
+    assert not any(score.unranked for score in people.scores)
+    assert people.unfinished == (
+        "numbers are over the 1 of 2 cases that all methods here have done so far. "
+        "Done by each: 2: most, whole; 1: some; not shown, 0: none."
+    )
+    assert answered(places, methods=("most",)) == {("people", "most"): (2, 2), ("mixed", "most"): (1, 1)}
+    with pytest.raises(BenchError, match="no case is done by all methods of this unfinished run yet"):
+        sections(places, methods=("none",))
+
+
+def test_a_case_that_failed_in_a_running_run_counts_as_not_answered(tmp_path):
+    cases = [("ann>bo", f"c{n}") for n in range(8)]
+    well = store(tmp_path, "cross", "well", [(*each, {VALUE: 1.0}) for each in cases])
+    ill = store(
+        tmp_path, "cross", "ill", [(*each, {VALUE: 1.0} if n else "failed") for n, each in enumerate(cases)]
+    )
+    (found,) = summary.split_summaries([running(well, 6), running(ill, 4)], select=Selection())
+    assert {score.label: (score.ok, score.asked) for score in found.scores} == {
+        "well": (4, 4),
+        "ill": (3, 4),
+    }
+    assert found.scores[0].unranked + found.scores[1].unranked == "answered 3 of 4"
+
+
+def test_comparisons_and_reports_read_a_running_run_and_say_so(tmp_path):
+    places = [stored(tmp_path, name, [("ann>bo", f"c{n}") for n in range(5)]) for name in ("one", "two")]
+    running(places[0], 3)
+    done = CliRunner().invoke(group, ["compare", "one", "two", "--results", str(tmp_path)])
+    assert "* one is unfinished: 3 of 5 cases are done so far" in done.output
+    assert "the same" in done.output
+    page = tmp_path / "report.html"
+    done = CliRunner().invoke(group, ["report", str(tmp_path), "--no-player", "-o", str(page)])
+    assert done.exit_code == 0, done.exception
+    assert "cross is unfinished: numbers are over the 3 of 5 cases" in page.read_text()
+
+
+def test_a_control_that_is_asked_for_comes_without_the_others(tmp_path):
+    places = [stored(tmp_path, "m"), *(stored(tmp_path, name, control=True) for name in ("still", "right"))]
+    assert labels(places, methods=("right",)) == ["right"]
+    assert labels(places, methods=("m", "right")) == ["m", "right"]
+    assert labels(places, methods=("m",)) == ["m", "still", "right"]
+
+
+def test_the_best_on_the_cases_of_another_is_by_hand(tmp_path):
+    clips = [("ann>bo", f"c{n}") for n in range(20)]
+    numbers = np.arange(20.0)
+    best = store(tmp_path, "cross", "best", [(*c, {VALUE: x}) for c, x in zip(clips, numbers, strict=True)])
+    few = store(
+        tmp_path, "cross", "few", [(*c, {VALUE: 5.0} if n < 8 else "failed") for n, c in enumerate(clips)]
+    )
+    (section,) = summary.split_summaries([best, few])
+    mine, other = section.on_cases_of("few", "best")[VALUE]
+    assert (mine.value, mine.n) == (5.0, 8)
+    assert (other.value, other.n) == (3.5, 8)

@@ -1,0 +1,147 @@
+"""nkn and smrm on bodies that lack some of the 22 joints."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import nkn_toys
+import numpy as np
+import pytest
+import smrm_material
+import torch
+from method_bodies import body, dance, without
+
+from retarget_bench.api import Context
+from retarget_bench.methods.nkn import plugin as Nkn
+from retarget_bench.methods.nkn.network.pose import Bodies, Scale, quaternions
+from retarget_bench.motion.body22 import BODY22, Body22
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+
+TOES = ("LeftToeBase", "RightToeBase")
+MUCH = (*TOES, "LeftShoulder", "RightShoulder", "Spine2")
+FULL, TOELESS, SHORT = body(), without(body(), *TOES), without(body("short"), *MUCH)
+METHODS = ("nkn", "smrm")
+
+
+@cache
+def method(name: str) -> Any:
+    """One whose answers differ from frame to frame."""
+    if name == "nkn":
+        module = nkn_toys.training_module(Nkn(hidden=16, facing=3.0))
+        for each in module.modules["generator"].parameters():
+            each.data += 0.1 * torch.randn_like(each)
+    else:
+        module = smrm_material.training_module()
+        with torch.no_grad():
+            module.generator.turns.weight.mul_(10.0)
+    return module.method()
+
+
+def answer(name: str, source: Any, target: Character) -> Motion:
+    return method(name).retarget(source, target, context=Context())
+
+
+def with_toes_of_no_length() -> Character:
+    """``TOELESS`` with toes again, where the feet are."""
+    full = FULL.skeleton
+    offsets = full.offsets.copy()
+    offsets[[full.names.index(name) for name in TOES]] = 0.0
+    tips = ()
+    return Character.of("twin", Skeleton(full.names, full.parents, offsets, tips))
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(("source", "target"), [(FULL, SHORT), (SHORT, FULL), (SHORT, SHORT)])
+def test_answers_are_valid_and_keep_the_bones_of_the_target(name, source, target):
+    assert method(name).supports(source, target) is None
+    motion = dance(source)
+    found = answer(name, motion, target)
+    assert found.character is target
+    assert (found.frames, found.fps) == (motion.frames, motion.fps)
+    np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-6)
+    parents = target.skeleton.parents[1:]
+    lengths = np.linalg.norm(found.positions[:, 1:] - found.positions[:, parents], axis=-1)
+    np.testing.assert_allclose(lengths, np.broadcast_to(target.skeleton.bone_lengths[1:], lengths.shape))
+    assert np.abs(np.diff(found.positions, axis=0)).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_toes_of_no_length_change_nothing(name):
+    """As source and as target: a body without toes is answered as one whose toes have no length."""
+    twin, motion = with_toes_of_no_length(), dance(TOELESS)
+    kept = [twin.skeleton.names.index(joint) for joint in TOELESS.skeleton.names]
+    rotations = np.zeros((motion.frames, len(twin.skeleton), 4))
+    rotations[..., 0] = 1.0
+    rotations[:, kept] = motion.rotations
+    theirs = twin.motion(rotations, motion.root, motion.fps)
+    np.testing.assert_allclose(
+        answer(name, theirs, FULL).positions, answer(name, motion, FULL).positions, atol=1e-6
+    )
+    mine, other = (answer(name, dance(FULL), target).positions for target in (TOELESS, twin))
+    np.testing.assert_allclose(other[:, kept], mine, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_positions_alone_are_enough(name):
+    motion = dance(SHORT)
+    known = SHORT.positions(motion.positions, motion.fps)
+    found, other = (answer(name, source, FULL).positions for source in (motion, known))
+    np.testing.assert_allclose(found, other, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_full_bodies_are_answered_alike_beside_others(name):
+    """A batch of rows that lack joints and rows that do not."""
+    motion, targets = dance(FULL), [FULL, SHORT, TOELESS]
+    beside = method(name).retarget_batch([motion] * 3, targets, contexts=[Context()] * 3)
+    for target, mine in zip(targets, beside, strict=True):
+        np.testing.assert_allclose(mine.positions, answer(name, motion, target).positions, atol=1e-5)
+
+
+def test_nkn_sees_of_its_own_answer_where_the_body_is():
+    """What the decoder is fed with are the places of the body's joints, in centimetres."""
+    found = Body22(SHORT)
+    raw = torch.randn(1, 4 * len(BODY22) + 4, generator=torch.Generator().manual_seed(0))
+    offsets = torch.tensor(100.0 * found.offsets[None], dtype=torch.float32)
+    bodies = Bodies(
+        Tree.of(found.skeleton), offsets, Scale(len(BODY22)), torch.from_numpy(found.lacks[None])
+    )
+    pose, _ = bodies.express(raw, torch.zeros(1, 1), True)
+    turned = found.motion(quaternions(raw[:, :-4]).double().numpy(), np.zeros((1, 3)), 30.0)
+    places = 100.0 * (turned.positions[0] - turned.positions[0, found.joints[0]])[list(found.joints)]
+    np.testing.assert_allclose(bodies.scale.plain(pose)[0, :-4].view(-1, 3)[1:], places[1:], atol=1e-3)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_both_train_on_bodies_that_lack_joints(name):
+    made = Nkn(hidden=16, facing=3.0) if name == "nkn" else smrm_material.SMRM(hidden=16)
+    cast = {"full": FULL, "short": SHORT}
+    clips = {
+        who: [ClipArrays(who, "dance", {k: np.float32(a) for k, a in made.prepare(dance(each)).items()})]
+        for who, each in cast.items()
+    }
+    module = made.training_module(
+        TrainingData(cast, clips), TrainingConfig(steps=1, batch=4, window=12, rate=1e-3)
+    )
+    given: dict[str, Any] = {}
+    for phase in module.phases:
+        terms = module.losses(phase.name, nkn_toys.batch(module), given)
+        assert all(bool(torch.isfinite(term)) for term in terms.values())
+
+
+def test_smrm_places_what_it_answers_where_the_body_has_it():
+    module = smrm_material.training_module()
+    shape = module.features.body(SHORT)
+    lacks = torch.from_numpy(shape.aligned.lacks[None])
+    body_of = [torch.from_numpy(each[None]) for each in (shape.offsets, shape.resting)]
+    codes = torch.randn(1, 5, 16, generator=torch.Generator().manual_seed(0))
+    found, _ = module.generator.decode(codes, *body_of, lacks=lacks)
+    rotations = found.rotations.detach().double().numpy()
+    places = shape.aligned.motion(rotations[0], np.zeros((5, 3)), 30.0).positions
+    places = (places - places[:, [shape.aligned.joints[0]]])[:, list(shape.aligned.joints)]
+    np.testing.assert_allclose(found.positions[0].detach() * shape.unit, places, atol=1e-5)

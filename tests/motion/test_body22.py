@@ -1,0 +1,144 @@
+"""Bodies over the 22 roles: joints of no length change no place and no orientation of the others."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from retarget_bench.motion import kinematics, rotation, transfer
+from retarget_bench.motion.body22 import JOINTS, PARENTS, Body22, folded, unfit
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.structures import BODY22
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
+from method_bodies import body, dance, first, without
+
+LACKING = {
+    "none": (),
+    "toes": ("LeftToeBase", "RightToeBase"),
+    "collar bones": ("LeftShoulder", "RightShoulder"),
+    "one collar bone": ("LeftShoulder",),
+    "a spine joint": ("Spine1",),
+    "all spine joints": ("Spine", "Spine1", "Spine2"),
+    "neck": ("Neck",),
+    "much": ("Spine2", "Neck", "LeftToeBase", "RightToeBase", "LeftShoulder", "RightShoulder"),
+}
+FRAMES = 7
+each_body = pytest.mark.parametrize("lacking", LACKING)
+
+
+def short(lacking: str) -> Character:
+    return without(body(), *LACKING[lacking])
+
+
+def anything(seed: int = 0) -> np.ndarray:
+    """``(frames, 22, 4)`` rotations."""
+    return first(Rotation.random(FRAMES * JOINTS, random_state=seed)).reshape(FRAMES, JOINTS, 4)
+
+
+@each_body
+def test_a_motion_is_seen_and_given_back(lacking):
+    motion = dance(short(lacking))
+    found = Body22(motion.character)
+    rotations, hips = found.see(motion)
+    assert (rotations[:, found.lacks] == [1.0, 0.0, 0.0, 0.0]).all()
+    back = found.motion(rotations, hips, motion.fps)
+    np.testing.assert_allclose(back.positions, motion.positions, atol=1e-9)
+
+
+@each_body
+def test_joints_are_where_kinematics_over_the_22_has_them(lacking):
+    """Of a motion, and of any answer: the tree of 22 has the places of the body's joints, and those that it
+    lacks are where they hang."""
+    motion = dance(short(lacking))
+    found = Body22(motion.character)
+    rotations, hips = found.see(motion)
+    places = kinematics.forward(found.skeleton, rotations, hips)[0]
+    np.testing.assert_allclose(places, motion.positions[:, list(found.joints)], atol=1e-9)
+    answer = found.motion(anything(), hips[:FRAMES], motion.fps)
+    places = kinematics.forward(found.skeleton, folded(anything(), found.lacks), hips[:FRAMES])[0]
+    np.testing.assert_allclose(places, answer.positions[:, list(found.joints)], atol=1e-9)
+    assert found.lacks.sum() == len(LACKING[lacking])
+    np.testing.assert_array_equal(found.offsets[found.lacks], 0.0)
+
+
+@each_body
+def test_orientations_of_all_other_joints_are_those_that_were_asked_for(lacking):
+    """By SciPy: the product of all rotations from the hips to the joint, joints of no length included."""
+    found = Body22(short(lacking))
+    asked = anything()
+    answer = found.motion(asked, np.zeros((FRAMES, 3)), 30.0)
+    turned = transfer.relative(answer)
+    for rank, joint in zip(found.ranks, found.present.joints, strict=True):
+        chain = Rotation.identity(FRAMES)
+        step = rank
+        while step >= 0:
+            chain = Rotation.from_quat(asked[:, step, [1, 2, 3, 0]]) * chain
+            step = PARENTS[step]
+        assert (
+            np.abs((chain.inv() * Rotation.from_quat(turned[:, joint][:, [1, 2, 3, 0]])).magnitude()).max()
+            < 1e-6
+        )
+
+
+def test_bones_keep_their_lengths_whatever_is_asked_for():
+    character = short("much")
+    answer = Body22(character).motion(anything(), np.zeros((FRAMES, 3)), 30.0)
+    parents = character.skeleton.parents[1:]
+    lengths = np.linalg.norm(answer.positions[:, 1:] - answer.positions[:, parents], axis=-1)
+    np.testing.assert_allclose(lengths, np.tile(character.skeleton.bone_lengths[1:], (FRAMES, 1)))
+
+
+def test_without_joints_of_no_length_nothing_is_touched():
+    asked = anything()
+    assert folded(asked, np.zeros(JOINTS, dtype=bool)) is asked
+    assert not Body22(body()).lacks.any()
+
+
+def test_rows_of_a_tensor_may_lack_different_joints():
+    lacks = np.stack([Body22(short(lacking)).lacks for lacking in LACKING])
+    asked = np.stack([anything(seed) for seed in range(len(LACKING))])
+    rows = torch.from_numpy(asked).requires_grad_()
+    found = folded(rows, torch.from_numpy(lacks)[:, None])
+    for row, missing, mine in zip(asked, lacks, found.detach().numpy(), strict=True):
+        np.testing.assert_allclose(mine, folded(row, missing), atol=1e-12)
+    found.sum().backward()
+    assert rows.grad is not None
+    assert bool(torch.isfinite(rows.grad).all())
+
+
+def test_a_turn_of_a_joint_of_no_length_goes_to_what_hangs_from_it():
+    """By hand: the third spine joint carries the neck and both collar bones."""
+    turn = rotation.about(np.array([1.0, 0.0, 0.0]), 0.4)
+    asked = rotation.identity(JOINTS)
+    asked[BODY22.index("spine_3")] = turn
+    lacks = np.array([role == "spine_3" for role in BODY22])
+    expected = rotation.identity(JOINTS)
+    for role in ("neck", "left_shoulder", "right_shoulder"):
+        expected[BODY22.index(role)] = turn
+    np.testing.assert_allclose(folded(asked, lacks), expected, atol=1e-12)
+
+
+@each_body
+def test_bodies_that_lack_such_joints_fit(lacking):
+    assert unfit(short(lacking), "it") == ""
+
+
+@pytest.mark.parametrize("joint", ["LeftHand", "RightLeg", "Head"])
+def test_a_body_without_a_limb_or_head_does_not(joint):
+    assert "no joint is known as" in unfit(without(body(), joint), "it")
+
+
+def test_a_body_whose_joints_hang_otherwise_does_not():
+    whole = body()
+    names = whole.skeleton.names
+    parents = whole.skeleton.parents.copy()
+    parents[names.index("LeftShoulder")] = names.index("Spine")
+    other = Skeleton(names, parents, whole.skeleton.offsets, whole.skeleton.end_sites)
+    assert "hang together in another way than it knows" in unfit(Character.of("odd", other), "it")

@@ -1,0 +1,179 @@
+"""The examples of docs/python.md and the notebook, run as they stand there."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+from collections.abc import Iterator
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import retarget_bench as rb
+from retarget_bench.evaluation import timing
+from retarget_bench.motion import bvh
+from retarget_bench.plugins import registry
+from tests.in_process import without_processes
+
+DOCS = Path(__file__).parents[1] / "docs"
+NOTEBOOK = DOCS / "compare_methods.ipynb"
+CASE = "boris>clara/leap"
+
+
+def cells() -> list[dict[str, Any]]:
+    return json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Iterator[Path]:
+    """One folder for both, as what the one has computed the other need not; no processes."""
+    before = Path.cwd()
+    made = tmp_path_factory.mktemp("session")
+    with without_processes(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(registry, "_FILES", {})
+        patch.setattr(timing, "ENOUGH_SECONDS", 0.0)
+        os.chdir(made)
+        yield made
+        os.chdir(before)
+
+
+def carried_out(source: str, names: dict[str, Any]) -> Any:
+    """What the last line of a cell shows, if it is an expression; ``%%writefile`` writes the file."""
+    if source.startswith("%%writefile "):
+        head, text = source.split("\n", 1)
+        Path(head.split()[1]).write_text(text, encoding="utf-8")
+        return None
+    tree = ast.parse(source)
+    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+    exec(compile(tree, "cell", "exec"), names)
+    return None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+
+
+@pytest.fixture(scope="module")
+def shown(folder) -> dict[str, Any]:
+    """Source of a cell -> what it shows."""
+    names: dict[str, Any] = {}
+    return {
+        source: carried_out(source, names)
+        for cell in cells()
+        if cell["cell_type"] == "code"
+        for source in ["".join(cell["source"])]
+    }
+
+
+def of(shown: dict[str, Any], *words: str) -> list[Any]:
+    """What the cells show that have these words in their last line."""
+    return [
+        found for source, found in shown.items() if all(word in source.split("\n")[-1] for word in words)
+    ]
+
+
+def test_the_notebook_answers_its_five_questions(shown, folder):
+    best, mine = of(shown, "table().best()")
+    assert list(best.columns) == ["self", "intra", "cross"]
+    # copies put no foot where it was, and inverse kinematics does
+    assert best.loc["plant_recall", "cross"].startswith("ik")
+    assert best.loc["mpjpe_h.world", "self"].startswith("copy_rotations")
+    assert "my_method" in " ".join(mine.to_numpy().ravel())
+
+    (compared,) = of(shown, 'compare("ik"')
+    verdicts = compared.frame.set_index(["split", "value"]).verdict
+    assert verdicts["cross", "plant_recall"].startswith("ik better")
+
+    worst = next(found for source, found in shown.items() if source.endswith("\nworst"))
+    assert worst["mpjpe_h.world"].is_monotonic_decreasing
+    (player,) = of(shown, "results.show(")
+    assert player.scene.case == worst.case[0]
+    assert {figure.label for figure in player.scene.figures} >= {"source", "reference", "ik"}
+
+    (own,) = of(shown, 'compare("my_method"')
+    assert set(own.frame.verdict) != {"the same"}
+
+    written = bvh.parse("answer.bvh")
+    assert written.hierarchy.names == bvh.parse("my_character.bvh").hierarchy.names
+    assert written.frames == bvh.parse("my_motion.bvh").frames
+    assert (folder / "report.html").stat().st_size > 100_000
+
+
+def test_what_a_notebook_shows_is_rich(shown):
+    for found in shown.values():
+        if found is not None and not isinstance(found, Path | str):
+            assert "<" in (found._repr_html_() if hasattr(found, "_repr_html_") else f"<{found!r}>")
+    table = of(shown, "results.table()")[0]
+    html = table._repr_html_()
+    assert html.count('<table class="results"') == 1  # all splits side by side
+    assert "<script" not in html
+    assert "body {" not in html
+
+
+def test_a_comparison_is_shown_in_lines_that_are_not_broken(shown):
+    (compared,) = of(shown, 'compare("ik"')
+    page = compared._repr_html_()
+    assert page.startswith('<pre style="white-space: pre;')
+    assert unescape(re.sub("<.*?>", "", page)) == str(compared)
+
+
+def test_the_notebook_is_stored_without_output():
+    assert NOTEBOOK.stat().st_size < 20_000
+    for cell in cells():
+        if cell["cell_type"] == "code":
+            assert (cell["outputs"], cell["execution_count"]) == ([], None)
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_in_a_kernel(tmp_path, monkeypatch):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    monkeypatch.setenv("PYTHONPATH", str(DOCS.parent))
+    book = nbformat.read(NOTEBOOK, as_version=4)
+    nbclient.NotebookClient(book, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in book.cells for output in cell.get("outputs", ())]
+    told = [output.text for output in outputs if output.get("name") == "stderr"]
+    assert not [text for text in told if text.split("\r")[-1].strip()]  # bars are wiped away
+    shown = [
+        "".join(output.data["text/html"]) for output in outputs if "text/html" in output.get("data", {})
+    ]
+    assert sum('<table class="results"' in each for each in shown) == 1
+    assert sum('<iframe title="player"' in each for each in shown) == 2
+
+
+def test_a_player_of_the_notebook_plays(shown, open_page, tmp_path):
+    (player,) = of(shown, "results.show(")
+    page = tmp_path / "notebook.html"
+    page.write_text(f"<!doctype html><title>notebook</title>{player._repr_html_()}", encoding="utf-8")
+    opened = open_page(page)
+    frame = opened.frame_locator("iframe")
+    frame.get_by_role("button", name="Play", exact=True).wait_for()
+    assert frame.locator(".rp-readout").inner_text().startswith(f"1 / {player.scene.frames} ")
+    assert frame.get_by_role("checkbox", name="reference").is_checked()
+    opened.wait_for_function(
+        "(frame => frame.clientHeight === frame.contentDocument.documentElement.scrollHeight)"
+        "(document.querySelector('iframe'))"
+    )
+
+
+def test_the_examples_of_the_page_run(shown, folder, capsys):
+    results = rb.load_results()
+    results.motion(CASE, "source").save("walk.bvh")
+    results.motion(CASE).at(slice(1)).save("me.bvh")
+    blocks = re.findall(r"```python\n(.*?)```", (DOCS / "python.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) > 8
+    names: dict[str, Any] = {}
+    for block in blocks:
+        carried_out(block, names)
+    assert Path("paper_results").is_dir()
+    assert len(rb.load_results("quick").methods) == 3
+    assert capsys.readouterr().out.endswith(blocks[-1].split("# ")[-1])
+
+
+def test_the_python_of_the_readme_runs(folder, capsys):
+    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    carried_out(block, {})
+    printed = capsys.readouterr().out
+    assert "ik against pan: puppets-1.0 tiny: people, cross" in printed
+    assert Path("report.html").stat().st_size > 100_000

@@ -1,0 +1,245 @@
+"""Train every shipped method with fixed configs and budgets, ship what validates better, write the tables.
+
+    python -m tools.train_release                  all: half an hour of a GPU, or 16 hours of a core
+    python -m tools.train_release --only pan --budget-scale 0.1
+
+The training data are made first, by all cores. Then every method is trained in a folder of its own, on from
+its shipped weights. New weights take the place of the shipped ones if they validate better on the same
+cases. The main job is run with what is then shipped. An interrupted command goes on where it stopped when
+it is given again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from contextlib import closing
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import click
+import torch
+from torch import nn
+
+from retarget_bench import defaults
+from retarget_bench.api import optional
+from retarget_bench.commands import options
+from retarget_bench.commands.train import ConsoleReporter
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import plan
+from retarget_bench.files import write_text
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.progress import progress_bar
+from retarget_bench.python.results import Results
+from retarget_bench.python.running import run
+from retarget_bench.tables import builder
+from retarget_bench.tables.rendering import markdown
+from retarget_bench.training import joint_datasets, parallel, prepare, request, weights
+from retarget_bench.training.train import TrainingOptions, finished, train
+from retarget_bench.training.validate import Validator
+
+
+@dataclass(frozen=True)
+class Training:
+    """A method as it is shipped. hours: on a CPU, of preset ``default``. minutes: on a GPU, of ``gpu``.
+    cmu: what it is trained on beside ``DATA`` where CMU's files are at hand."""
+
+    method: str
+    hours: float
+    minutes: float
+    cmu: str = "cmu[bodies=200]"
+
+
+TRAININGS = (
+    Training("paired", hours=2, minutes=4),
+    Training("pan", hours=4, minutes=5, cmu="cmu[bodies=200,own=false]"),
+    Training("pan[parts=three]", hours=2, minutes=2.5, cmu="cmu[bodies=200,own=false]"),
+    Training("humot", hours=4, minutes=4),
+    Training("nkn", hours=2, minutes=2.5),
+    Training("smrm", hours=2, minutes=2),
+)
+DATA = "puppets[size=large,bodies=200]"
+"""What all of them are trained on."""
+TINY = "puppets"
+CMU_FOLDER = "RETARGET_BENCH_CMU"
+"""The variable that says where CMU's files lie."""
+CASES = 48
+"""Validation cases of each split by which new weights are compared with shipped ones."""
+VERDICT = "verdict.json"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Validation errors of the shipped weights (None: there were none that fit) and of the new ones."""
+
+    method: str
+    steps: int
+    seconds: float
+    before: float | None
+    after: float
+    hash: str
+
+    @property
+    def shipped(self) -> bool:
+        return self.before is None or self.after < self.before
+
+
+@click.command()
+@click.option("--only", multiple=True, metavar="METHOD", help="Train only this one; may be repeated.")
+@click.option(
+    "--budget-scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of all budgets."
+)
+@click.option("--tiny", is_flag=True, help="Two steps of preset quick on little data, to try the command.")
+@click.option("--out", type=options.FOLDER, default=Path("runs/release"), show_default=True)
+@options.device_option
+@options.jobs_option
+def command(
+    only: tuple[str, ...], budget_scale: float, tiny: bool, out: Path, device: str, jobs: int
+) -> None:
+    """Train the shipped methods, ship what validates better, and write the tables of results."""
+    chosen = [each for each in TRAININGS if each.method in only or not only]
+    if unknown := set(only) - {each.method for each in chosen}:
+        raise BenchError(
+            f"{', '.join(sorted(unknown))}: trained are {', '.join(t.method for t in TRAININGS)}"
+        )
+    where = parallel.device(device)
+    data = {each.method: data_of(each, tiny) for each in chosen}
+    for each in dict.fromkeys(part for spec in data.values() for part in joint_datasets.split_spec(spec)):
+        made(each, jobs)
+    verdicts = []
+    for training in chosen:
+        kind, budget = "default", f"{3600 * training.hours * budget_scale:g}s"
+        if where.type == "cuda":
+            kind, budget = "gpu", f"{60 * training.minutes * budget_scale:g}s"
+        if tiny:
+            kind, budget = "quick", "2it"
+        spec = Spec.parse(training.method)
+        asked = TrainingOptions(
+            spec,
+            data[training.method],
+            kind,
+            budget,
+            out=out / spec.slug,
+            resume=True,
+            jobs=jobs,
+            device=where.type,
+        )
+        verdicts.append(trained(asked, where, 4 if tiny else CASES))
+    click.echo(summary(verdicts))
+    found = run([*only, "copy_rotations"] if only else (), out=out / "results", workers=jobs)
+    write_tables(out / "tables.md", found)
+    write_text(out / "summary.md", summary(verdicts))
+    click.echo(f"{out / 'tables.md'} has the results of the shipped weights.")
+
+
+def data_of(training: Training, tiny: bool) -> Spec:
+    """The training data, several as one."""
+    names = [TINY] if tiny else [DATA, *[training.cmu] * bool(os.environ.get(CMU_FOLDER))]
+    return joint_datasets.joint_spec([Spec.parse(each) for each in names])
+
+
+def made(data: Spec, jobs: int) -> None:
+    """Make the motion and the pairs of a data set, so far as they are not in the cache."""
+    unusable: list[str] = []
+    with progress_bar(str(data), "items") as told:
+        for done, total in prepare.prepare(data, jobs, unusable):
+            told(done, total)
+
+
+def trained(asked: TrainingOptions, device: torch.device, cases: int) -> Verdict:
+    """Train a method, or go on with it, and ship the weights if they are better than the shipped ones.
+
+    Raises BenchError where its folder holds a run with other options.
+    """
+    assert asked.method is not None
+    assert asked.dataset is not None
+    assert asked.out is not None
+    place = asked.out / VERDICT
+    if place.exists():
+        return Verdict(**json.loads(place.read_text(encoding="utf-8")))
+    if not finished(asked):
+        begun = request.read(asked.out) is not None
+        with closing(ConsoleReporter()) as reporter:
+            click.echo(f"{asked.method}: {'going on' if begun else 'training'}, {asked.budget}")
+            train(asked if begun else with_initial_weights(asked), reporter)
+    new, told = weights.read(asked.out), str(asked.method)
+    before, after = validated(asked, device, cases)
+    verdict = Verdict(told, int(new.card["steps"]), float(new.card["seconds"]), before, after, new.hash)
+    if verdict.shipped:
+        built: Any = plan.method(asked.method)
+        folder = Path(sys.modules[type(built).__module__].__file__ or "").parent / "weights"
+        weights.write(folder, built.weights, new.tensors, new.card)
+        plan.forget()
+    write_text(place, json.dumps(asdict(verdict), indent=1) + "\n")
+    return verdict
+
+
+def shipped(method: Spec) -> Any:
+    """The method with its shipped weights; None where there are none that fit."""
+    built: Any = plan.method(method)
+    try:
+        return None if built.untrained else built
+    except BenchError:
+        return None
+
+
+def with_initial_weights(asked: TrainingOptions) -> TrainingOptions:
+    assert asked.method is not None
+    built = shipped(asked.method)
+    return asked if built is None else replace(asked, init=built.weights)
+
+
+def validated(asked: TrainingOptions, device: torch.device, cases: int) -> tuple[float | None, float]:
+    """Mean over splits of the validation error, of the shipped weights and of the new ones, on the cases
+    that the shipped ones support. New ones that fail in one of them have an infinite error."""
+    assert asked.method is not None
+    assert asked.dataset is not None
+    aside = optional.validation(joint_datasets.dataset(asked.dataset))
+    if aside is None:
+        raise BenchError(f"{asked.dataset} has no validation cases to compare weights by")
+    old = shipped(asked.method)
+    new = plan.method(asked.method.with_parameters(weights=str(asked.out)))
+    validator = Validator(aside, old or new, cases, device, lambda *_: None)
+    before, after = (
+        validator.decisive(validator(nn.Module(), each)) if each is not None else None
+        for each in (old, new)
+    )
+    assert after is not None
+    return before, after
+
+
+def write_tables(path: Path, found: Results) -> None:
+    write_text(path, markdown(builder.overview(found.places)))
+
+
+def summary(verdicts: list[Verdict]) -> str:
+    """A Markdown table."""
+    _, (value, _) = defaults.VALIDATION
+    lines = [
+        f"| method | steps | seconds | {value} before | after | shipped |",
+        "|---|---:|---:|---:|---:|---|",
+    ]
+    for each in verdicts:
+        before = "" if each.before is None else f"{each.before:.3f}"
+        lines.append(
+            f"| {each.method} | {each.steps} | {each.seconds:.0f} | {before} | {each.after:.3f} | "
+            f"{'yes' if each.shipped else 'no, they are not better'} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    try:
+        command.main(standalone_mode=False)
+    except KeyboardInterrupt:
+        sys.exit("interrupted; the same command goes on")
+    except click.exceptions.Abort:
+        sys.exit("interrupted; the same command goes on")
+    except (BenchError, click.ClickException) as error:
+        sys.exit(f"train_release: {error}")
+
+
+if __name__ == "__main__":
+    main()
