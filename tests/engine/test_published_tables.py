@@ -209,7 +209,7 @@ def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> No
         ("pan", {"variant": "released"}, "as published"),
         ("pan", {"variant": "released", "weights": "elsewhere"}, "as published"),
         ("pan", {"variant": "released", "attention": False}, "ours, with these settings"),
-        ("nkn", {"drift": 0.0, "lengths": "world"}, "as published"),
+        ("nkn", {"drift": 0.0, "lengths": "world", "path": "integrated"}, "as published"),
         ("smrm", {}, "ours: "),
         ("humot", {}, "ours: "),
         ("copy_rotations", {}, "root rule hip_height"),

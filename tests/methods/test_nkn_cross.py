@@ -48,7 +48,7 @@ def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(mad
         groups = batch(made, rows=5, step=step)["groups"]
         assert [len(group["same"]) for group in groups] == [3, 2]
         for group in groups:
-            pairs.add(tuple(group["structures"].tolist()))
+            pairs.add(tuple(group["structures"]))
             assert group["poses"].shape[-1] == (76, 70)[group["structures"][0]]
             assert group["target_bones"].shape[1] == (24, 22)[group["structures"][1]]
             own, rows = own + int(group["same"].sum()), rows + len(group["same"])

@@ -182,13 +182,7 @@ def _end_name(axes: Any, line: Line, end: float, height: float) -> None:
     shape.update_from(next(each for each in axes.lines if each.get_label() == name))
     shape.set(transform=mark, clip_on=False, linestyle="none", zorder=4)
     axes.figure.add_artist(shape)
-    stroke = {
-        "arrowstyle": "-",
-        "color": shape.get_color(),
-        "linewidth": 0.6,
-        "shrinkA": 0.0,
-        "shrinkB": 0.0,
-    }
+    stroke = {"arrowstyle": "-", "color": shape.get_color(), "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0}
     axes.annotate(
         name, (line.marks[-1].at, end), (1.0, height), textcoords=aside, va="center", fontsize=7,
         arrowprops=stroke | {"relpos": (0.0, 0.5)}, annotation_clip=False,
