@@ -102,6 +102,29 @@ def test_wide_groups_and_breakdowns_have_tables_of_their_own():
         assert len(re.findall(r"\\begin\{table\*?\}", latex([replace(table, groups=tuple(groups))]))) == 2
 
 
+def test_more_columns_than_fit_a_page_stand_below_each_other():
+    table = make_table()
+    (first, *_) = table.groups
+    rows = tuple(
+        replace(row, cells=tuple(replace(row.cells[0], text=f"{n}.5", mark="") for n in range(23)))
+        for row in first.ranked
+    )
+    names = [f"value {n}" for n in range(23)]
+    columns = tuple(replace(first.columns[0], label=name) for name in names)
+    source = latex([replace(table, groups=(replace(first, columns=columns, ranked=rows, unranked=()),))])
+    judge(source)
+    assert [len(each) for each in re.findall(r"\\begin\{tabular\}\{@\{\}l(r*)", source)] == [
+        11,
+        11,
+        4,
+    ]  # with n
+    ours = [line for line in source.splitlines() if line.startswith("{}ours")]
+    assert re.findall(r"(\d+)\.5", "".join(ours)) == [str(n) for n in range(23)]
+    labels = re.findall(r"\\label\{(.*)\}", source)
+    assert len(set(labels)) == 3
+    assert labels[1] == f"{labels[0]}-2"
+
+
 def test_a_row_that_is_ranked_in_one_split_only_is_set_apart_in_the_other():
     table = make_table()
     cross, intra = table.groups

@@ -5,11 +5,12 @@ as comments.
 """
 
 import unicodedata
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
 from retarget_bench import files
-from retarget_bench.tables.model import CONTROL, CONTROLS, NOT_RANKED, Cell, Column, Group, Table
+from retarget_bench.tables.model import CONTROL, CONTROLS, NOT_RANKED, Cell, Column, Group, Row, Table
 from retarget_bench.tables.names import method_title
 from retarget_bench.tables.rendering import words
 
@@ -53,10 +54,15 @@ ONE_COLUMN = 4
 
 
 def latex(tables: Sequence[Table], intervals: bool = False) -> str:
-    """A table environment per group, or per several splits with few columns."""
+    """A table environment per group or per several splits with few columns; several for a group with many."""
     head = "% needs \\usepackage{booktabs} in the preamble\n"
     most = WITH_INTERVALS if intervals else MOST_COLUMNS
-    made = [_environment(table, groups, intervals) for table in tables for groups in _beside(table, most)]
+    made, labels = [], Counter[str]()
+    for table, groups in [(each, groups) for each in tables for groups in _beside(each, most)]:
+        label = files.slug(f"{table.title} {' '.join(group.split for group in groups)}")
+        labels[label] += 1
+        number = f"-{labels[label]}" if labels[label] > 1 else ""
+        made.append(_environment(table, groups, label + number, intervals))
     return head + "\n".join(made)
 
 
@@ -76,9 +82,7 @@ def _letter(each: str) -> str:
 def _beside(table: Table, most: int) -> list[list[Group]]:
     """The groups of each environment: different splits by methods, of so many columns at most."""
     made: list[list[Group]] = []
-    for whole in table.groups:
-        # rows are told by their labels here, and n says who answered fewer cases
-        group = replace(whole, unranked=tuple(row for row in whole.unranked if not row.beside))
+    for group in (part for whole in table.groups for part in _parts(whole, most)):
         last = made[-1] if made else []
         fits = sum(len(each.columns) for each in (*last, group)) <= most
         splits = {each.split for each in last}
@@ -90,11 +94,28 @@ def _beside(table: Table, most: int) -> list[list[Group]]:
     return made
 
 
-def _environment(table: Table, groups: Sequence[Group], intervals: bool) -> str:
+def _parts(whole: Group, most: int) -> list[Group]:
+    """A group by so many columns at a time."""
+
+    def rows(of: Sequence[Row], first: int) -> tuple[Row, ...]:
+        # rows are told by their labels here, and n says who answered fewer cases
+        return tuple(replace(row, cells=row.cells[first : first + most]) for row in of if not row.beside)
+
+    return [
+        replace(
+            whole,
+            columns=whole.columns[first : first + most],
+            ranked=rows(whole.ranked, first),
+            unranked=rows(whole.unranked, first),
+        )
+        for first in range(0, max(len(whole.columns), 1), most)
+    ]
+
+
+def _environment(table: Table, groups: Sequence[Group], label: str, intervals: bool) -> str:
     columns = sum(len(group.columns) for group in groups)
     name = "table*" if columns > ONE_COLUMN else "table"
     body = _tabular(groups, intervals) if columns else [plain(words.NO_COLUMN)]
-    label = files.slug(f"{table.title} {' '.join(group.split for group in groups)}")
     lines = [
         rf"\begin{{{name}}}",
         r"\centering\small\setlength{\tabcolsep}{4pt}",
