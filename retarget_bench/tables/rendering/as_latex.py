@@ -54,7 +54,7 @@ ONE_COLUMN = 4
 
 
 def latex(tables: Sequence[Table], intervals: bool = False) -> str:
-    """A table environment per group or per several splits with few columns; several for a group with many."""
+    """A table environment per group. Splits with few columns share one; a group with many has several."""
     head = "% needs \\usepackage{booktabs} in the preamble\n"
     most = WITH_INTERVALS if intervals else MOST_COLUMNS
     made, labels = [], Counter[str]()
