@@ -22,10 +22,11 @@ def progress_bar(what: str, units: str, shown: bool = True) -> Iterator[Callable
         yield _Lines(what, units)
     else:
         from tqdm import TqdmWarning
-        from tqdm.auto import tqdm
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", TqdmWarning)  # notebooks without widgets get a bar of text
+            from tqdm.auto import tqdm
+
             bar = tqdm(desc=what, unit=f" {units}", leave=False)
         with bar:
 
