@@ -27,10 +27,20 @@ PARTS = {
 }
 """Name -> what is drawn, and what of it must not be missing."""
 
+AT_CORNER = """(node) => {
+  const { width, height } = node.getBoundingClientRect();
+  Object.assign(node.style, { position: "fixed", top: 0, left: 0, zIndex: 9, background: "white",
+    width: `${Math.round(width)}px`, height: `${Math.round(height)}px` });
+}"""
+"""Whole pixels, so that what stands above it on the page does not change what is drawn."""
+
 
 def drawn(page, part: str) -> np.ndarray:
     """``SIZE`` as rows and columns: grey values of a part of the page."""
-    image = Image.open(io.BytesIO(page.locator(part).screenshot()))
+    chart = page.locator(part)
+    chart.evaluate(AT_CORNER)
+    image = Image.open(io.BytesIO(chart.screenshot()))
+    chart.evaluate("(node) => node.removeAttribute('style')")
     return np.asarray(image.convert("L").resize(SIZE, Image.Resampling.BOX), dtype=float)
 
 
