@@ -178,6 +178,15 @@ def _difference(
     )
 
 
+def unfinished(row: MethodRow) -> str:
+    """How far a running run is with a method; "" where it is finished."""
+    waiting = sum(len(each.cases) for each in row.header.problems if each.message == UNFINISHED)
+    asked = row.header.counts.asked
+    return (
+        f"{row.label} is unfinished: {asked - waiting} of {asked} cases are done so far" if waiting else ""
+    )
+
+
 def _notes(first: MethodRow, second: MethodRow) -> list[str]:
     notes = []
     for row in (first, second):
@@ -187,9 +196,8 @@ def _notes(first: MethodRow, second: MethodRow) -> list[str]:
             notes.append(f"{row.label} sees {seen}")
         if method.control:
             notes.append(f"{row.label} is a control")
-        if waiting := sum(len(p.cases) for p in row.header.problems if p.message == UNFINISHED):
-            done = counts.asked - waiting
-            notes.append(f"{row.label} is unfinished: {done} of {counts.asked} cases are done so far")
+        if sentence := unfinished(row):
+            notes.append(sentence)
         elif counts.ok < counts.asked:
             notes.append(f"{row.label} answered {counts.ok} of {counts.asked} cases")
         if len(row.runs) > 1:

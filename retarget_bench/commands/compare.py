@@ -10,7 +10,6 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import options
-from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
     from retarget_bench.python.comparing import Pair
@@ -65,7 +64,8 @@ def command(
         matrices = of_bodies(_matrices(folders, dataset, splits, ()), bodies or "")
         both = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
         if not (found := comparing.compared(both, wanted, everything)):
-            raise BenchError(f"{first} and {second} have no case in common that both have a number for")
+            rows = [row for _, pairs in both for pair in pairs for row in pair if row]
+            raise comparing.nothing_common(first, second, rows)
     else:
         matrices = _matrices(roots or (Path(defaults.OUT),), dataset, splits, (first, second))
         found = comparing.compare(of_bodies(matrices, bodies or ""), first, second, wanted, everything)

@@ -33,8 +33,15 @@ def compare(
         [(matrix, [pair]) for matrix, pair in zip(matrices, pairs, strict=True)], wanted, everything
     )
     if not found:
-        raise BenchError(f"{first} and {second} have no case in common that both have a number for")
+        raise nothing_common(first, second, [row for pair in pairs for row in pair if row])
     return found
+
+
+def nothing_common(first: str, second: str, rows: Sequence[MethodRow]) -> BenchError:
+    """Why these rows cannot be compared."""
+    waiting = dict.fromkeys(filter(None, map(pairwise.unfinished, rows)))
+    said = [f"{first} and {second} have no case in common that both have a number for", *waiting]
+    return BenchError("; ".join(said))
 
 
 def compared(

@@ -131,6 +131,10 @@ def test_comparisons_and_reports_read_a_running_run_and_say_so(tmp_path):
     done = CliRunner().invoke(group, ["compare", "one", "two", "--results", str(tmp_path)])
     assert "* one is unfinished: 3 of 5 cases are done so far" in done.output
     assert "the same" in done.output
+    none = running(stored(tmp_path, "three", [("ann>bo", f"c{n}") for n in range(5)]), 0)
+    assert none in records.find_results(tmp_path, unfinished=True)
+    done = CliRunner().invoke(group, ["compare", "one", "three", "--results", str(tmp_path)])
+    assert "a number for; one is unfinished: 3 of 5 cases are done so far; three is" in str(done.exception)
     page = tmp_path / "report.html"
     done = CliRunner().invoke(group, ["report", str(tmp_path), "--no-player", "-o", str(page)])
     assert done.exit_code == 0, done.exception
