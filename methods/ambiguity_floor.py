@@ -15,7 +15,7 @@ class AmbiguityFloor:
     card = MethodCard(
         name="ambiguity_floor",
         title="second right answer",
-        summary="Control: another answer as right as the reference: errors below its own are equally good",
+        summary="Control: a second right answer: MPJPE below its own tells nothing more",
         version="1",
         accepts=("motion", "positions"),
         needs=("second_reference",),

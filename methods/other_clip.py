@@ -17,7 +17,7 @@ class OtherClip:
     card = MethodCard(
         name="other_clip",
         title="shuffled reference",
-        summary="Control: the reference of another clip: beats what does not follow the source",
+        summary="Control: the right answer to another clip, which does not follow the source",
         version="1",
         accepts=("motion", "positions"),
         needs=("other_clips",),

@@ -10,7 +10,7 @@ class Reference:
 
     card = MethodCard(
         name="reference",
-        summary="Control: the right answer itself, passed through the prediction files",
+        summary="Control: the right answer itself",
         version="1",
         accepts=("motion", "positions"),
         needs=("reference",),

@@ -73,7 +73,7 @@ def _values(who: str) -> tuple[Value, ...]:
         share(
             f"plant_recall{suffix}",
             f"contact recall{label}",
-            f"share of the {who}'s contact frames in which the foot rests, too, in one place and as high",
+            f"share of the {who}'s contact frames in which the foot stays in place, too, and as high",
             formula=f"frames kept / frames of all plants; {rule}; kept of a plant: the most frames that "
             f"lie within {RADIUS:g} h of the place in one of them and have their {OVER}, within "
             f"{LEVEL:g} h of the {who}'s in that frame; {JOINTS}",

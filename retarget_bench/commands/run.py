@@ -290,5 +290,5 @@ def carry_out(plan: Any, what: str, *, timed: bool = False) -> list[Any]:
     """Run a plan under a progress bar (elsewhere a line a minute); returns the places of its results."""
     from retarget_bench.evaluation import runner
 
-    with progress_bar(what, "cases") as progress:
+    with progress_bar(what, "answers") as progress:
         return runner.run(plan, progress, timed=timed)

@@ -156,8 +156,8 @@ def _answers(
 
 
 def _size(job: CaseJob) -> int:
-    """The number of cases that a job is to answer."""
-    return len({case for part in job.parts for case in part.keys})
+    """The number of answers, each of one method to one case, that a job is to make."""
+    return sum(len(part.keys) for part in job.parts)
 
 
 def _apart(job: CaseJob) -> list[CaseJob]:

@@ -53,6 +53,7 @@ class _Lines:
         if not done or (now - self.told < SECONDS and done < total):
             return
         self.told = now
-        left = (now - self.begun) * (total - done) / done / 60
-        known = f", about {left:.1f} min left" if done >= total / 20 else ""
+        spent = (now - self.begun) / 60
+        known = f", about {spent * (total - done) / done:.1f} min left" if done >= total / 20 else ""
+        known = f" in {spent:.1f} min" if done >= total else known
         print(f"{self.what}: {done} of {total} {self.units}{known}", file=sys.stderr, flush=True)

@@ -79,7 +79,7 @@ def run(
         seed=seed,
         seeds=seeds,
     )
-    with progress_bar("run", "cases", progress) as told:
+    with progress_bar("run", "answers", progress) as told:
         places = runner.run(plan, told, timed=timed)
     return Results(plans.existing(places, plan.root), variants=bool(methods))
 

@@ -190,7 +190,7 @@ class MethodGroup:
                 if floor is not None:
                     floors.setdefault(key, []).append(f"{section.split} {self.builder.shown(floor, key)}")
         return [
-            f"{self.builder.column(key).label} of the references themselves (the floor): {', '.join(each)}."
+            f"Floor of {self.builder.column(key).label}, that of the references: {', '.join(each)}."
             for key, each in floors.items()
         ]
 

@@ -156,7 +156,7 @@ def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
     assert beside.paths.rows.read_bytes() == alone.paths.rows.read_bytes()
 
 
-def test_progress_counts_cases(tmp_path):
+def test_progress_counts_answers(tmp_path):
     seen = []
     runner.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: seen.append((done, total)))
     assert seen == [(0, 20), (16, 20), (20, 20)]

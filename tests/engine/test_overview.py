@@ -113,7 +113,7 @@ def test_a_value_of_the_set_of_all_people_is_a_column(tmp_path):
         "a": (2.0, "best"), "b": (2.3, "tied"), "c": (9.0, ""), "d": (1.5, ""),
     }  # fmt: skip
     assert "its own floor is 0.9" in cells["d"].reason
-    assert group.below[0] == "FID of the references themselves (the floor): cross 1.00."
+    assert group.below[0] == "Floor of FID, that of the references: cross 1.00."
 
 
 def test_bodies_and_variants_that_are_left_out_are_told(tmp_path):

@@ -136,5 +136,5 @@ def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, cap
             told(done, 400)
     assert capsys.readouterr().err.splitlines() == [
         "bench run: 200 of 400 cases, about 1.0 min left",
-        "bench run: 400 of 400 cases, about 0.0 min left",
+        "bench run: 400 of 400 cases in 2.0 min",
     ]

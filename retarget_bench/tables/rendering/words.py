@@ -43,7 +43,7 @@ ENDED = {
 }
 """Status of cases without an answer, as a verb."""
 SPLITS = {
-    "self": "each character performs its own motion",
+    "self": "each character performs its own motion, so that copying is exact",
     "intra": "another character of the same structure performs it",
     "cross": "a character of another structure performs it",
 }
@@ -130,8 +130,9 @@ def brief_marks(table: Table) -> str:
     """The meaning of the marks, in one sentence."""
     sets = "; FID: its interval meets that of the best" if _has_fid(table) else ""
     return (
-        f"{MARKS['best']} best, {MARKS['tied']} not told from it: no significant difference over clips "
-        f"({100 * ALPHA:g} %, corrected for all pairs of methods{sets}).{_rare(table)}"
+        f"{MARKS['best']} best, {MARKS['tied']} not told apart from it: no significant difference over "
+        f"clips ({100 * ALPHA:g} %, corrected for all pairs of methods{sets}). In columns with marks, "
+        f"ranked rows without one are worse than the best.{_rare(table)}"
     )
 
 
