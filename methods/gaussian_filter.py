@@ -47,20 +47,28 @@ class GaussianFilter:
         return transfer.another_skeleton("filters the source", source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
-        from scipy.ndimage import gaussian_filter1d  # type: ignore[import-untyped]
-
         places = source.positions
         if isinstance(self.sigma, str):
             seconds = float(WIDTH * (100.0 * noise(places)) ** 0.4 * (30.0 / source.fps) ** 0.2)
         else:
             seconds = self.sigma
-        width = seconds * source.fps
-        reach = math.ceil(REACH * width)
-        if reach < 1 or source.frames < 2:
-            return target.positions(places, source.fps)
-        longer = np.pad(places, ((reach, reach), (0, 0), (0, 0)), mode="reflect", reflect_type="odd")
-        smooth = gaussian_filter1d(longer, width, axis=0, mode="nearest", truncate=REACH)
-        return target.positions(smooth[reach:-reach], source.fps)
+        return target.positions(averaged(places, seconds * source.fps), source.fps)
+
+
+def averaged(values: np.ndarray, width: float) -> np.ndarray:
+    """``(frames, ...)`` values averaged over frames with Gaussian weights of standard deviation ``width``.
+
+    Beyond the ends they go on as their mirror image through the first and the last.
+    """
+    from scipy.ndimage import gaussian_filter1d  # type: ignore[import-untyped]
+
+    reach = math.ceil(REACH * width)
+    if reach < 1 or len(values) < 2:
+        return values
+    around = ((reach, reach), *((0, 0) for _ in values.shape[1:]))
+    longer = np.pad(values, around, mode="reflect", reflect_type="odd")
+    smooth = gaussian_filter1d(longer, width, axis=0, mode="nearest", truncate=REACH)
+    return np.asarray(smooth[reach:-reach])
 
 
 def noise(places: np.ndarray) -> float:

@@ -66,11 +66,7 @@ class InverseKinematics:
     def supports(self, source: Character, target: Character) -> str | None:
         if why := transfer.reason(source, target) or root_rules.reason(self.root_rule, source, target):
             return why
-        for body in (source, target):
-            limbs = rig_of(body).limbs
-            if any((side, "leg") not in limbs for side in SIDES):
-                return f"{body.name} has no two legs of upper leg, leg and foot to plant"
-        return None
+        return no_legs(source) or no_legs(target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
@@ -86,16 +82,23 @@ class InverseKinematics:
         pose = Pose(copied.rotations.copy(), copied.root, copied.positions, copied.global_rotations)
         ratio = root_rules.ratio(self.root_rule, source.character, target)
         exchange = feet.Exchange(source, rig_of(source.character), rig_of(target), pose, ratio)
-        four_legged = source.character.four_legged and target.four_legged
         if self.feet:
-            _plant(exchange, ("leg", "arm") if four_legged else ("leg",))
+            plant(exchange)
             head.lift(exchange)
-        if self.hands and not four_legged:
+        if self.hands and not exchange.four_legged:
             _touch(exchange)
         return pose.rotations, pose.root
 
 
-def takes(source: Motion) -> list[slice]:
+def no_legs(body: Character) -> str | None:
+    """Why its feet cannot be planted; None where they can."""
+    limbs = rig_of(body).limbs
+    if all((side, "leg") in limbs for side in SIDES):
+        return None
+    return f"{body.name} has no two legs of upper leg, leg and foot to plant"
+
+
+def takes(source: Prediction) -> list[slice]:
     """Stretches of frames between cuts, where the whole body is elsewhere or in another pose at once.
 
     Files often begin with a frame in the rest pose at the origin. At a cut, joints move by more than
@@ -117,9 +120,10 @@ def _limbs(exchange: feet.Exchange, kind: str) -> list[tuple[Limb, Limb]]:
     ]
 
 
-def _plant(exchange: feet.Exchange, kinds: tuple[str, ...]) -> None:
+def plant(exchange: feet.Exchange) -> None:
     """Hold the feet, in place; the pose's places and orientations are up to date afterwards."""
     pose, body = exchange.pose, exchange.ours.character
+    kinds = ("leg", "arm") if exchange.four_legged else ("leg",)
     legs = [pair for kind in kinds for pair in _limbs(exchange, kind)]
     plans = [feet.plan(exchange, theirs, ours) for theirs, ours in legs]
     ours = [leg for _, leg in legs]

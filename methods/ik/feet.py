@@ -39,6 +39,11 @@ class Exchange:
     pose: Pose
     ratio: float
 
+    @property
+    def four_legged(self) -> bool:
+        """True where all four feet of both bodies stand."""
+        return self.theirs.character.four_legged and self.ours.character.four_legged
+
 
 @dataclass(frozen=True)
 class Plan:

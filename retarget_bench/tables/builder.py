@@ -117,7 +117,9 @@ def bodies_shown(found: Sequence[SplitSummary], bodies: str) -> tuple[list[Split
         if cases:
             of_splits = ", ".join(f"{split} {number}" for split, number in cases.items())
             named = group if group == PEOPLE else f"{group} bodies"
-            hints.append(f"{named} (cases: {of_splits}) have a table of their own: bench table --bodies {group}")
+            hints.append(
+                f"{named} (cases: {of_splits}) have a table of their own: bench table --bodies {group}"
+            )
     variants = dict.fromkeys(label for section in shown for label in section.variants)
     if variants:
         hints.append(f"variants left out: {', '.join(variants)}: bench table --variants")

@@ -23,7 +23,9 @@ from retarget_bench.python import known
 
 PROJECT = Path(__file__).parents[2]
 METHODS = (
-    *("ik", "copy_rotations", "bone_directions", "paired", "pan", "humot", "smrm", "nkn", "nkn_cross"),
+    *("ik", "copy_rotations", "bone_directions", "paired"),
+    *("pan", "pan+footlock", "humot", "humot+fit+smooth+footlock"),
+    *("smrm", "smrm+smooth+footlock", "nkn", "nkn+smooth+footlock", "nkn_cross"),
     STILL := "rest_pose",
 )
 SPLITS = {"puppets": ("self", "intra", "cross"), "mixamo": ("intra", "cross")}
@@ -109,7 +111,8 @@ def page(results: dict[str, rb.Results]) -> str:
         "",
         "    python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo",
         "",
-        "Shipped weights. Means over clips on the cases that all methods answered, 95 % intervals over "
+        "Shipped weights; after a plus post-processors ([docs/posts.md](../docs/posts.md)), which have the aims "
+        "of the method. Means over clips on the cases that all methods answered, 95 % intervals over "
         "clips in brackets; below them the aim, and whether the mean reaches it. "
         + "; ".join(f"{name}: {size}" for name, size in sizes.items())
         + ". What keeps the others from it: [docs/learned.md](../docs/learned.md).",
@@ -130,7 +133,7 @@ def cell(cells: dict[tuple[str, Column], Any], method: str, column: Column) -> s
     if row is None or row.value != row.value:
         return "n/a"
     text = f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if row.low == row.low else "")
-    if (limit := AIMS.get(method, {}).get(column)) is None:
+    if (limit := AIMS.get(method.partition("+")[0], {}).get(column)) is None:
         return text
     aim = limit if isinstance(limit, float) else limit[0] * cells[limit[1], column].value
     more = column[2] == RECALL

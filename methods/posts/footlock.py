@@ -1,0 +1,56 @@
+"""Holds feet where the source's feet rest: legs reach by two-bone IK, hips give way before knees lock."""
+
+import numpy as np
+
+from retarget_bench.api import Context, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import root_rules, rotation
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.plugins.post_processors import PostCard
+
+from ..ik import feet, no_legs, plant, takes
+from ..ik.two_bone import Pose, rig_of
+
+_RULE = "hip_height"
+
+
+class FootLock:
+    """The feet of ``ik`` under the answer of another method.
+
+    Near the floor feet follow the source's own path, scaled by the height of the hips, and stand at one
+    place as long as the source's rest; well above it they stay where the answer has them. Hips give way
+    where a planted foot is out of reach. Everything above the hips turns as in the answer.
+
+    Four-legged bodies among themselves are held by all four feet. No training, no optimisation.
+    """
+
+    card = PostCard(
+        name="footlock",
+        summary="Holds feet where the source's feet rest, by the two-bone IK of ik",
+        version="1",
+        accepts=("motion",),
+    )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        return root_rules.reason(_RULE, source, target) or no_legs(source) or no_legs(target)
+
+    def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Motion:
+        if not isinstance(source, Motion):
+            raise NotSupported("footlock needs a source with rotations, not positions only")
+        assert isinstance(prediction, Motion)
+        pieces = [_planted(prediction.at(piece), source.at(piece)) for piece in takes(source)]
+        rotations, root = (np.concatenate(each) for each in zip(*pieces, strict=True))
+        turned = rotation.continuous(rotation.normalise(rotations))
+        return prediction.character.motion(turned, root, prediction.fps)
+
+
+def _planted(answer: Motion, source: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations and root path of an answer to a source without cuts."""
+    body = answer.character
+    pose = Pose(answer.rotations.copy(), answer.root.copy(), answer.positions, answer.global_rotations)
+    ratio = root_rules.ratio(_RULE, source.character, body)
+    plant(feet.Exchange(source, rig_of(source.character), rig_of(body), pose, ratio))
+    return pose.rotations, pose.root
+
+
+plugin = FootLock
