@@ -111,9 +111,9 @@ def page(results: dict[str, rb.Results]) -> str:
         "",
         "    python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo",
         "",
-        "Shipped weights. After a plus stand post-processors ([docs/posts.md](../docs/posts.md)); such rows "
-        "have the aims of the method. Means over clips on the cases that all methods answered, 95 % intervals over "
-        "clips in brackets; below them the aim, and whether the mean reaches it. "
+        "Shipped weights. After a plus stand post-processors ([docs/posts.md](../docs/posts.md)); such "
+        "rows have the aims of the method. Means over clips on the cases that all methods answered, 95 % "
+        "intervals over clips in brackets; below them the aim, and whether the mean reaches it. "
         + "; ".join(f"{name}: {size}" for name, size in sizes.items())
         + ". What keeps the others from it: [docs/learned.md](../docs/learned.md).",
     ]
