@@ -97,6 +97,19 @@ def test_a_case_that_one_method_lacks_counts_for_none(tmp_path: Path) -> None:
     assert any("all intra: 39 cases, pairs 1, clips 39" in note for note in table.notes)
 
 
+def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> None:
+    values = PAPERS | {"san_code": PAPERS["san_code"] | {"with_self": True}}
+    for name, splits in (("both", ("self", "intra")), ("one", ("intra", "cross"))):
+        for split in splits:
+            store(tmp_path, split, name, all_of(PEOPLE, 0.1))
+    for place in records.find_results(tmp_path):
+        changed(place, values=values)
+    table = made(tmp_path, "pan-table1")
+    cells = {row.label: [cell.reason for cell in row.cells] for row in table.groups[-1].rows}
+    assert cells["one"] == ["counts self pairs, too, and there are no results on the self split", ""]
+    assert cells["both"] == ["", OTHER_CASES]
+
+
 def test_who_answered_fewer_is_set_apart_beside_the_best_on_the_same(tmp_path: Path) -> None:
     hard = PEOPLE[4:]
     store(tmp_path, "intra", "best", all_of(PEOPLE[:4], 0.1) | all_of(hard, 0.9))

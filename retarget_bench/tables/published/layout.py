@@ -14,9 +14,13 @@ OTHER_PAIRS = "the pairs are of Mixamo's test set, and these results have none o
 READING = (
     f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here, under the protocol "
     "that each column names, and say which variant of a published method they are ('as published' is about "
-    "settings, not about weights). All of ours in a column are means over the same cases (counted as n or "
-    "as common cases), but for rows set apart, which answered fewer. They stand by name; nothing is ranked."
+    "settings, not about weights). They stand by name; nothing is ranked. "
 )
+CASES = (
+    "All of ours in a column are means over the same cases (counted as n or as common cases), but for rows "
+    "set apart, which answered fewer."
+)
+SETS = "All of ours in a column stand against the same real motion, but for numbers with a footnote."
 
 
 def paper_table(table: PublishedTable, parts: Sequence[OwnRows]) -> Table:
@@ -38,7 +42,7 @@ def paper_table(table: PublishedTable, parts: Sequence[OwnRows]) -> Table:
             *_counts(table, parts),
         ),
         footnotes=tuple(page.footnotes.sentences),
-        reading=READING,
+        reading=READING + (SETS if table.of_sets else CASES),
     )
 
 
@@ -81,7 +85,9 @@ class _Page:
             for column in columns
         ]
         other = OTHER_PAIRS if any(column.pairs for column in columns) else OTHER_CASES
-        return "; ".join(dict.fromkeys(filter(None, said))) or other
+        return (
+            "; ".join(_merged([each for reason in said if reason for each in reason.split("; ")])) or other
+        )
 
     def _has(self, part: OwnRows, block: str) -> bool:
         asked = [column.id for column in _columns(self.table, block)]
@@ -190,6 +196,21 @@ class _Page:
     def _spread(self, cell: OwnCell, column: PublishedColumn) -> float | None:
         prints = any(len(each.values.get(column.id, ())) > 1 for each in self.table.rows)
         return cell.spread if prints else None
+
+
+def _merged(reasons: Sequence[str]) -> list[str]:
+    """Each reason once; of those that differ in their last number, as in ``..., here 3``, the range."""
+    found: dict[str, set[int]] = {}
+    for reason in reasons:
+        start, here, number = reason.rpartition(", here ")
+        numbers = found.setdefault(start if here and number.isdigit() else reason, set())
+        numbers |= {int(number)} if here and number.isdigit() else set()
+    ranges = {
+        start: " to ".join(str(each) for each in sorted({min(n), max(n)}))
+        for start, n in found.items()
+        if n
+    }
+    return [f"{start}, here {ranges[start]}" if start in ranges else start for start in found]
 
 
 def _columns(table: PublishedTable, block: str) -> list[PublishedColumn]:

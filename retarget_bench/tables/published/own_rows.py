@@ -16,6 +16,7 @@ from retarget_bench.tables.published.own import Counts, OwnCell, OwnRow, OwnRows
 from retarget_bench.tables.published.published_tables import PublishedColumn, PublishedTable
 
 UNTRAINED = "the method is untrained, so no structure is seen or unseen"
+NO_SELF = "counts self pairs, too, and there are no results on the self split"
 
 
 def own_rows(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OwnRows]:
@@ -83,6 +84,16 @@ class _Pool:
         for matrix, (rows, columns, own) in zip(self.matrices, self.spots, strict=True):
             found[np.ix_(rows, columns)] = matrix.numbers((value, ""))[:, own]
         return found
+
+    @property
+    def pooled(self) -> set[str]:
+        """Values that count self pairs as intra, which therefore need results on both."""
+        return {key for matrix in self.matrices for key, value in matrix.values.items() if value.with_self}
+
+    @property
+    def with_self(self) -> set[str]:
+        """Methods with results on the self split."""
+        return {row.label for matrix in self.matrices if matrix.split == "self" for row in matrix.rows}
 
     def counts(self, there: np.ndarray) -> Counts:
         """there: ``(cases,)`` bool."""
@@ -153,10 +164,18 @@ class _Compared:
             column = self.columns[key]
             common = bool(mark) or bool(column.own) or bool(column.alike[at])
             cells[key] = replace(cell, common=common, note=self._note(column, cell, common))
+        return OwnRow(label, mark, cells, self._reasons(label), variant(method))
+
+    def _reasons(self, label: str) -> dict[str, str]:
+        """Column -> why a method has no number there, where that is another reason than usual."""
         reasons = {}
-        if not method.trained_on:
-            reasons = {column.id: UNTRAINED for column in self.table.columns if column.seen}
-        return OwnRow(label, mark, cells, reasons, variant(method))
+        pooled = self.pool.pooled if label not in self.pool.with_self else ()
+        for column in self.table.columns:
+            if column.seen and not self.pool.methods[label].trained_on:
+                reasons[column.id] = UNTRAINED
+            elif column.value in pooled and _with_self(column):
+                reasons[column.id] = NO_SELF
+        return reasons
 
     def _note(self, column: _Column, cell: OwnCell, common: bool) -> str:
         """How a number that is not set apart is over other cases than others of its column, or ""."""
@@ -204,6 +223,12 @@ class _Compared:
 
 def _key(info: CaseInfo) -> tuple[str, str]:
     return info.split, info.id
+
+
+def _with_self(column: PublishedColumn) -> bool:
+    """True for columns that self pairs count in."""
+    ends = [pair.split(">") for pair in column.pairs]
+    return "self" in column.splits or any(source == target for source, target in ends)
 
 
 def _takes(column: PublishedColumn, pool: _Pool) -> bool:
