@@ -14,13 +14,13 @@ OTHER_PAIRS = "the pairs are of Mixamo's test set, and these results have none o
 READING = (
     f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here, under the protocol "
     "that each column names, and say which variant of a published method they are ('as published' is about "
-    "settings, not about weights). They stand by name; nothing is ranked. "
+    "settings, not about weights). Ours stand by name; nothing is ranked. "
 )
 CASES = (
-    "All of ours in a column are means over the same cases (counted as n or as common cases), but for rows "
+    "In a column all of ours are means over the same cases (counted as n or as common cases), but for rows "
     "set apart, which answered fewer."
 )
-SETS = "All of ours in a column stand against the same real motion, but for numbers with a footnote."
+SETS = "In a column all of ours stand against the same real motion, but for numbers with a footnote."
 
 
 def paper_table(table: PublishedTable, parts: Sequence[OwnRows]) -> Table:
