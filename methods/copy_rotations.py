@@ -24,7 +24,7 @@ class CopyRotations:
             name="copy_rotations",
             summary="Joint orientations copied relative to the T-pose, root path scaled by one ratio",
             version="1",
-            differs=f"root rule {root_rule}",
+            differs={"root_rule": f"root rule {root_rule}"},
             needs=("reference",) if root_rule == "reference" else (),
             variants=({"root_rule": "none"}, {"root_rule": "reference"}),
             parameters={"root_rule": "length whose ratio scales the root path"},

@@ -21,7 +21,7 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .features import body, unfit
-from .settings import DESIGNS, PARAMETERS, PUBLISHED, Overrides, Settings, Variant
+from .settings import DESIGNS, DIFFERS, PARAMETERS, PUBLISHED, Overrides, Settings, Variant
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -138,7 +138,7 @@ class HuMoT(LearnedMethod):
             paper="Mourot, Hoyet, Le Clerc, Hellier: HuMoT: Human Motion Representation using "
             "Topology-Agnostic Transformers for Character Animation Retargeting, 2023",
             published=tuple({**PUBLISHED, "variant": variant} for variant in ("text", "paper_count")),
-            differs="small, facing ahead, bodies in one size",
+            differs=DIFFERS,
             accepts=("motion", "positions"),
             parameters=PARAMETERS,
         )

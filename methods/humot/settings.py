@@ -99,6 +99,15 @@ PUBLISHED: Mapping[str, str | int | float | bool] = {
     "root_rule": "leg_length",
 }
 """The paper's own way; the variant comes on top."""
+DIFFERS = {
+    "variant": "small",
+    "facing": "facing ahead",
+    "sized": "one size",
+    "varied": "bodies varied",
+    "mirrored": "mirrored",
+    "root_rule": "root rule hip_height",
+}
+"""Parameter -> how its default differs from that."""
 PARAMETERS = {
     "variant": "small, text (the appendix by the letter) or paper_count (2,475,511 parameters)",
     "subsampling": "false: without stochastic joint subsampling (no SJS)",

@@ -29,6 +29,12 @@ PARAMETERS = {
     "lengths": "what lengths are counted in: world (centimetres) or body (its hips are 90 high)",
     "weights": "name of shipped weights, or a path to others",
 }
+DIFFERS = {
+    "lengths": "in hip heights",
+    "drift": "loss on displacement",
+    "path": "path relative to the source's",
+}
+"""Parameter -> how its default differs from the paper."""
 
 
 @dataclass(eq=False)
@@ -80,7 +86,7 @@ class Nkn(Retargeter):
         paper="Villegas, Yang, Ceylan, Lee: Neural Kinematic Networks for Unsupervised Motion "
         "Retargetting, CVPR 2018",
         published=({"drift": 0.0, "lengths": "world", "path": "integrated"},),
-        differs="in hip heights, loss on displacement, path relative to the source's",
+        differs=DIFFERS,
         accepts=("motion", "positions"),
         parameters=PARAMETERS,
     )

@@ -14,7 +14,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 
-from ..nkn import PARAMETERS, Nkn
+from ..nkn import DIFFERS, PARAMETERS, Nkn
 from ..nkn.features import SIGNATURE, Signature
 from ..nkn.inference import Retargeter, common_reasons
 from ..nkn.training import NknTraining
@@ -54,7 +54,7 @@ class NknCross(Retargeter):
         paper="Hu, Zhang, Zhong, Jiang, Wang, Zhang: Pose-Aware Attention Network for Flexible Motion "
         "Retargeting by Body Part, TVCG 2023 (NKN*)",
         published=({"drift": 0.0, "lengths": "world", "path": "integrated"},),
-        differs="in hip heights, loss on displacement, path relative to the source's",
+        differs=DIFFERS,
         accepts=("motion", "positions"),
         default=False,
         parameters={**PARAMETERS, "structures": "trained on: two_legged, all, or names joined by +"},

@@ -22,7 +22,7 @@ from retarget_bench.training.learned_method import LearnedMethod
 from .body import FOUR, Assignment, PanBody, aligned, assign, structure_key
 from .features import unfit
 from .layout import Layout, parts_of
-from .settings import BETWEEN_LEGS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
+from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -146,8 +146,12 @@ class Pan(LearnedMethod):
             version="1",
             paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion "
             "Retargeting by Body Part, TVCG 2023",
-            published=({"variant": "released"}, {"variant": "paper"}),
-            differs="in hip heights, facing ahead, no dropout",
+            published=tuple(
+                {"variant": variant, **parts}
+                for variant in ("released", "paper")
+                for parts in ({}, {"parts": "three"})
+            ),
+            differs=DIFFERS["three" if self.parts == "three" else "six"] if variant == "own" else {},
             needs=("target_motions",) if privileged else (),
             parameters=PARAMETERS,
         )

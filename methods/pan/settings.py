@@ -73,6 +73,26 @@ PARAMETERS = {
 }
 """A line on each parameter, for the method's card."""
 
+DIFFERS: Mapping[str, Mapping[str, str]] = {
+    "six": {
+        "variant": "released networks",
+        "dropout": "no dropout",
+        "lengths": "in hip heights",
+        "root": "height as a feature",
+        "path": "the source's path and direction",
+        "statistics": "statistics by structure",
+        "kinematic": "other losses",
+    },
+    "three": {
+        "variant": "released networks",
+        "lengths": "in hip heights",
+        "root": "height as a feature",
+        "path": "path relative to the source's",
+        "kinematic": "other losses",
+    },
+}
+"""Parts -> parameter -> how ``own`` differs from what is published."""
+
 FIELDS: Mapping[str, tuple[str, ...]] = {
     "features": ("root", "lengths", "facing", "path"),
     "design": ("conv_mask", "decoder", "dropout", "attention", "by_part"),

@@ -84,7 +84,7 @@ class SMRM(Weighting, LearnedMethod):
         version="1",
         paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
         published=({"adversarial": 1.0, "path": "integrated"},),
-        differs="adversarial weight 0.0001, path relative to the source's",
+        differs={"adversarial": "adversarial weight 0.0001", "path": "path relative to the source's"},
         accepts=("motion", "positions"),
         parameters={
             "weights": "name of shipped weights, or a path to others",

@@ -19,8 +19,8 @@ class MethodCard:
 
     title:      the name as people write it, a constant (``HuMoT``); "": the plug-in's, with spaces.
     published:  of a method with a paper: sets of parameters with which it is as published.
-    differs:    how it differs from its paper with its default parameters, in a few words; of a method
-                without a paper, what distinguishes it from others of its kind.
+    differs:    of a method with a paper: parameter -> how its default differs from the paper, in a few
+                words; of a method without one, what distinguishes it from others of its kind.
     accepts:    the kinds of source it can read: ``motion`` (rotations) and/or ``positions``.
     needs:      privileged inputs, out of ``reference``, ``second_reference``, ``target_motions``,
                 ``other_clips``. Rows of such a method are marked privileged and never ranked.
@@ -38,7 +38,7 @@ class MethodCard:
     title: str = ""
     paper: str = ""
     published: tuple[Parameters, ...] = ()
-    differs: str = ""
+    differs: Mapping[str, str] = field(default_factory=dict)
     licence: str = ""
     accepts: tuple[str, ...] = ("motion",)
     needs: tuple[str, ...] = ()

@@ -1,6 +1,6 @@
 """``bench table``: results as a table."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,8 +64,8 @@ def _asked_splits(ctx: click.Context, param: click.Parameter, given: tuple[str, 
 @click.option(
     "--paper",
     metavar="TABLE",
-    help="Print a published table with these results beside it: humot-table2, -3, -4, -5, pan-table1, -3 "
-    "or correspondence-free-table4.",
+    help="Print a published table with these results beside it, variants too: humot-table2, -3, -4, -5, "
+    "pan-table1, -3 or correspondence-free-table4. With -m and --bodies: these.",
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--notes", is_flag=True, help="Print all notes, and how numbers are made in full.")
@@ -96,10 +96,9 @@ def command(
     MPJPE, contact recall and FID on all splits, for people; -s cross has more columns of one split. While
     a run is going on, the cases that it has finished.
     """
-    if paper is not None and (columns is not None or everything or by or at_least or any(_narrow(choice))):
+    if paper is not None and (columns is not None or everything or by or at_least or choice["splits"]):
         raise BenchError(
-            "--paper has columns of its own, and all cases and methods; leave --columns, --all, --by, "
-            "--at-least, -s, -m, --variants, --no-controls and --bodies"
+            "--paper has columns and splits of its own; leave --columns, --all, --by, --at-least and -s"
         )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
@@ -114,19 +113,16 @@ def command(
     what = "results of probes" if probes else "results"
     places = options.results(roots or (Path("runs"),), dataset, task, maker, what, unfinished=not paper)
     if paper is not None:
-        made = _published(places, paper)
+        from retarget_bench.tables.published.requested import requested as published_table
+
+        select = _selection(choice["methods"], variants=True, controls=choice["controls"], apart=True)
+        made = [published_table(paper, places, select, choice["bodies"] or "")]
     else:
         from retarget_bench.tables import requested
 
         everything = everything or (probes and columns is None)
         made = requested.tables(places, _request(task, columns, everything, by, at_least, **choice), form)
     options.write_out(_drawn(made, form, intervals, notes, output is None), output)
-
-
-def _narrow(choice: Mapping[str, Any]) -> Iterator[bool]:
-    """True for each option that chooses rows or cases and was given."""
-    yield from (bool(choice[name]) for name in ("splits", "methods", "variants", "bodies"))
-    yield not choice["controls"]
 
 
 def _drawn(made: Sequence[Any], form: str, intervals: bool, notes: bool, here: bool) -> str:
@@ -155,11 +151,9 @@ def _request(
     controls: bool,
     bodies: str | None,
 ) -> Any:
-    from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables.requested import Request
 
     plain = task == "retarget"
-    labels = tuple(name for each in methods for name in options.method_names(each))
     return Request(
         columns=None if columns is None else options.ids(columns),
         everything=everything,
@@ -167,15 +161,12 @@ def _request(
         at_least=at_least,
         splits=splits,
         bodies=bodies or "",
-        select=Selection(labels, variants or not plain, controls, apart=plain),
+        select=_selection(methods, variants=variants or not plain, controls=controls, apart=plain),
     )
 
 
-def _published(places: Sequence[Any], name: str) -> list[Any]:
-    from retarget_bench.tables.published import published_tables
-    from retarget_bench.tables.published.layout import paper_table
+def _selection(methods: tuple[str, ...], *, variants: bool, controls: bool, apart: bool) -> Any:
+    from retarget_bench.analysis.selection import Selection
 
-    published = published_tables.published(name)
-    if published.task == "reconstruct":
-        published = published_tables.with_structures(published, places)
-    return [paper_table(published, published_tables.own_rows(published, places))]
+    labels = tuple(name for each in methods for name in options.method_names(each))
+    return Selection(labels, variants, controls, apart=apart)

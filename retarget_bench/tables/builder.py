@@ -101,29 +101,37 @@ def bodies_shown(found: Sequence[SplitSummary], bodies: str) -> tuple[list[Split
     bodies: one of ``selection.BODIES``, ``all``, or "": people, or all where there are none.
     Raises BenchError where there are none of these bodies.
     """
-    there = list(dict.fromkeys(section.bodies for section in found))
-    if bodies not in ("", "all", *there):
-        known = ", ".join(filter(None, there)) or "no groups of bodies: these results are older than those"
-        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
-    wanted = bodies or (PEOPLE if PEOPLE in there else "all")
+    wanted = wanted_bodies([section.bodies for section in found], bodies)
     shown = [section for section in found if wanted in ("all", section.bodies)]
-    hints = []
-    for group in there if wanted != "all" else ():
-        cases = {
-            section.split: max(score.asked for score in section.scores)
-            for section in found
-            if section.bodies == group != wanted
-        }
-        if cases:
-            of_splits = ", ".join(f"{split} {number}" for split, number in cases.items())
-            named = group if group == PEOPLE else f"{group} bodies"
-            hints.append(
-                f"{named} (cases: {of_splits}) have a table of their own: bench table --bodies {group}"
-            )
+    cases: dict[str, dict[str, int]] = {}
+    for section in found if wanted != "all" else ():
+        if section.bodies != wanted:
+            asked = max(score.asked for score in section.scores)
+            cases.setdefault(section.bodies, {})[section.split] = asked
+    hints = other_bodies(cases, "bench table")
     variants = dict.fromkeys(label for section in shown for label in section.variants)
     if variants:
         hints.append(f"variants left out: {', '.join(variants)}: bench table --variants")
     return shown, hints
+
+
+def wanted_bodies(there: Sequence[str], bodies: str) -> str:
+    """The group of bodies to show out of those that there are; see ``bodies_shown``."""
+    if bodies not in ("", "all", *there):
+        known = ", ".join(dict.fromkeys(filter(None, there)))
+        known = known or "no groups of bodies: these results are older than those"
+        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
+    return bodies or (PEOPLE if PEOPLE in there else "all")
+
+
+def other_bodies(cases: Mapping[str, Mapping[str, int]], command: str) -> list[str]:
+    """Sentences about groups of bodies that are left out: group -> split -> cases."""
+    hints = []
+    for group, splits in cases.items():
+        of_splits = ", ".join(f"{split} {number}" for split, number in splits.items())
+        named = group if group == PEOPLE else f"{group} bodies"
+        hints.append(f"{named} (cases: {of_splits}) have a table of their own: {command} --bodies {group}")
+    return hints
 
 
 def task_tables(

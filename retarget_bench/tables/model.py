@@ -1,10 +1,9 @@
 """The table model: tables, groups, rows and cells; numbers and their text are separate fields."""
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, Protocol
 
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.analysis.summary import Ranking
 
 ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
 NOT_APPLICABLE, FAILED, NOT_RUN, OTHER_VERSION = "n/a", "failed", "not run", "other version"
@@ -118,6 +117,16 @@ class Row:
     beside: str = ""
 
 
+class CommonCases(Protocol):
+    """The cases, and their clips, that all compared rows of a column are over."""
+
+    @property
+    def cases(self) -> int: ...
+
+    @property
+    def clips(self) -> int: ...
+
+
 @dataclass(frozen=True)
 class Group:
     """One split, or several side by side: ranked rows, best first, then those that are not ranked.
@@ -125,7 +134,7 @@ class Group:
     Splits of one data set may have different columns: without references only some values exist.
 
     heading: of the rows: ``method``, or the kind of breakdown.
-    common:  the ranking by each column, with its number of cases; None where it is not ranked.
+    common:  of each column the cases that all compared rows are over; None where there are none.
     absent:  sentences about requested columns without any value here.
     subject: the id of the value that is broken down; "" where the columns are values.
     below:   lines directly below the rows.
@@ -138,7 +147,7 @@ class Group:
     columns: tuple[Column, ...]
     ranked: tuple[Row, ...]
     unranked: tuple[Row, ...]
-    common: tuple[Ranking | None, ...] = ()
+    common: tuple[CommonCases | None, ...] = ()
     heading: str = "method"
     absent: tuple[str, ...] = ()
     subject: str = ""

@@ -6,12 +6,16 @@ from pathlib import Path
 
 import pytest
 
+from retarget_bench.analysis.selection import Selection
 from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, parsed
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.published import published_tables
 from retarget_bench.tables.published.layout import NOT_PRINTED, paper_table
+from retarget_bench.tables.published.own import OwnRow
+from retarget_bench.tables.published.own_set_rows import own_set_rows
+from retarget_bench.tables.published.requested import requested
 
 TABLE = published_tables.published("pan-table3")
 DECLARED = {
@@ -54,8 +58,9 @@ def store(
     files.write(place, values)
 
 
-def rows(root: Path) -> dict[str, published_tables.OwnRow]:
-    return {row.label: row for row in published_tables.own_rows(TABLE, records.find_results(root))}
+def rows(root: Path) -> dict[str, OwnRow]:
+    (part,) = own_set_rows(TABLE, records.find_results(root))
+    return {row.label: row for row in part.rows}
 
 
 def test_directions_are_told_by_the_targets_legs_and_structures_are_averaged(tmp_path: Path) -> None:
@@ -65,8 +70,8 @@ def test_directions_are_told_by_the_targets_legs_and_structures_are_averaged(tmp
     found = rows(tmp_path)
     cells = found["mine"].cells
     assert cells["B->Q"].value == 40.0
-    assert (cells["Q->B"].value, cells["Q->B"].pairs) == (20.0, 2)
-    assert (cells["Q->B"].cases, cells["Q->B"].clips) == (1100, 20)
+    assert (cells["Q->B"].value, cells["Q->B"].over.pairs) == (20.0, 2)
+    assert (cells["Q->B"].over.cases, cells["Q->B"].over.clips) == (1100, 20)
     floor = found["floor"]
     assert floor.mark
     assert {key: cell.value for key, cell in floor.cells.items()} == {"Q->B": 5.0, "B->Q": 5.0}
@@ -89,13 +94,13 @@ def test_kinds_and_kid_have_columns_of_their_own(tmp_path: Path) -> None:
 def test_what_has_no_number_says_why(tmp_path: Path) -> None:
     why = "fid needs 1024 windows in each set, here 85"
     store(tmp_path, "mine", [value("dog", None, reason=why, floor=None), value("man", 9.0)])
-    drawn = paper_table(TABLE, published_tables.own_rows(TABLE, records.find_results(tmp_path)))
+    drawn = paper_table(TABLE, own_set_rows(TABLE, records.find_results(tmp_path)))
     (mine,) = (row for row in drawn.groups[0].ranked if row.label == "mine")
     assert [cell.value for cell in mine.cells] == [9.0, None]
     assert mine.cells[1].reason == why
     assert why in drawn.footnotes
     assert NOT_PRINTED not in drawn.footnotes
-    assert any("Q->B: 1,200 windows in each set" in note.replace("1200", "1,200") for note in drawn.notes)
+    assert any("quadruped → biped: 1200 windows in each set" in note for note in drawn.notes)
 
 
 def test_results_with_references_and_later_seeds_are_not_of_this_table(tmp_path: Path) -> None:
@@ -115,9 +120,26 @@ def test_the_floor_is_that_of_most_methods(tmp_path: Path) -> None:
     assert rows(tmp_path)["floor"].cells["B->Q"].value == 5.0
 
 
+def test_a_number_of_other_windows_or_fewer_structures_says_so(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        store(tmp_path, name, [value("dog", 2.0), value("man", 3.0), value("child", 4.0)])
+    store(tmp_path, "lacking", [value("dog", 2.0, real="other"), value("man", 3.0)])
+    cells = rows(tmp_path)["lacking"].cells
+    assert "other windows" in cells["B->Q"].note
+    assert "1 structure fewer" in cells["Q->B"].note
+    assert not any(cell.note for cell in rows(tmp_path)["a"].cells.values())
+
+
+def test_methods_are_chosen_and_the_floor_stays(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        store(tmp_path, name, [value("dog", 2.0)])
+    drawn = requested("pan-table3", records.find_results(tmp_path), Selection(("a",)))
+    assert [row.label for row in drawn.groups[0].rows[4:]] == ["a", "floor"]
+
+
 def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:
     store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], method={"control": True})
-    drawn = paper_table(TABLE, published_tables.own_rows(TABLE, records.find_results(tmp_path)))
+    drawn = paper_table(TABLE, own_set_rows(TABLE, records.find_results(tmp_path)))
     printed, *others = drawn.groups
     assert [row.label for row in printed.ranked] == [
         f"{name} (printed)" for name in ("NKN*", "PMnet*", "SAN", "PAN")
@@ -129,7 +151,7 @@ def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path:
 
 
 def test_without_results_the_printed_rows_are_there() -> None:
-    drawn = paper_table(TABLE, published_tables.own_rows(TABLE, []))
+    drawn = paper_table(TABLE, own_set_rows(TABLE, []))
     assert len(drawn.groups[0].ranked) == 4
     assert any("between=legs]' makes some" in note for note in drawn.notes)
 

@@ -7,15 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from retarget_bench.analysis.selection import Selection
 from retarget_bench.api import CaseInfo, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, MethodInfo, parsed
+from retarget_bench.results.result_matrix import result_matrices
 from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.tables.published import published_tables
-from retarget_bench.tables.published.layout import paper_table
+from retarget_bench.tables.published.layout import caveats, paper_table
+from retarget_bench.tables.published.own import Counts, OwnRow, OwnRows, variant
+from retarget_bench.tables.published.own_rows import own_rows
+from retarget_bench.tables.published.own_set_rows import own_set_rows
 
 ALL = published_tables.names()
 VALUES = {
@@ -59,6 +64,21 @@ def store(
     records.write_results(place, parsed(header), entries, infos)
 
 
+def ours(name: str, *roots: Path) -> list[OwnRows]:
+    """Our rows of a table from all results in these folders."""
+    table = published_tables.published(name)
+    places = [place for root in roots for place in records.find_results(root)]
+    if table.of_sets:
+        return own_set_rows(table, places)
+    return own_rows(table, Selection(variants=True).parts(result_matrices(places)))
+
+
+def rows_of(name: str, *roots: Path) -> tuple[OwnRow, ...]:
+    """Likewise, where they are of one data set and group of bodies."""
+    (part,) = ours(name, *roots)
+    return part.rows
+
+
 @pytest.mark.parametrize("name", ["humot-table3", "humot-table4", "humot-table5"])
 def test_printed_overall_is_what_its_columns_say(name: str) -> None:
     """The mean of the pairs' means; spread: variance within pairs and of their means (0.0002: rounding)."""
@@ -100,19 +120,18 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
     })  # fmt: skip
     store(tmp_path, "mine", "self", {("Goblin_m>Goblin_m", "a"): 0.2})
     table = published_tables.published("humot-table4")
-    (row,) = published_tables.own_rows(table, records.find_results(tmp_path))
+    (part,) = ours("humot-table4", tmp_path)
+    (row,) = part.rows
     pair = row.cells["G<->Mo"]
     # clip a: both directions, mean 0.2; clip b: 0.6
-    assert (pair.value, pair.cases, pair.clips, pair.pairs) == (pytest.approx(0.4), 3, 2, 2)
+    assert (pair.value, pair.over) == (pytest.approx(0.4), Counts(3, 2, 2))
     assert pair.spread == pytest.approx(np.std([0.1, 0.3, 0.6]))
     assert row.cells["Overall"].value == pytest.approx((0.4 + 0.5) / 2)
     assert row.cells["Overall"].spread == pytest.approx(np.std([0.1, 0.3, 0.6, 0.5]))
     assert "Mr<->V" not in row.cells
-    (pan,) = published_tables.own_rows(
-        published_tables.published("pan-table1"), records.find_results(tmp_path)
-    )
-    assert pan.cells["intra"].cases == 5  # the self pair counts, Aj > BigVegas does not
-    (sentence,) = published_tables.caveats(table, [row])
+    (pan,) = rows_of("pan-table1", tmp_path)
+    assert pan.cells["intra"].over.cases == 5  # the self pair counts, Aj > BigVegas does not
+    (sentence,) = caveats(table, [part])
     assert "3 of the 12 pairs and 2 of the 106 test clips" in sentence
 
 
@@ -121,21 +140,16 @@ def test_a_case_under_several_seeds_is_one_case(tmp_path: Path) -> None:
     for seed, numbers in enumerate([(0.1, 0.2), (0.3, 0.6)]):
         file = f"mine.seed-{seed}" if seed else "mine"
         store(tmp_path, "mine", "cross", dict(zip(pairs, numbers, strict=True)), file, seeds=[seed])
-    (row,) = published_tables.own_rows(
-        published_tables.published("humot-table5"), records.find_results(tmp_path)
-    )
+    (row,) = rows_of("humot-table5", tmp_path)
     cell = row.cells["B->G"]
-    assert (cell.value, cell.cases, cell.clips) == (pytest.approx(0.3), 2, 2)
+    assert (cell.value, cell.over) == (pytest.approx(0.3), Counts(2, 2, 1))
     assert cell.spread == pytest.approx(np.std([0.2, 0.4]))
 
 
 def test_one_method_in_two_folders_is_two_rows(tmp_path: Path) -> None:
     for folder, number in (("old", 0.1), ("new", 0.3)):
         store(tmp_path / folder, "mine", "cross", {("BigVegas>Goblin_m", "a"): number})
-    places = [
-        place for folder in ("old", "new", "new") for place in records.find_results(tmp_path / folder)
-    ]
-    rows = published_tables.own_rows(published_tables.published("humot-table5"), places)
+    rows = rows_of("humot-table5", *(tmp_path / folder for folder in ("old", "new", "new")))
     found = {row.label: row.cells["B->G"].value for row in rows}
     assert found == {f"mine ({tmp_path / 'old'})": 0.1, f"mine ({tmp_path / 'new'})": 0.3}
 
@@ -147,19 +161,16 @@ def test_numbers_of_an_older_metric_are_left_out(tmp_path: Path) -> None:
             tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1},
             values=values, metrics={"papers": version}, date=made,
         )  # fmt: skip
-    rows = published_tables.own_rows(
-        published_tables.published("humot-table5"), records.find_results(tmp_path)
-    )
+    rows = rows_of("humot-table5", tmp_path)
     assert [row.label for row in rows] == ["now"]
 
 
 def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None:
     data = {"name": "folder", "label": "folder"}
     store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1}, dataset=data)
-    places = records.find_results(tmp_path)
-    (row,) = published_tables.own_rows(published_tables.published("humot-table4"), places)
+    (row,) = rows_of("humot-table4", tmp_path)
     assert {key: cell.value for key, cell in row.cells.items()} == {"own": 0.1}
-    (row,) = published_tables.own_rows(published_tables.published("correspondence-free-table4"), places)
+    (row,) = rows_of("correspondence-free-table4", tmp_path)
     assert {key: cell.value for key, cell in row.cells.items()} == {"here mpjpe": 0.1}
 
 
@@ -169,37 +180,48 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
     store(tmp_path, "mine", "cross", numbers)
     store(tmp_path, "peeks", "cross", numbers, method={"privileged": ["reference"]})
     table = published_tables.published(name)
-    rows = published_tables.own_rows(table, records.find_results(tmp_path))
-    drawn = paper_table(table, rows)
-    group = drawn.groups[0]
-    labels = [column.label for each in drawn.groups for column in each.columns]
-    there = [column for column in table.columns if rows or not column.block]
-    assert labels == [column.label for column in there]
-    assert [row.label for row in group.ranked[: len(table.rows)]] == [
+    parts = ours(name, tmp_path)
+    drawn = paper_table(table, parts)
+    printed, *others = drawn.groups
+    assert printed.columns == tuple(each for each in drawn.columns if each.id in _printed_block(table))
+    assert [row.label for row in printed.ranked[: len(table.rows)]] == [
         f"{row.method} (printed)" for row in table.rows
     ]
     assert set(table.notes) <= set(drawn.notes)
     for each in drawn.groups:
         assert all(len(row.cells) == len(each.columns) for row in each.rows)
         assert all(cell.value is not None or cell.reason for row in each.rows for cell in row.cells)
-    if rows:
-        assert [row.label for row in group.unranked] == ["peeks"]
-        assert group.unranked[0].mark == "sees reference"
+    for each in others if printed.unranked else (printed, *others):
+        assert not [row for row in each.rows if all(cell.value is None for cell in row.cells)]
+    last = drawn.groups[-1]
+    if parts:
+        assert [(row.label, row.mark) for row in last.unranked] == [("peeks", "sees reference")]
         assert any("pairs" in note and "clips" in note for note in drawn.notes)
     elif any(column.pairs for column in table.columns):
         assert any("None of the results" in note for note in drawn.notes)
+
+
+def _printed_block(table: published_tables.PublishedTable) -> list[str]:
+    return [column.id for column in table.columns if not column.block]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_no_two_columns_have_one_label(name: str) -> None:
+    """Notes and legends name columns by their labels."""
+    labels = [column.label for column in published_tables.published(name).columns]
+    assert len(set(labels)) == len(labels)
 
 
 def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> None:
     table = published_tables.published("pan-table1")
     theirs = {("BigVegas>Goblin_m", "a"): 0.1, ("BigVegas>Mousey_m", "a"): 0.3}
     store(tmp_path / "same", "mine", "cross", theirs)
-    rows = published_tables.own_rows(table, records.find_results(tmp_path / "same"))
-    (only,) = paper_table(table, rows).groups
+    (only,) = paper_table(table, ours("pan-table1", tmp_path / "same")).groups
     assert [row.cells[1].text for row in only.ranked if row.label == "mine"] == ["0.20"]
     store(tmp_path / "more", "mine", "cross", {**theirs, ("Goblin_m>BigVegas", "a"): 0.8})
-    rows = published_tables.own_rows(table, records.find_results(tmp_path / "more"))
-    assert [row.cells[1].text for row in paper_table(table, rows).groups[1].rows] == ["0.40"]
+    own = paper_table(table, ours("pan-table1", tmp_path / "more")).groups[1]
+    assert [column.label for column in own.columns] == ["all cross"]
+    assert [row.cells[0].text for row in own.rows] == ["0.40"]
 
 
 @pytest.mark.parametrize(
@@ -209,6 +231,7 @@ def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> No
         ("pan", {"variant": "released"}, "as published"),
         ("pan", {"variant": "released", "weights": "elsewhere"}, "as published"),
         ("pan", {"variant": "released", "attention": False}, "ours, with these settings"),
+        ("pan", {"variant": "released", "parts": "three"}, "as published"),
         ("nkn", {"drift": 0.0, "lengths": "world", "path": "integrated"}, "as published"),
         ("smrm", {}, "ours: "),
         ("humot", {}, "ours: "),
@@ -219,8 +242,54 @@ def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> No
 )
 def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str) -> None:
     info = MethodInfo(name=name, label=name, parameters=parameters, privileged=(), control=False)
-    said = published_tables.variant(info)
+    said = variant(info)
     assert said.startswith(words) if words else said == ""
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        ("humot", ("small", "ahead", "one size", "varied", "mirrored", "root rule hip_height")),
+        ("humot[root_rule=leg_length,varied=false]", ("small", "ahead", "one size", "mirrored")),
+        ("nkn", ("displacement", "hip heights", "path relative")),
+        ("nkn[drift=0]", ("hip heights", "path relative")),
+        ("smrm", ("adversarial", "path relative")),
+        (
+            "pan[dropout=0.1]",
+            ("hip heights", "source's path", "by structure", "height as", "losses", "released"),
+        ),
+        ("pan[parts=three]", ("hip heights", "path relative", "height as", "losses", "released")),
+    ],
+)
+def test_labels_say_every_setting_that_differs_from_the_paper_and_that_the_label_lacks(
+    spec: str, words: tuple[str, ...]
+) -> None:
+    asked = Spec.parse(spec)
+    info = MethodInfo(
+        name=asked.name, label=spec, parameters=dict(asked.parameters), privileged=(), control=False
+    )
+    said = variant(info).removeprefix("ours: ").split(", ")
+    assert len(said) == len(words)
+    assert all(any(word in each for each in said) for word in words)
+
+
+@pytest.mark.parametrize("name", ["humot", "nkn", "nkn_cross", "smrm"])
+def test_what_a_published_set_changes_is_what_the_label_says(name: str) -> None:
+    """A parameter that is added to one has to be added to the other."""
+    card = optional.method_card(registry.create("methods", name))
+    assert {each for change in card.published for each in change} == set(card.differs)
+
+
+def test_what_pan_does_in_its_own_way_is_what_the_label_says() -> None:
+    settings = {
+        name: registry.create("methods", Spec("pan", {"variant": name})).settings.values()
+        for name in ("own", "released")
+    }
+    changed = {key for key, value in settings["own"].items() if settings["released"][key] != value}
+    # where it faces goes with the path, and all weights of losses stand together
+    together = {"yaw", "adversarial"}
+    card = registry.create("methods", "pan").card
+    assert changed - together == set(card.differs) - {"variant"}
 
 
 def test_what_a_card_calls_published_are_parameters_of_the_method() -> None:
@@ -238,7 +307,7 @@ def test_variants_stand_in_the_rows_and_the_root_rule_of_copied_rotations_is_not
     for name in ("pan", "copy_rotations"):
         store(tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1})
     table = published_tables.published("pan-table1")
-    drawn = paper_table(table, published_tables.own_rows(table, records.find_results(tmp_path)))
+    drawn = paper_table(table, ours("pan-table1", tmp_path))
     labels = [row.label for row in drawn.groups[0].ranked if "printed" not in row.label]
     assert labels[0] == "copy_rotations (root rule hip_height)"
     assert labels[1].startswith("pan (ours: ")
@@ -262,14 +331,13 @@ def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
     store(tmp_path, "mine", "self", {("Ann>Ann", "a"): 0.1})
     store(tmp_path, "mine", "intra", {("Ann>Bob", "a"): 0.3, ("Ann>Bob", "b"): 0.5})
     store(tmp_path, "mine", "cross", {("Ann>Cy", "a"): 0.7})
-    (row,) = published_tables.own_rows(
-        published_tables.published("pan-table1"), records.find_results(tmp_path)
-    )
-    found = {key: (cell.value, cell.cases) for key, cell in row.cells.items()}
+    (part,) = ours("pan-table1", tmp_path)
+    (row,) = part.rows
+    found = {key: (cell.value, cell.over.cases) for key, cell in row.cells.items()}
     assert found == {
         "intra own": (pytest.approx((0.2 + 0.5) / 2), 3),
         "cross own": (pytest.approx(0.7), 1),
     }
-    first, own = paper_table(published_tables.published("pan-table1"), [row]).groups
+    first, own = paper_table(published_tables.published("pan-table1"), [part]).groups
     assert all("printed" in each.label for each in first.ranked)
     assert [each.label for each in own.ranked] == ["mine"]

@@ -91,7 +91,7 @@ def test_published_tables_are_drawn_in_every_format(results, form):
 
 def test_published_tables_have_their_own_columns(results):
     done = CliRunner().invoke(group, ["table", str(results), "--paper", "pan-table1", "--all"])
-    assert "--paper has columns of its own" in str(done.exception)
+    assert "--paper has columns and splits of its own" in str(done.exception)
 
 
 def test_one_split_has_more_columns_and_all_stand_side_by_side(results):

@@ -85,14 +85,16 @@ def shown_unit(column: Column) -> str:
 def meanings(table: Table) -> list[tuple[str, str]]:
     """(label, meaning) of every column, of n and of the kinds of missing values.
 
-    The label of a column has its unit, and is its id where two columns have one label.
+    The label of a column has its unit, and is its id where two columns have one label. Columns without
+    a meaning are left out.
     """
     labels = [column.label for column in table.explained]
     found = []
     for column in table.explained:
         unit = shown_unit(column)
         name = column.label if labels.count(column.label) == 1 else column.id
-        found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
+        if column.meaning:
+            found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
     kinds = dict.fromkeys(counted(group) for group in table.groups if group.counts)
     kinds = kinds if table.groups else {N: None}
     found += [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]

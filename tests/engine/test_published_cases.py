@@ -1,0 +1,228 @@
+"""Published tables: which cases our rows are over, and who is set apart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from stored import VALUES, changed
+from stored import store as stored
+
+from retarget_bench.analysis.selection import Selection
+from retarget_bench.cli import group as commands
+from retarget_bench.errors import BenchError
+from retarget_bench.results import store as records
+from retarget_bench.tables.model import Table
+from retarget_bench.tables.published.layout import OTHER_CASES
+from retarget_bench.tables.published.requested import requested
+
+PAPERS = {
+    key: VALUES["mpjpe_h.world"] | {"label": key} for key in ("humot_mpjpe", "san_code", "restored_cm")
+}
+PEOPLE = [("ann>bo", f"c{n}") for n in range(8)]
+DOGS = [("rex>waldi", f"d{n}") for n in range(4)]
+LEGS = "character,legs\nann,2\nbo,2\nrex,4\nwaldi,4\n"
+
+
+def store(
+    root: Path, split: str, method: str, numbers: dict[tuple[str, str], float | str], **changes
+) -> None:
+    """``numbers``: (pair, clip) -> the value of every protocol, or the status of a case without one."""
+    told = [
+        (*case, dict.fromkeys(PAPERS, number) if isinstance(number, float) else number)
+        for case, number in numbers.items()
+    ]
+    place = changed(stored(root, split, method, told, **changes), values=PAPERS)
+    (place.folder / "cases.bodies.csv").write_text(LEGS)
+
+
+def all_of(cases: list[tuple[str, str]], number: float | str) -> dict[tuple[str, str], float | str]:
+    return dict.fromkeys(cases, number)
+
+
+def made(root: Path, name: str, bodies: str = "", **choice) -> Table:
+    return requested(name, records.find_results(root), Selection(variants=True, **choice), bodies)
+
+
+def rows(table: Table) -> dict[str, tuple[list[str], str]]:
+    """Label -> texts of the cells, and n, of rows that are not printed ones."""
+    return {
+        row.label: ([cell.text for cell in row.cells], row.n)
+        for group in table.groups
+        for row in group.rows
+        if "(printed)" not in row.label and not row.beside
+    }
+
+
+@pytest.fixture
+def with_dogs(tmp_path: Path) -> Path:
+    """``wide`` is better than ``narrow`` on people, and far off on dogs, which ``narrow`` refuses."""
+    store(tmp_path, "intra", "wide", all_of(PEOPLE, 0.1) | all_of(DOGS, 9.0))
+    store(tmp_path, "intra", "narrow", all_of(PEOPLE, 0.2) | all_of(DOGS, "unsupported"))
+    return tmp_path
+
+
+def test_people_are_shown_and_who_refuses_dogs_stands_among_them(with_dogs: Path) -> None:
+    table = made(with_dogs, "humot-table4")
+    assert rows(table) == {"wide": (["0.1000"], "8"), "narrow": (["0.2000"], "8")}
+    assert not any(row.apart for group in table.groups for row in group.rows)
+    (hint,) = table.hints
+    assert "four-legged bodies (cases: intra 4)" in hint
+    assert "--paper humot-table4 --bodies four-legged" in hint
+    assert any("data: people: all intra: 8 cases, pairs 1, clips 8" in note for note in table.notes)
+
+
+def test_other_bodies_have_groups_of_their_own(with_dogs: Path) -> None:
+    assert rows(made(with_dogs, "humot-table4", "four-legged")) == {"wide": (["9.0000"], "4")}
+    both = made(with_dogs, "humot-table4", "all")
+    titles = [group.title for group in both.groups[1:]]
+    assert [title.rpartition("(")[2] for title in titles] == ["data: people)", "data: four-legged)"]
+    assert rows(both).keys() == {"wide, data: people", "narrow, data: people", "wide, data: four-legged"}
+    with pytest.raises(BenchError, match="no case is between bodies of the group 'mixed'"):
+        made(with_dogs, "humot-table4", "mixed")
+
+
+def test_a_case_that_one_method_lacks_counts_for_none(tmp_path: Path) -> None:
+    many = [("ann>bo", f"c{n:02}") for n in range(40)]
+    store(tmp_path, "intra", "most", all_of(many[:39], 0.1) | {many[39]: "failed"})
+    store(tmp_path, "intra", "all", all_of(many[:39], 0.2) | {many[39]: 40.2})
+    store(tmp_path, "intra", "still", all_of(many[:30], 0.3) | all_of(many[30:], "failed"), control=True)
+    table = made(tmp_path, "humot-table4")
+    found = rows(table)
+    assert found["most"] == (["0.1000"], "39")
+    assert found["all"] == (["0.2000"], "39")
+    assert found["still"] == (["0.3000"], "30/39")
+    assert table.footnotes == ("over the 30 of the 39 common cases that it has",)
+    assert any("all intra: 39 cases, pairs 1, clips 39" in note for note in table.notes)
+
+
+def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> None:
+    values = PAPERS | {"san_code": PAPERS["san_code"] | {"with_self": True}}
+    for name, splits in (("both", ("self", "intra")), ("one", ("intra", "cross"))):
+        for split in splits:
+            store(tmp_path, split, name, all_of(PEOPLE, 0.1))
+    for place in records.find_results(tmp_path):
+        changed(place, values=values)
+    table = made(tmp_path, "pan-table1")
+    cells = {row.label: [cell.reason for cell in row.cells] for row in table.groups[-1].rows}
+    assert cells["one"] == ["counts self pairs, too, and there are no results on the self split", ""]
+    assert cells["both"] == ["", OTHER_CASES]
+
+
+def test_who_answered_fewer_is_set_apart_beside_the_best_on_the_same(tmp_path: Path) -> None:
+    hard = PEOPLE[4:]
+    store(tmp_path, "intra", "best", all_of(PEOPLE[:4], 0.1) | all_of(hard, 0.9))
+    store(tmp_path, "intra", "worse", all_of(PEOPLE, 0.8))
+    store(tmp_path, "intra", "few", all_of(PEOPLE[:4], 0.2) | all_of(hard, "unsupported"))
+    group = made(tmp_path, "humot-table4").groups[1]
+    assert [(row.label, row.cells[0].value, row.n) for row in group.ranked] == [
+        ("best", pytest.approx(0.5), "8"),
+        ("worse", pytest.approx(0.8), "8"),
+    ]
+    assert [(row.label, row.beside, row.cells[0].value, row.n) for row in group.unranked] == [
+        ("few", "", pytest.approx(0.2), "4/8"),
+        ("best", "few", pytest.approx(0.1), "4/8"),
+    ]
+    assert group.unranked[0].mark == "answered 4"
+    assert all(row.apart for row in group.unranked)
+
+
+def test_columns_over_different_cases_say_how_many_each(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        store(tmp_path, "self", name, all_of([("ann>ann", "c0")], 0.1))
+        store(tmp_path, "intra", name, all_of(PEOPLE, 0.1))
+        store(tmp_path, "cross", name, all_of(PEOPLE[:3], 0.1))
+    table = made(tmp_path, "pan-table1")
+    own = table.groups[-1]
+    assert [column.label for column in own.columns] == ["self + intra", "all cross"]
+    assert [each.cases for each in own.common if each] == [9, 3]
+    assert {row.n for row in own.rows} == {""}
+    drawn = CliRunner().invoke(commands, ["table", str(tmp_path), "--paper", "pan-table1"]).output
+    (line,) = (line for line in drawn.splitlines() if "(common cases)" in line)
+    assert line.split()[-2:] == ["9", "3"]
+    assert any("self + intra: 9 cases" in note and "all cross: 3 cases" in note for note in table.notes)
+
+
+def test_an_overall_mean_without_one_of_its_pairs_is_set_apart(tmp_path: Path) -> None:
+    pairs = ("Goblin_m>Mousey_m", "Goblin_m>Vampire_m")
+    cases = [(pair, f"c{n}") for pair in pairs for n in range(3)]
+    store(tmp_path, "intra", "whole", all_of(cases, 0.5))
+    store(tmp_path, "intra", "half", all_of(cases[:3], 0.1) | all_of(cases[3:], "unsupported"))
+    for place in records.find_results(tmp_path):
+        facts = records.read_header(place.header).dataset.plain()
+        changed(place, dataset=facts | {"name": "mixamo"})
+    (group,) = made(tmp_path, "humot-table4").groups
+    ours = [row for row in group.ranked if "printed" not in row.label]
+    assert [row.label for row in ours] == ["whole"]
+    assert [(row.label, row.beside) for row in group.unranked] == [("half", ""), ("whole", "half")]
+    overall = [column.id for column in group.columns].index("Overall")
+    assert [row.cells[overall].value for row in group.unranked] == [pytest.approx(0.1), pytest.approx(0.5)]
+
+
+def test_methods_are_chosen_and_numbers_are_over_the_cases_of_those(tmp_path: Path) -> None:
+    many = [("ann>bo", f"c{n:02}") for n in range(40)]
+    store(tmp_path, "intra", "most", all_of(many[:39], 0.1) | {many[39]: "failed"})
+    for name in ("one", "two"):
+        store(tmp_path, "intra", name, all_of(many, 0.2))
+    store(tmp_path, "intra", "still", all_of(many, 0.3), control=True)
+    assert {label: n for label, (_, n) in rows(made(tmp_path, "humot-table4")).items()} == dict.fromkeys(
+        ("one", "two", "most", "still"), "39"
+    )
+    chosen = made(tmp_path, "humot-table4", methods=("ONE", "two"), controls=False)
+    assert {label: n for label, (_, n) in rows(chosen).items()} == {"one": "40", "two": "40"}
+    with pytest.raises(BenchError, match=r"no results of 'tow' here; did you mean two"):
+        made(tmp_path, "humot-table4", methods=("tow",))
+
+
+def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
+    def drawn(*words: str) -> str:
+        asked = ["table", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
+        done = CliRunner().invoke(commands, asked)
+        assert done.exit_code == 0, done.output
+        return done.output
+
+    assert '"narrow"' in drawn()
+    assert '"narrow"' not in drawn("-m", "wide")
+    assert '"9"' not in drawn()
+    assert '"9"' in drawn("--bodies", "four-legged")
+    refused = CliRunner().invoke(
+        commands, ["table", str(with_dogs), "--paper", "pan-table3", "--bodies", "people"]
+    )
+    assert "leave --bodies" in str(refused.exception)
+
+
+@pytest.mark.parametrize("name", ["pan-table1", "humot-table3", "humot-table4", "humot-table5"])
+def test_footnotes_are_those_of_cells_that_are_shown(with_dogs: Path, name: str) -> None:
+    table = made(with_dogs, name)
+    used = {cell.footnote for cell in table.cells} - {0}
+    assert used == set(range(1, len(table.footnotes) + 1))
+    assert OTHER_CASES not in table.footnotes
+
+
+def test_without_a_number_in_the_printed_columns_one_sentence_stands_for_our_rows(with_dogs: Path) -> None:
+    printed, own = made(with_dogs, "humot-table4").groups
+    assert all("printed" in row.label for row in printed.rows)
+    (sentence,) = printed.below
+    assert "Mixamo's test set" in sentence
+    assert {row.label for row in own.rows} == {"wide", "narrow"}
+
+
+def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp_path: Path) -> None:
+    for name, structures in (("one", ["a"]), ("two", ["a", "b"])):
+        numbers = all_of(PEOPLE[:3], 0.1) | {("bo>ann", "c9"): 0.5}
+        store(tmp_path, "intra", name, numbers, trained_on={"structures": structures})
+    (place, _) = records.find_results(tmp_path)
+    (place.folder / "cases.structures.csv").write_text("target,structure\nbo,a\nann,b\n")
+    table = made(tmp_path, "humot-table2")
+    seen = {
+        row.label: next(
+            cell
+            for cell, column in zip(row.cells, table.groups[0].columns, strict=True)
+            if column.id == "seen"
+        )
+        for row in table.groups[0].rows
+        if "printed" not in row.label
+    }
+    assert {label: cell.n for label, cell in seen.items()} == {"one": 3, "two": 4}
+    assert len({cell.footnote for cell in seen.values()} - {0}) == 2
