@@ -74,26 +74,11 @@ def _ids(matrices: Sequence[ResultMatrix], wanted: Sequence[str] | None) -> list
         return None
     if not wanted:
         raise BenchError(f"name at least one value, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
-    declared = {key: value for matrix in matrices for key, value in matrix.values.items()}
-    of_sets = set_values(row.header for matrix in matrices for row in matrix.rows)
+    declared, of_sets = names.declared(matrices)
     found = names.value_ids(wanted, declared | of_sets)
     for key in [key for key in found if key in declared] or found[:1]:
-        check_of_cases(key, declared, of_sets)
+        names.check_of_cases(key, declared, of_sets)
     return found
-
-
-def check_of_cases(key: str, declared: names.Known, of_sets: names.Known) -> None:
-    """Raises BenchError for a value of sets and for a curve: they have no number per case."""
-    if key in of_sets:
-        raise BenchError(
-            f"{of_sets[key].label} ({key}) is a value of all answers as one set: no case has a number, and "
-            "its interval stands in the table (bench table --intervals, or .table().frame)"
-        )
-    if index := declared[key].index:
-        raise BenchError(
-            f"{key} ({declared[key].label}) is a curve with a number per {index}, not one per case; "
-            f"bench table --columns {key} shows it"
-        )
 
 
 def _values(matrix: ResultMatrix, wanted: Sequence[str] | None, everything: bool) -> Sequence[str]:

@@ -173,9 +173,9 @@ class Results:
         chosen = self.only(method, splits)
         found, reasons = [], {}
         for matrix in of_bodies(chosen._matrices, bodies):
-            of_sets = result_matrix.set_values(row.header for row in matrix.rows)
-            value_id = names.value_id(value, {**matrix.values, **of_sets})
-            comparing.check_of_cases(value_id, matrix.values, of_sets)
+            of_cases, of_sets = names.declared([matrix])
+            value_id = names.value_id(value, of_cases | of_sets)
+            names.check_of_cases(value_id, of_cases, of_sets)
             facts = matrix.values[value_id]
             if facts.better == "none":
                 raise BenchError(f"{value_id} is a description: no number of it is worse than another")

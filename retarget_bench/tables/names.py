@@ -9,6 +9,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec, folded, write_value
 from retarget_bench.results.header import DeclaredValue
+from retarget_bench.results.result_matrix import ResultMatrix, set_values
 from retarget_bench.tables import set_groups
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED
 from retarget_bench.tables.groups import FPS
@@ -121,6 +122,27 @@ def _whole(asked: Iterable[str], known: Known) -> list[str]:
         whole.append(", ".join(parts[:n]))
         parts = parts[n:]
     return whole
+
+
+def declared(matrices: Iterable[ResultMatrix]) -> tuple[dict[str, DeclaredValue], dict[str, DeclaredValue]]:
+    """The values of cases and the values of sets of these results."""
+    matrices = list(matrices)
+    of_cases = {key: value for matrix in matrices for key, value in matrix.values.items()}
+    return of_cases, set_values(row.header for matrix in matrices for row in matrix.rows)
+
+
+def check_of_cases(key: str, declared: Known, of_sets: Known) -> None:
+    """Raises BenchError for a value of sets and for a curve: they have no number per case."""
+    if key in of_sets:
+        raise BenchError(
+            f"{of_sets[key].label} ({key}) is a value of all answers as one set: no case has a number, and "
+            "its interval stands in the table (bench table --intervals, or .table().frame)"
+        )
+    if index := declared[key].index:
+        raise BenchError(
+            f"{key} ({declared[key].label}) is a curve with a number per {index}, not one per case; "
+            f"bench table --columns {key} shows it"
+        )
 
 
 def installed() -> dict[str, DeclaredValue]:

@@ -2,14 +2,17 @@
 
 import pytest
 from click.testing import CliRunner
+from stored import VALUES, changed, store
 
 from retarget_bench.analysis import pairwise
+from retarget_bench.commands import plot
 from retarget_bench.commands.check import _criteria
 from retarget_bench.commands.plugins import info
 from retarget_bench.commands.table import command as table
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.python import plans
+from retarget_bench.results import result_matrix
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS
@@ -198,6 +201,15 @@ def test_check_watches_the_contact_recall_of_the_table():
     assert asked.values == {"mpjpe_h.world", "plant_recall", "contact_recall"}
     shares = {key: each.relative for key, each in asked.tolerances.items()}
     assert shares == {"": 0.02, "plant_recall": 0.01, "contact_recall": 0.01, "contact_f1": 0.03}
+
+
+def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
+    place = store(tmp_path, "cross", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    changed(place, set_values={"fid_people": VALUES["ratio"] | {"label": "FID"}})
+    matrices = result_matrix.result_matrices([place])
+    with pytest.raises(BenchError, match=r"FID .* is a value of all answers as one set"):
+        plot._value_id(matrices, "FID")
+    assert plot._value_id(matrices, "World") == "mpjpe_h.world"
 
 
 @pytest.mark.parametrize(
