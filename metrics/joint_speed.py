@@ -61,9 +61,9 @@ def _values(order: str) -> tuple[Value, ...]:
         value(
             id_,
             label,
-            f"greatest {name} of a joint over the source's greatest, worst joint; 1: no excess",
+            f"greatest {name} over the source's, worst joint; a right answer has the reference's",
             "1",
-            formula=f"largest E(joint) of a case; in tables the mean of that over clips; {ratio}",
+            formula=f"largest E(joint) of a case; 1: no excess; in tables the mean over clips; {ratio}",
             tolerance=1e-3,
         ),
         value(
@@ -102,7 +102,8 @@ class JointSpeed:
     """Greatest angular speeds and accelerations of joints against those of the source's joints.
 
     To turn less than the source is no fault here: a motion that stands still has 1, as has one without
-    any excess. Read it beside the position errors.
+    any excess. Read it beside the position errors. Another body may have to turn faster than the source's:
+    the reference's own number is what a right answer needs, and a number below that is not better.
     """
 
     card = MetricCard(

@@ -37,11 +37,14 @@ SOURCE = (
     "are not, since their network was never published; {}"
 )
 
+LABELS = {"fid": "FID, by structure", "kid": "KID"}
+"""Labels that are not the ids. *FID* alone is that of all two-legged bodies, ``fid_people``."""
+
 
 def _value(name: str, meaning: str, formula: str, source: str, **others: str | float) -> Value:
     return Value(
         id=name,
-        label=name.upper() if name in ("fid", "kid") else name,
+        label=LABELS.get(name, name),
         meaning=meaning,
         unit="1",
         formula=f"{formula}; {SETS}",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -125,8 +126,8 @@ def _criteria(columns: str | None, worse_only: bool, tolerances: tuple[str, ...]
     if columns is None and not tolerances:
         return Criteria(worse_only=worse_only)
     known = names.installed()
-    allowed = {}
-    for each in (part.strip() for text in tolerances for part in text.split(",")):
+    allowed: dict[str, Tolerance] = {}
+    for each in _single(tolerances):
         found = _TOLERANCE.fullmatch(each)
         if found is None or not (found["name"] or found["share"]):
             raise BenchError(
@@ -134,9 +135,20 @@ def _criteria(columns: str | None, worse_only: bool, tolerances: tuple[str, ...]
                 f"unit, mpjpe=0.1; got {each!r}"
             )
         number = float(found["number"])
-        value = names.value_id(found["name"], known) if found["name"] else ""
-        allowed[value] = Tolerance(0.0, number / 100) if found["share"] else Tolerance(number, 0.0)
+        tolerance = Tolerance(0.0, number / 100) if found["share"] else Tolerance(number, 0.0)
+        values = names.meant(found["name"], known) if found["name"] else [""]
+        allowed |= dict.fromkeys(values, tolerance)
     values = [] if columns is None else names.value_ids(options.ids(columns), known)
     if columns is not None and not values:
         raise BenchError("--columns names no value; leave it out for all of them")
     return Criteria(frozenset(values), worse_only, allowed)
+
+
+def _single(tolerances: Sequence[str]) -> list[str]:
+    """The tolerances one by one; commas separate them, and stand in labels, too."""
+    found, name = [], ""
+    for part in (part.strip() for text in tolerances for part in text.split(",")):
+        each = f"{name}, {part}" if name else part
+        name = "" if "=" in each or _TOLERANCE.fullmatch(each) else each
+        found += [] if name else [each]
+    return [*found, *([name] if name else [])]

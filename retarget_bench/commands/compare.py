@@ -56,7 +56,7 @@ def command(
     from retarget_bench.analysis.selection import of_bodies
     from retarget_bench.python import comparing
     from retarget_bench.results import store
-    from retarget_bench.tables.rendering.pairwise_text import RENDERERS
+    from retarget_bench.tables.rendering.pairwise_text import RENDERERS, text
 
     folders = [Path(name) for name in (first, second)]
     wanted = None if columns is None else options.ids(columns)
@@ -69,7 +69,10 @@ def command(
     else:
         matrices = _matrices(roots or (Path(defaults.OUT),), dataset, splits, (first, second))
         found = comparing.compare(of_bodies(matrices, bodies or ""), first, second, wanted, everything)
-    options.write_out(RENDERERS[form](found), output)
+    if form == "text" and output is None:
+        options.write_out(text(found, options.screen_width()), output)
+    else:
+        options.write_out(RENDERERS[form](found), output)
 
 
 def _pairs(matrix: ResultMatrix, first: Path, second: Path) -> list[Pair]:

@@ -188,11 +188,18 @@ def _matrices(places: Sequence[ResultPaths], bodies: str | None, variants: bool)
 
 
 def _value_id(matrices: Sequence[ResultMatrix], name: str) -> str:
-    """The id that a value's name stands for; an id that no result has is for the chart to answer."""
+    """The id that a value's name stands for; an id that no result has is for the chart to answer.
+
+    Raises BenchError for a value of sets.
+    """
     from retarget_bench.tables import names
 
-    known = {key: value for matrix in matrices for key, value in matrix.values.items()}
-    return names.value_id(name, known) if names.candidates(name, known) else name
+    of_cases, of_sets = names.declared(matrices)
+    known = of_cases | of_sets
+    found = names.value_id(name, known) if names.candidates(name, known) else name
+    if found in of_sets:
+        names.check_of_cases(found, of_cases, of_sets)
+    return found
 
 
 def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:

@@ -97,18 +97,17 @@ def info(name: str | None, protocols: bool) -> None:
 def _described(name: str) -> list[list[str]]:
     """The lines about what a name stands for: plug-ins, or else values of metrics, by id, label or family.
 
+    Before a plug-in stand the values of others that have its name as their label (``FID``).
     Raises BenchError where it stands for nothing.
     """
     from retarget_bench.tables import names
 
-    text = registry.spelled(name)
+    text, known = registry.spelled(name), names.installed()
     try:
         spec = Spec.parse(text)
         kinds = registry.kinds_of(spec.name)
     except BenchError:
-        known = names.installed()
-        exact = [key for key in known if key.casefold() == name.casefold()]
-        if not (found := exact or names.candidates(name, known)):
+        if not (found := names.candidates(name, known)):
             plugins = [entry.name for kind in registry.KINDS for entry in registry.names(kind)]
             if meant := names.close(name, known, plugins):
                 raise BenchError(
@@ -119,7 +118,9 @@ def _described(name: str) -> list[list[str]]:
     asked = [(kind, spec.alone) for kind in kinds]
     if spec.posts:
         asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
-    return [description(kind, each) for kind, each in asked]
+    values = [key for key in names.labelled(name, known) if known[key].metric != spec.name]
+    described = [_value_of(known[key].metric, key) for key in values]
+    return [*described, *(description(kind, each) for kind, each in asked)]
 
 
 def _value_of(metric: str, value_id: str) -> list[str]:

@@ -47,7 +47,7 @@ metric_option = click.option(
     multiple=True,
     metavar="NAME",
     shell_complete=options.plugin_names("metrics"),
-    help="Metrics to compute; may be repeated. [default: all]",
+    help="Metrics to compute, by name or by a value of theirs (MPJPE); may be repeated. [default: all]",
 )
 
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from retarget_bench.analysis import pairwise
 from retarget_bench.analysis.pairwise import PairwiseComparison
 from retarget_bench.errors import BenchError
-from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
 from retarget_bench.tables import names
-from retarget_bench.tables.builder import DEFAULT_COLUMNS, stand_in
+from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, stand_in
+from retarget_bench.tables.groups import lacking_beside
 
 Pair = tuple[MethodRow | None, MethodRow | None]
 
@@ -47,11 +51,16 @@ def nothing_common(first: str, second: str, rows: Sequence[MethodRow]) -> BenchE
 def compared(
     pairs: Sequence[tuple[ResultMatrix, Sequence[Pair]]], wanted: Sequence[str] | None, everything: bool
 ) -> list[PairwiseComparison]:
-    """The comparisons of these pairs of rows that have a value in common. Raises BenchError for values that
-    no result has, or that are curves."""
-    wanted = _checked([matrix for matrix, _ in pairs], wanted)
+    """The comparisons of these pairs of rows that have a value in common. A note names those of the values
+    asked for, or else of the columns of tables, that are left out.
+
+    Raises BenchError for values that no result has, or that are curves, and where all are of sets.
+    """
+    ids = _ids([matrix for matrix, _ in pairs], wanted)
     found = [
-        pairwise.compare(matrix, one, two, _values(matrix, wanted, everything))
+        _with_note(
+            pairwise.compare(matrix, one, two, _values(matrix, ids, everything)), matrix, one, two, ids
+        )
         for matrix, rows in pairs
         for one, two in rows
         if one and two
@@ -59,26 +68,16 @@ def compared(
     return [each for each in found if each.differences]
 
 
-def _checked(matrices: Sequence[ResultMatrix], wanted: Sequence[str] | None) -> list[str] | None:
+def _ids(matrices: Sequence[ResultMatrix], wanted: Sequence[str] | None) -> list[str] | None:
     """The ids of the values asked for."""
-    declared = {key: value for matrix in matrices for key, value in matrix.values.items()}
-    known = sorted(key for key, value in declared.items() if not value.index)
-    if wanted is not None and not wanted:
-        raise BenchError(f"name at least one value; there are {', '.join(known)}")
-    of_sets = {
-        key: value
-        for matrix in matrices
-        for row in matrix.rows
-        for key, value in row.header.set_values.items()
-    }
-    found = None if wanted is None else names.value_ids(wanted, declared | of_sets)
-    if whole := next((key for key in found or () if key in of_sets), None):
-        raise BenchError(
-            f"{whole} is a value of all answers as one set, so that no cases can be compared; its interval "
-            "stands in the table (bench table --intervals, or .table().frame)"
-        )
-    if curve := next((key for key in found or [] if key not in known), None):
-        raise BenchError(f"{curve!r} is a curve; there are {', '.join(known)}")
+    if wanted is None:
+        return None
+    if not wanted:
+        raise BenchError(f"name at least one value, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
+    declared, of_sets = names.declared(matrices)
+    found = names.value_ids(wanted, declared | of_sets)
+    for key in [key for key in found if key in declared] or found[:1]:
+        names.check_of_cases(key, declared, of_sets)
     return found
 
 
@@ -88,6 +87,53 @@ def _values(matrix: ResultMatrix, wanted: Sequence[str] | None, everything: bool
     if everything:
         return there
     if wanted is not None:
-        return wanted
+        return [key for key in wanted if key in matrix.values]
     shown = (stand_in(key, there) for key in DEFAULT_COLUMNS)
     return [key for key in shown if key in there]
+
+
+# ---------------------------------------------------------------------------------------------- left out
+def _with_note(
+    made: PairwiseComparison,
+    matrix: ResultMatrix,
+    one: MethodRow,
+    two: MethodRow,
+    wanted: Sequence[str] | None,
+) -> PairwiseComparison:
+    """The comparison with a note on the values of tables, or of those asked for, that it lacks."""
+    shown = {each.value for each in made.differences}
+    of_sets = set_values(row.header for row in (one, two))
+    left: dict[str, list[str]] = {}
+    for key in DEFAULT_COLUMNS if wanted is None else wanted:
+        if stand_in(key, shown) or key not in {**matrix.values, **of_sets}:
+            continue
+        if key in of_sets:
+            left.setdefault("all answers as one set: bench table --intervals", []).append(
+                of_sets[key].label
+            )
+        else:
+            label = matrix.values[key].label
+            left.setdefault(_why_missing(matrix, (one, two), key), []).append(label)
+    if not left:
+        return made
+    told = "; ".join(f"{' and '.join(labels)} ({why})" for why, labels in left.items())
+    return replace(made, notes=(*made.notes, f"not compared: {told}"))
+
+
+def _why_missing(matrix: ResultMatrix, rows: Sequence[MethodRow], key: str) -> str:
+    """The reason why no case has a number of both rows."""
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        if why := lacking(matrix, row, key):
+            reasons.setdefault(why, []).append(row.label)
+    return "; ".join(f"{', '.join(each)}: {why}" for why, each in reasons.items()) or "no case in common"
+
+
+def lacking(matrix: ResultMatrix, row: MethodRow, key: str) -> str:
+    """The reason why a row has no number of a value; "" where it has one."""
+    having = {value for run in row.runs for (value, _), each in run.items() if not np.isnan(each).all()}
+    if key in having:
+        return ""
+    return lacking_beside(
+        matrix.values[key], [matrix.values[each] for each in having if each in matrix.values]
+    )

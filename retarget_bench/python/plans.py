@@ -19,6 +19,7 @@ from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
+from retarget_bench.tables import names
 
 Named = str | PathLike[str] | ModuleType | Callable[..., Any]
 """A method by its spec (``"ik"``), by the file of its plug-in, or by that file's module or ``plugin``."""
@@ -36,7 +37,7 @@ def make_plan(
     return Plan(
         methods=tuple(methods) or default_methods(task, tell),
         datasets=tuple(datasets),
-        metrics=tuple(metrics) or default_metrics(task, tell),
+        metrics=metric_names(metrics) or default_metrics(task, tell),
         **others,
     )
 
@@ -76,6 +77,26 @@ def default_metrics(task: str, tell: Tell) -> tuple[str, ...]:
         else:
             kept[name] = each
     return tuple(kept)
+
+
+def metric_names(asked: Sequence[str]) -> tuple[str, ...]:
+    """The metrics of these names: their own, or labels, ids and families of their values (``MPJPE``).
+
+    A name that is a metric's own and the label of another one's value means both. What is neither is given
+    back: the registry answers it.
+    """
+    if not asked:
+        return ()
+    known, plug_ins = names.installed(), {entry.name for entry in registry.names("metrics")}
+    found: dict[str, None] = {}
+    for each in asked:
+        plug_in = registry.spelled(each, ("metrics",))
+        own = plug_in.partition("[")[0] in plug_ins
+        values = names.labelled(each, known) if own else names.candidates(each, known)
+        found |= dict.fromkeys(known[key].metric for key in values)
+        if own or not values:
+            found[plug_in] = None
+    return tuple(found)
 
 
 def _working(kind: registry.Kind, tell: Tell) -> dict[str, Any]:

@@ -167,15 +167,15 @@ class Results:
 
         value: an id or a name of it, such as ``MPJPE``. bodies: as for ``table``.
         A value that is best at a goal is worst where |ln(value / goal)| is largest. Raises BenchError for a
-        method or value without results, for a curve, and for a value of which neither end is better.
+        method or value without results, for a value that has no number per case (a curve, FID), and for one
+        of which neither end is better.
         """
         chosen = self.only(method, splits)
-        found = []
+        found, reasons = [], {}
         for matrix in of_bodies(chosen._matrices, bodies):
-            value_id = names.value_id(value, matrix.values)
-            if matrix.values[value_id].index:
-                known = [key for key, each in matrix.values.items() if not each.index]
-                raise BenchError(f"{value_id} is a curve; there are {', '.join(known)}")
+            of_cases, of_sets = names.declared([matrix])
+            value_id = names.value_id(value, of_cases | of_sets)
+            names.check_of_cases(value_id, of_cases, of_sets)
             facts = matrix.values[value_id]
             if facts.better == "none":
                 raise BenchError(f"{value_id} is a description: no number of it is worse than another")
@@ -185,6 +185,10 @@ class Results:
                 {"split": matrix.split} | {name: _facts(matrix, name) for name in CASE[:-1]}
             )
             found.append(frame.assign(**{value_id: numbers, "loss": loss})[matrix.own & ~np.isnan(numbers)])
+            reasons[matrix.split] = comparing.lacking(matrix, matrix.rows[0], value_id)
+        if not any(map(len, found)):
+            why = "; ".join(dict.fromkeys(filter(None, reasons.values()))) or "no case is answered"
+            raise BenchError(f"no answer of {method} has a {facts.label} ({value_id}): {why}")
         worst = pd.concat(found).sort_values("loss", ascending=False, kind="stable")
         return ListFrame(worst.drop(columns="loss").head(n).reset_index(drop=True))
 

@@ -47,7 +47,7 @@ def run(
                (``"my_method.py"``), or their modules; none: all that are untrained or come with weights.
     dataset:   its spec. root: folder of its files, short for ``DATASET[root=DIR]``.
     splits:    out of ``self``, ``intra`` (same structure) and ``cross`` (another structure).
-    metrics:   by name; none: all.
+    metrics:   by name, or by what they compute (``"MPJPE"``); none: all.
     plugins:   files of your own metrics, data sets and post-processors, to be named like built-in ones.
     overwrite: what to compute: ``never`` nothing, ``missing``, ``failed`` (also failed cases), ``always``.
     workers:   number of processes; one per core by default, at most eight.

@@ -233,6 +233,12 @@ def with_current_labels(values: Mapping[str, DeclaredValue]) -> dict[str, Declar
     }
 
 
+def set_values(headers: Iterable[ResultHeader]) -> dict[str, DeclaredValue]:
+    """Value id -> its declaration in the newest header, for all values of sets, with current labels."""
+    headers = sorted(headers, key=lambda header: header.date)
+    return with_current_labels({k: value for each in headers for k, value in each.set_values.items()})
+
+
 def _values_of(metric: str) -> tuple[Any, ...]:
     try:
         return tuple(registry.create("metrics", metric).card.values) if metric else ()

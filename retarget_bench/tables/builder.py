@@ -32,6 +32,8 @@ DEFAULT_COLUMNS = (
 colours of methods."""
 OVERVIEW_COLUMNS = ("mpjpe_h.world", "plant_recall", "fid_people")
 """Of the table of all splits side by side."""
+LISTED = "bench info --protocols (in Python rb.metrics()) lists all"
+"""The end of messages about values, of which there are too many to name."""
 _DUST, _ROUNDING = 1e-6, 1e-5
 """Numbers below this size, or this share of the column's largest, count as rounding errors."""
 
@@ -63,7 +65,7 @@ def tables(
         only the first default column that exists (or all values where none does).
     with_sets: add every value of whole sets, requested or not.
     layout: a group per split, one of all splits side by side with ``OVERVIEW_COLUMNS``, or both.
-    Raises BenchError for an empty list of columns, an unknown one (listing those that exist), and a curve.
+    Raises BenchError for an empty list of columns, an unknown one, and a curve.
     """
     declared = _declared(found)
     apart: dict[str, list[SplitSummary]] = {}
@@ -179,20 +181,19 @@ def _declared(found: Sequence[SplitSummary]) -> dict[str, DeclaredValue]:
 
 
 def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: Iterable[str]) -> None:
-    shown = sorted(key for key, value in declared.items() if not value.index)
-    whole = [] if by else [FPS, *of_sets]
-    known = ", ".join([*whole, *shown])
+    whole = [FPS, *of_sets]
     if not columns:
-        raise BenchError(f"name at least one column; there are {known}")
+        raise BenchError(f"name at least one column, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
     for column in columns:
         if column in whole:
+            if by:
+                raise BenchError(f"{column} has no number per {by}; leave it, or --by")
             continue
         if column not in declared:
-            raise BenchError(f"no result has a value {column!r}; there are {known}")
-        if column not in shown:
-            index = declared[column].index
+            raise BenchError(f"no result has a value {column!r}; {LISTED}")
+        if index := declared[column].index:
             raise BenchError(
-                f"{column} has a number per {index} and cannot stand beside single numbers: {known}"
+                f"{column} has a number per {index} and cannot stand beside single numbers; ask it alone"
             )
 
 
@@ -233,7 +234,8 @@ def _table(
                 groups += set_groups.by_set(section, sets, builder)
     notes, hints = [], []
     if sets and any(score.sets for section in found for score in section.scores):
-        hints = [set_groups.READING, *set_groups.without(found, sets)]
+        reading = [set_groups.READING] if any(group.structure for group in groups) else []
+        hints = [*reading, *set_groups.without(found, sets)]
     elif left := [key for key in of_sets if key not in whole]:
         notes = [f"Not shown: values of all answers as one set (--columns {','.join(left)})."]
     state = " (unfinished)" if any(section.unfinished for section in found) else ""

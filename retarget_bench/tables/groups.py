@@ -1,7 +1,7 @@
 """Parts that all groups of a table share: columns, cells, and why a cell has no number."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from retarget_bench.analysis.statistics import Interval
@@ -177,13 +177,15 @@ class GroupBuilder:
 
 def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
     """The needs of a value that no number of these rows shows to be met, as text."""
-    met = {
-        need
-        for score in scores
-        for key in score.means
-        if key in score.header.values
-        for need in score.header.values[key].needs
-    }
+    having = (
+        score.header.values[key] for score in scores for key in score.means if key in score.header.values
+    )
+    return lacking_beside(value, having)
+
+
+def lacking_beside(value: DeclaredValue, having: Iterable[DeclaredValue]) -> str:
+    """The needs of a value that none of these, which have numbers, shows to be met, as text."""
+    met = {need for each in having for need in each.needs}
     unmet = [NEEDS.get(need, need) for need in value.needs if need not in met]
     return f"needs {' and '.join(unmet)}" if unmet else "undefined for all of these cases"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from retarget_bench.analysis.breakdown import By
 from retarget_bench.analysis.selection import Selection
-from retarget_bench.analysis.summary import split_summaries
+from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import TASKS
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.results.store import ResultPaths
@@ -53,11 +53,10 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
         # nobody times probes, nor derived tasks
         columns = [each for each in builder.all_columns(found) if task == TASKS[0] or each != FPS]
     elif asked.columns is not None:
-        columns = names.column_ids(asked.columns, found)
+        columns = names.column_ids(asked.columns, found, _shown(found, asked)[0])
         if by is None and (over := builder.curve_index(found, columns)):
             by, found = over, split_summaries(places, over, asked.at_least, select=asked.select)
-    shown, hints = builder.bodies_shown(found, asked.bodies)
-    shown = [section for section in shown if not asked.splits or section.split in asked.splits]
+    shown, hints = _shown(found, asked)
     if asked.at_least is not None:
         hints.append(f"only clips of {asked.at_least} s or longer")
     layout: builder.Layout = "splits"
@@ -65,3 +64,9 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
         layout = LAYOUTS.get(form, "splits")
         columns = builder.OVERVIEW_COLUMNS if form == "tex" else columns
     return builder.with_hints(builder.tables(shown, columns, by or "", layout=layout), hints)
+
+
+def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSummary], list[str]]:
+    """The sections of these bodies and splits, and sentences about bodies that are left out."""
+    shown, hints = builder.bodies_shown(found, asked.bodies)
+    return [each for each in shown if not asked.splits or each.split in asked.splits], hints

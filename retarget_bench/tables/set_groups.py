@@ -6,6 +6,7 @@ from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.header import DeclaredValue
+from retarget_bench.results.result_matrix import set_values
 from retarget_bench.tables.groups import STALE, GroupBuilder, usual_value, value_like
 from retarget_bench.tables.model import NOT_APPLICABLE, Cell, Group, Row, count
 
@@ -21,10 +22,7 @@ READING = (
 
 def declared(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
     """Value id -> its declaration in the newest header, for all values of sets."""
-    headers = sorted(
-        (score.header for section in found for score in section.scores), key=lambda header: header.date
-    )
-    return {key: value for header in headers for key, value in header.set_values.items()}
+    return set_values(score.header for section in found for score in section.scores)
 
 
 def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:

@@ -2,12 +2,17 @@
 
 import pytest
 from click.testing import CliRunner
+from stored import VALUES, changed, store
 
 from retarget_bench.analysis import pairwise
+from retarget_bench.commands import plot
+from retarget_bench.commands.check import _criteria
 from retarget_bench.commands.plugins import info
 from retarget_bench.commands.table import command as table
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
+from retarget_bench.python import plans
+from retarget_bench.results import result_matrix
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS
@@ -28,7 +33,8 @@ KNOWN = {
     "plant_recall": value("contact recall", "plant"),
     "mpjpe_h.root": value("MPJPE, root-aligned", "position"),
     "mpjpe_h.world": value("MPJPE", "position"),
-    "fid": value("FID", "fid"),
+    "fid": value("FID, by structure", "fid"),
+    "fid_people": value("FID", "fid_people"),
 }
 
 
@@ -42,13 +48,14 @@ KNOWN = {
         ("mpjpe-h", "mpjpe_h.world"),  # of a family, the first default column
         ("position", "mpjpe_h.world"),
         ("mpjpe, root aligned", "mpjpe_h.root"),
-        ("contact_recall", "contact_recall"),  # an id wins over the label of another value
+        ("contact recall, by speed", "contact_recall"),
         ("Contact Recall", "plant_recall"),
         ("contact-recall", "plant_recall"),
         ("plant", "plant_recall"),
         ("contact f1", "plant_f1"),
         ("turning error,  GLOBAL", "turn.world"),
-        ("FID", "fid"),
+        ("root-aligned MPJPE", "mpjpe_h.root"),
+        ("FID by structure", "fid"),
         ("FPS", "fps"),
         ("speed", "fps"),
     ],
@@ -77,17 +84,53 @@ def test_a_family_of_several_values_lists_them():
             names.value_id(family, KNOWN)
 
 
+@pytest.mark.parametrize(
+    ("asked", "found"),
+    [
+        ("contact_recall", ["plant_recall", "contact_recall"]),
+        ("Contact_Recall", ["plant_recall", "contact_recall"]),
+        ("FID", ["fid_people", "fid"]),
+        ("fid", ["fid_people", "fid"]),
+        ("plant_recall", ["plant_recall"]),
+        ("fid_people", ["fid_people"]),
+    ],
+)
+def test_an_id_that_is_the_label_of_another_value_means_both(asked, found):
+    assert names.value_ids([asked], KNOWN) == found
+
+
+def test_so_it_does_where_older_results_have_one_label_for_two_values():
+    known = KNOWN | {"fid": value("FID", "fid")}
+    assert names.value_ids(["FID"], known) == names.value_ids(["fid"], known) == ["fid_people", "fid"]
+
+
+def test_labels_that_were_split_at_their_commas_are_one_name():
+    asked = ["mpjpe", "MPJPE", "Root-aligned", "contact recall", "by speed", "fid_people"]
+    assert names.value_ids(asked, KNOWN) == [
+        *("mpjpe_h.world", "mpjpe_h.root", "contact_recall", "fid_people"),
+    ]
+
+
 def test_an_unknown_name_is_answered_with_close_ones_or_all():
     with pytest.raises(BenchError, match=r"value 'contact recal'; did you mean plant_recall \(contact rec"):
         names.value_id("contact recal", KNOWN)
     with pytest.raises(
-        BenchError, match=r"value 'xyzzy'; there are fps, contact_recall, fid, mpjpe_h\.root"
+        BenchError, match=r"value 'xyzzy'; there are mpjpe_h\.world \(MPJPE\), .*and others"
     ):
         names.value_id("xyzzy", KNOWN, ("fps",))
 
 
+@pytest.mark.parametrize("asked", ["foo", "xyzzy", "zz top"])
+def test_an_unknown_name_is_answered_in_a_line_that_says_how_to_list_all(asked):
+    with pytest.raises(BenchError, match=r"bench info --protocols") as raised:
+        names.value_id(asked, names.installed())
+    assert len(str(raised.value)) < 240
+
+
 def test_columns_are_shown_once():
-    assert names.value_ids(["mpjpe", "FID", "position"], KNOWN) == ["mpjpe_h.world", "fid"]
+    assert names.value_ids(["mpjpe", "FID", "position"], KNOWN) == [
+        *("mpjpe_h.world", "fid_people", "fid"),
+    ]
 
 
 def test_every_label_and_id_of_the_installed_metrics_is_known_by_itself():
@@ -95,9 +138,10 @@ def test_every_label_and_id_of_the_installed_metrics_is_known_by_itself():
     assert set(DEFAULT_COLUMNS) - {"fps"} <= set(known)
     labels = [each.label for each in known.values()]
     for key, each in known.items():
-        assert names.value_id(key, known) == key
-        if labels.count(each.label) == 1:
-            assert names.value_id(each.label.upper(), known) == key
+        assert key in names.value_ids([key], known)
+        assert names.value_id(each.label.upper(), known) == key
+        assert names.value_id(" ".join(reversed(each.label.split(", "))), known) == key
+    assert len(set(labels)) == len(labels)
 
 
 @pytest.mark.parametrize(
@@ -134,11 +178,53 @@ def test_methods_of_results_too():
         ("mpjpe", "MPJPE, value of metric position"),
         ("contact recall", "contact recall, value of metric plant"),
         ("HuMoT", "method humot (built-in)"),
-        ("FID", "metric fid (built-in)"),
+        ("FID", "FID, value of metric fid_people"),
+        ("fid", "FID, value of metric fid_people"),
+        ("contact_recall", "contact recall, value of metric plant"),
     ],
 )
 def test_info_about_whatever_has_the_name(asked, first):
     assert CliRunner().invoke(info, [asked]).output.startswith(first)
+
+
+@pytest.mark.parametrize(
+    ("asked", "other"),
+    [("FID", "metric fid (built-in)"), ("contact_recall", "contact recall, by speed, v")],
+)
+def test_info_about_a_name_of_two_values_has_both(asked, other):
+    assert f"\n{other}" in CliRunner().invoke(info, [asked]).output
+
+
+def test_check_watches_the_contact_recall_of_the_table():
+    """The line of docs/check.md."""
+    asked = _criteria("mpjpe,contact_recall", True, ("2%", "contact_recall=1%, contact F1, by speed=3%"))
+    assert asked.values == {"mpjpe_h.world", "plant_recall", "contact_recall"}
+    shares = {key: each.relative for key, each in asked.tolerances.items()}
+    assert shares == {"": 0.02, "plant_recall": 0.01, "contact_recall": 0.01, "contact_f1": 0.03}
+
+
+def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
+    place = store(tmp_path, "cross", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    changed(place, set_values={"fid_people": VALUES["ratio"] | {"label": "FID"}})
+    matrices = result_matrix.result_matrices([place])
+    with pytest.raises(BenchError, match=r"FID .* is a value of all answers as one set"):
+        plot._value_id(matrices, "FID")
+    assert plot._value_id(matrices, "World") == "mpjpe_h.world"
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"),
+    [
+        ("MPJPE", ("position",)),
+        ("position", ("position",)),
+        ("contact_recall", ("plant", "contact")),
+        ("FID", ("fid_people", "fid")),
+        ("fid[networks=x]", ("fid[networks=x]",)),
+        ("nothing", ("nothing",)),
+    ],
+)
+def test_metrics_are_found_by_the_labels_of_their_values(asked, found):
+    assert plans.metric_names([asked]) == found
 
 
 def test_info_about_nothing_suggests_methods_and_values():

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from stored import changed, store
+from stored import VALUES, changed, store
 
 from retarget_bench.analysis import pairwise, statistics
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
+from retarget_bench.python import comparing
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import pairwise_text
@@ -147,7 +148,7 @@ def test_an_open_verdict_says_about_how_many_clips_would_close_it(tmp_path):
     (one,) = found.differences
     assert one.verdict == "open"
     assert one.clips_needed == statistics.clips_for_power(one.p, CLIPS, 1) > CLIPS
-    row = next(line for line in pairwise_text.text([found]).splitlines() if "mpjpe" in line)
+    row = next(line for line in pairwise_text.text([found]).splitlines() if "world ↓" in line)
     (shown,) = re.findall(r"not significant \(about (\d+) clips\)$", row)
     assert int(shown) == pytest.approx(one.clips_needed, rel=0.05)
 
@@ -181,9 +182,10 @@ def bench(*words) -> str:
     return done.output
 
 
-def test_text_says_who_is_better_and_by_how_much(runs):
+def test_text_says_who_is_better_and_by_how_much(runs, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "150")
     shown = bench("one", "two", "--results", runs, "--columns", "mpjpe_h.world,ratio")
-    row = next(line for line in shown.splitlines() if "mpjpe_h.world" in line)
+    row = next(line for line in shown.splitlines() if "world ↓" in line)
     assert re.search(
         r"↓, % of height .*-1\.\d+ +\[-[\d.]+, -[\d.]+\] +<0\.001 +40 +20 +20:0  one better on such clips$",
         row,
@@ -222,7 +224,7 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
     random = np.random.default_rng(3)
     store(later, "intra", "one", numbers({"mpjpe_h.world": random.gamma(2, 1, 2 * CLIPS)}))
     shown = bench(runs, later, "--columns", "mpjpe_h.world")
-    assert f"one ({runs}) against one ({later})" in shown
+    assert f"one ({runs}) against one ({later})" in " ".join(shown.split())
     assert "two" not in shown
 
 
@@ -231,8 +233,11 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
     [
         (["one", "tow"], "no results of 'tow' here; did you mean two"),
         (["one", "unlike"], "no results of 'unlike' here; there are those of one, two"),
-        (["one", "two", "--columns", "mpjpe"], "no result has a value 'mpjpe'; there are mpjpe_h.world"),
-        (["one", "two", "--columns", "curve"], "'curve' is a curve"),
+        (
+            ["one", "two", "--columns", "mpjpe"],
+            "no result has a value 'mpjpe'; the nearest are mpjpe_h.world",
+        ),
+        (["one", "two", "--columns", "curve"], "is a curve with a number per threshold"),
         (["one", "two", "--columns", ","], "name at least one value"),
         (["one", "two", "-s", "cross"], "no case in common|no results"),
         (["one", "two", "--results", "nowhere"], "no results in nowhere"),
@@ -243,6 +248,45 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
 def test_mistakes_are_told_in_a_sentence(runs, words, message):
     with pytest.raises(BenchError, match=message):
         bench(*words, "--results", runs)
+
+
+@pytest.mark.parametrize("width", [80, 100, 150])
+def test_text_is_no_wider_than_asked_and_has_all_numbers(tmp_path, width):
+    random = np.random.default_rng(4)
+    values = {key: random.gamma(2, 1, 2 * CLIPS) for key in ("mpjpe_h.world", "ratio")}
+    name = "copied[root_rule=reference,heading=source]"
+    store(tmp_path, "intra", "one", numbers(values))
+    store(tmp_path, "intra", "two", numbers({key: 3 * each for key, each in values.items()}), label=name)
+    (found,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    both = pairwise.compare(found, *found.rows, ["mpjpe_h.world", "ratio"])
+    shown = pairwise_text.text([both], width)
+    assert max(map(len, shown.splitlines())) <= width
+    assert "world ↓" in shown
+    assert "mpjpe_h" not in shown
+    for one in both.differences:
+        assert f"{one.first:.2f}" in shown
+        assert f"{one.won[0]}:{one.won[1]}" in shown
+    assert f"{both.first} better on such clips" in " ".join(shown.split())
+
+
+def test_values_left_out_are_named_with_the_reason(tmp_path):
+    full = {key: np.full(2 * CLIPS, 1.0) for key in ("mpjpe_h.world", "ratio")}
+    store(tmp_path, "intra", "one", numbers(full))
+    store(tmp_path, "intra", "two", numbers({"mpjpe_h.world": np.full(2 * CLIPS, 2.0)}))
+    for place in records.find_results(tmp_path):
+        fid = VALUES["ratio"] | {"label": "FID"}
+        needs = VALUES | {"ratio": VALUES["ratio"] | {"needs": ["rotations"]}}
+        changed(place, set_values={"fid_people": fid}, values=needs)
+    matrices = result_matrix.result_matrices(records.find_results(tmp_path))
+    (found,) = comparing.compare(matrices, "one", "two", ["mpjpe_h.world", "ratio", "FID"])
+    assert [each.value for each in found.differences] == ["mpjpe_h.world"]
+    (note,) = [note for note in found.notes if note.startswith("not compared: ")]
+    assert "ratio (two: needs rotations)" in note
+    assert "FID (all answers as one set" in note
+    (usual,) = comparing.compare(matrices, "one", "two")
+    assert [note for note in usual.notes if "FID" in note]
+    with pytest.raises(BenchError, match=r"FID \(fid_people\) is a value of all answers as one set"):
+        comparing.compare(matrices, "one", "two", ["FID"])
 
 
 def test_different_data_are_never_compared(runs):

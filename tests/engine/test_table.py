@@ -159,14 +159,14 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
 
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    with pytest.raises(BenchError, match=r"no result has a value 'mpjpe'.*mpjpe_h\.world"):
+    with pytest.raises(BenchError, match="no result has a value 'mpjpe'"):
         builder.tables(summary.split_summaries([place]), ["mpjpe"])
 
 
 @pytest.mark.parametrize("columns", [[], ["curve"]])
 def test_no_column_and_curves_are_refused(tmp_path, columns):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"curve": {"0.1": 0.5}})])
-    with pytest.raises(BenchError, match=r"there are fps|a number per threshold"):
+    with pytest.raises(BenchError, match=r"name at least one column|a number per threshold"):
         builder.tables(summary.split_summaries([place]), columns)
 
 

@@ -73,7 +73,7 @@ def test_breakdowns_are_asked_for_by_name(results):
 def test_speed_is_no_column_of_a_breakdown(results):
     done = CliRunner().invoke(group, ["table", str(results), "--by", "clip", "--columns", "fps"])
     assert done.exit_code != 0
-    assert "no result has a value 'fps'" in str(done.exception) + done.output
+    assert "fps has no number per clip" in str(done.exception) + done.output
 
 
 @pytest.mark.parametrize("words", [["nowhere"], ["-d", "other"]])

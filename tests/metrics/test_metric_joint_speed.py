@@ -249,3 +249,11 @@ def test_ik_does_not_snap_on_real_motion(real_data) -> None:
     found = JointSpeed().compute(Comparison(case, answer))
     assert found[SPEED] < 1.5
     assert 0.8 < Smoothness().compute(Comparison(case, answer))["jerk_ratio"] < 1.2
+
+
+def test_the_meaning_says_that_the_reference_is_what_a_right_answer_has():
+    """Copied rotations have 1.00 and the reference 1.26: less than the reference is not better."""
+    for value in JointSpeed().card.values:
+        if value.id in (SPEED, ACCELERATION):
+            assert "right answer" in value.meaning
+            assert "reference" in value.meaning

@@ -12,6 +12,7 @@ from retarget_bench.figures.data.model import Cases, NothingToDraw
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ARRAY_INDICES
+from retarget_bench.tables.builder import DEFAULT_COLUMNS
 
 ARROWS = {"lower": " ↓", "higher": " ↑", "none": ""}
 WORST = 6
@@ -56,7 +57,8 @@ def value_of(matrices: Sequence[ResultMatrix], value: str, index: str = "") -> V
     kind = f"per {index}" if index else "as one number per case"
     if not there:
         raise NothingToDraw(f"these results know nothing {kind}; bench score computes what metrics give")
-    near = difflib.get_close_matches(value, there, 3, 0.5) or list(there)[:6]
+    usual = [key for key in DEFAULT_COLUMNS if key in there]
+    near = difflib.get_close_matches(value, there, 3, 0.5) or [*usual, *there][:3]
     raise NothingToDraw(f"no result has {value} {kind}; choose by --value, for instance {', '.join(near)}")
 
 

@@ -173,6 +173,8 @@ class _Page:
 
     # ------------------------------------------------------------------------------------------ legend
     def legend(self, table: Table) -> list[str]:
+        if not table.groups:
+            return self._notes(table)
         out = self._reading(table)
         if self.intervals:
             out += self.hung("", words.INTERVALS)

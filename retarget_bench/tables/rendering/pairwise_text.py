@@ -8,10 +8,11 @@ from collections.abc import Callable, Sequence
 
 from retarget_bench.analysis.pairwise import Difference, PairwiseComparison
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, POWER, RARE, unseen
-from retarget_bench.tables.model import ARROWS
+from retarget_bench.tables.model import ARROWS, count
 from retarget_bench.tables.rendering.as_markdown import line, plain
+from retarget_bench.tables.rendering.as_text import WIDTH
+from retarget_bench.tables.rendering.words import width
 
-WIDTH = 108
 HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "won", "")
 LEGEND = (
     "Means over clips of the mean per clip, over the cases that both have. Difference: {first} minus "
@@ -23,6 +24,7 @@ LEGEND = (
     "won: clips on which {first} and {second} are better. About N clips: with so many, this difference "
     f"would be significant in {100 * POWER:g} % of samples, were it the true one.",
 )
+CASES = HEADS.index("cases")
 SUCH = "on such clips"
 SUCH_LEGEND = (
     SUCH + ": {clips} clips can miss failures on up to {share:.0f} % of all clips, and the verdict leaves "
@@ -32,20 +34,75 @@ MOST_CLIPS = 10_000
 """Where a verdict would need more, no number is shown."""
 
 
-def text(found: Sequence[PairwiseComparison]) -> str:
-    """For a terminal: a block per split, aligned."""
+def text(found: Sequence[PairwiseComparison], columns: int = WIDTH) -> str:
+    """For a terminal of so many columns: a block per split, aligned.
+
+    Where a value does not fit on a line, its name and verdict stand above its numbers.
+    """
     out = []
     for each in found:
-        title = f"{each.first} against {each.second}: {each.dataset}, {each.split}"
         rows = _cells(each)
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        out += [title, ""]
-        for row in rows:
-            middle = (cell.rjust(width) for cell, width in zip(row[1:-1], widths[1:-1], strict=True))
-            out.append("  ".join(["", row[0].ljust(widths[0]), *middle, row[-1]]).rstrip())
-        out += ["", *(f"* {note}" for note in each.notes), *([""] if each.notes else [])]
-    legend = [line for words in _legend(found) for line in textwrap.wrap(words, WIDTH)]
+        title, lines = _title(each), _lines(rows)
+        if max(map(width, lines)) > columns:
+            title, lines = f"{title}; {_cases(each)}", _stacked(rows, columns)
+        out += [
+            *textwrap.wrap(title, columns, break_long_words=False, break_on_hyphens=False),
+            "",
+            *lines,
+            "",
+        ]
+        notes = [textwrap.wrap(f"* {note}", columns, subsequent_indent="  ") for note in each.notes]
+        out += [*(line for note in notes for line in note), *([""] if notes else [])]
+    legend = [line for words in _legend(found) for line in textwrap.wrap(words, columns)]
     return "\n".join([*out, *legend]) + "\n"
+
+
+def _title(found: PairwiseComparison) -> str:
+    return f"{found.first} against {found.second}: {found.dataset}, {found.split}"
+
+
+def _lines(rows: Sequence[Sequence[str]]) -> list[str]:
+    """The cells aligned, a line per row: names and verdicts to the left, numbers to the right."""
+    widths = [max(map(width, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for row in rows:
+        middle = (_right(cell, size) for cell, size in zip(row[1:-1], widths[1:-1], strict=True))
+        name = row[0] + " " * (widths[0] - width(row[0]))
+        lines.append("  ".join(["", name, *middle, row[-1]]).rstrip())
+    return lines
+
+
+def _stacked(rows: Sequence[Sequence[str]], columns: int) -> list[str]:
+    """The cells on two lines per row: name and verdict, then the numbers; numbers of cases are left out."""
+    head, *body = ([*row[1:CASES], *row[CASES + 1 : -1]] for row in rows)
+    sizes = [max(map(width, column)) for column in zip(*body, strict=True)]
+    room = columns - sum(
+        max(size, width(name)) + 2 for size, name in list(zip(sizes, head, strict=True))[2:]
+    )
+    if max(map(width, head[:2])) > (room - 2) // 2 - 2:
+        head[:2] = ["first", "second"]
+    sizes = [max(size, width(name)) for size, name in zip(sizes, head, strict=True)]
+
+    def numbers(cells: Sequence[str]) -> str:
+        return "  " + "".join(f"  {_right(cell, size)}" for cell, size in zip(cells, sizes, strict=True))
+
+    lines = [numbers(head)]
+    for row, cells in zip(rows[1:], body, strict=True):
+        lines += textwrap.wrap(
+            f"{row[0]}: {row[-1]}", columns, initial_indent="  ", subsequent_indent="    "
+        )
+        lines.append(numbers(cells).rstrip())
+    return lines
+
+
+def _right(cell: str, size: int) -> str:
+    return " " * (size - width(cell)) + cell
+
+
+def _cases(found: PairwiseComparison) -> str:
+    """The number of cases, or the range of these."""
+    least, *_, most = sorted([one.cases for one in found.differences] * 2)
+    return count(most, "case") if least == most else f"{least} to {count(most, 'case')}"
 
 
 def markdown(found: Sequence[PairwiseComparison]) -> str:
@@ -53,7 +110,7 @@ def markdown(found: Sequence[PairwiseComparison]) -> str:
     out = []
     for each in found:
         head, *rows = [line([plain(cell) for cell in row]) for row in _cells(each)]
-        out += [f"### {plain(f'{each.first} against {each.second}: {each.dataset}, {each.split}')}", ""]
+        out += [f"### {plain(_title(each))}", ""]
         out += [head, "|---|" + "---:|" * (len(HEADS) - 2) + "---|", *rows]
         out += ["", *(f"- {plain(note)}" for note in each.notes), *([""] if each.notes else [])]
     return "\n".join([*out, *(f"- {plain(sentence)}" for sentence in _legend(found))]) + "\n"
@@ -108,7 +165,7 @@ def _row(found: PairwiseComparison, one: Difference) -> list[str]:
     facts, interval, same = one.facts, one.interval, one.verdict == "same"
     goal = f"{facts.goal:g}" if facts.better == "target" else ""
     unit = f", {facts.unit}" if facts.unit != "1" else ""
-    name = f"{one.value} {ARROWS[facts.better]}{goal}".rstrip() + unit
+    name = f"{facts.label} {ARROWS[facts.better]}{goal}".rstrip() + unit
     decimals = _decimals(max(abs(one.first), abs(one.second)))
     # a difference has the decimals of its uncertainty, or of its own size
     uncertainty = (interval.high - interval.low) / 2 if interval else 0.0
