@@ -97,7 +97,7 @@ def test_long_clips_alone(results):
         ({}, ["--at-least", "13"], "no case lasts 13 s"),
         ({"values": PLAIN}, ["--at-least", "3"], "the durations of clips are unknown; bench score"),
         ({"values": PLAIN}, ["--by", "second"], "there is no curve over second; bench score"),
-        ({}, ["--at-least", "3", "--paper", "pan-table1"], "--paper has columns of its own"),
+        ({}, ["--at-least", "3", "--paper", "pan-table1"], "--paper has columns and splits of its own"),
     ],
 )
 def test_what_cannot_be_shown_is_told(results, changes, words, told):
