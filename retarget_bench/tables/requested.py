@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 from retarget_bench.analysis.breakdown import By
 from retarget_bench.analysis.selection import Selection
-from retarget_bench.analysis.summary import split_summaries
+from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import TASKS
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names
@@ -39,7 +40,7 @@ class Request:
 def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") -> list[Table]:
     """The tables of results of one task, laid out for a format.
 
-    Raises BenchError for columns and bodies that no result has.
+    Raises BenchError for columns, bodies and splits that no result has.
     """
     by, task = asked.by, places[0].task.split("-")[0]
     usual = asked.columns is None and not asked.everything
@@ -57,7 +58,7 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
         if by is None and (over := builder.curve_index(found, columns)):
             by, found = over, split_summaries(places, over, asked.at_least, select=asked.select)
     shown, hints = builder.bodies_shown(found, asked.bodies)
-    shown = [section for section in shown if not asked.splits or section.split in asked.splits]
+    shown = _of_splits(shown, asked)
     if asked.at_least is not None:
         hints.append(f"only clips of {asked.at_least} s or longer")
     layout: builder.Layout = "splits"
@@ -65,3 +66,13 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
         layout = LAYOUTS.get(form, "splits")
         columns = builder.OVERVIEW_COLUMNS if form == "tex" else columns
     return builder.with_hints(builder.tables(shown, columns, by or "", layout=layout), hints)
+
+
+def _of_splits(found: Sequence[SplitSummary], asked: Request) -> list[SplitSummary]:
+    """The sections of the splits asked for. Raises BenchError where there are none."""
+    kept = [section for section in found if not asked.splits or section.split in asked.splits]
+    if found and not kept:
+        bodies = f" of {asked.bodies} bodies" if asked.bodies not in ("", "all") else ""
+        there = " and ".join(dict.fromkeys(section.split for section in found))
+        raise BenchError(f"no case{bodies} is in the split {' or '.join(asked.splits)}; {there} have some")
+    return kept

@@ -116,6 +116,12 @@ def test_a_value_of_the_set_of_all_people_is_a_column(tmp_path):
     assert group.below[0] == "Floor of FID, that of the references: cross 1.00."
 
 
+def test_values_of_sets_left_from_a_run_with_other_metrics_are_no_column(tmp_path):
+    place = with_set(stored(tmp_path, "cross", "a", [1.0] * 20), 2.0, 1.8, 2.2)
+    changed(place, set_values={})
+    assert [column.id for column in only_group([place]).columns] == [VALUE]
+
+
 def test_bodies_and_variants_that_are_left_out_are_told(tmp_path):
     place = stored(tmp_path, "cross", "m", [1.0] * 3)
     (place.folder / "cases.bodies.csv").write_text("character,legs\na,4\nb,4\n")

@@ -41,13 +41,29 @@ def test_every_format_is_printed_and_written_alike(results, tmp_path, form):
 
 @pytest.mark.parametrize(
     ("ending", "form"),
-    [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv"), ("out", "text")],
+    [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv")],
 )
 def test_the_format_follows_the_ending_of_the_file(results, tmp_path, ending, form):
     bench(results, "-o", tmp_path / f"t.{ending}")
     assert (tmp_path / f"t.{ending}").read_text(encoding="utf-8") == bench(results, "-f", form)
     bench(results, "-o", tmp_path / f"u.{ending}", "-f", "csv")
     assert (tmp_path / f"u.{ending}").read_text(encoding="utf-8") == bench(results, "-f", "csv")
+
+
+@pytest.mark.parametrize("ending", ["png", "xlsx"])
+def test_an_ending_that_is_no_format_of_tables_is_refused(results, tmp_path, ending):
+    file = tmp_path / f"t.{ending}"
+    done = CliRunner().invoke(group, ["table", str(results), "-o", str(file)])
+    assert done.exit_code
+    assert f"t.{ending} is to be {ending}; there are text, md" in done.output
+    assert not file.exists()
+    bench(results, "-o", file, "-f", "text")
+    assert file.exists()
+
+
+def test_a_name_without_an_ending_is_text(results, tmp_path):
+    bench(results, "-o", tmp_path / "table")
+    assert (tmp_path / "table").read_text(encoding="utf-8") == bench(results)
 
 
 def test_an_ending_that_a_command_does_not_write_is_refused(results, tmp_path):
@@ -106,6 +122,12 @@ def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
     assert "cross" not in alone
     assert "jerk" in alone.partition("method")[0]
     assert "no split is called" in CliRunner().invoke(group, ["table", str(results), "-s", "up"]).output
+
+
+def test_a_split_without_cases_is_told_with_those_that_have_some(results):
+    done = CliRunner().invoke(group, ["table", str(results), "-s", "self", "-s", "intra"])
+    assert done.exit_code
+    assert "no case is in the split self or intra; cross" in str(done.exception)
 
 
 def test_methods_are_named_in_one_word_or_several(results):
