@@ -271,7 +271,9 @@ class Results:
         clips: so many cases in motion; 0: none; None: all, or as many as fit 4 MB. Raises BenchError for a
         name that does not end in .html.
         """
-        writing.write(Path(path), self._roots, only=self.places, title=title, clips=clips)
+        writing.write(
+            Path(path), self._roots, only=self.places, title=title, clips=clips, variants=self.variants
+        )
         return Path(path)
 
     @property

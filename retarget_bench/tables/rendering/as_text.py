@@ -67,7 +67,7 @@ class _Page:
                 out += self.by_column(group)
             else:
                 out += self.by_row(group)
-            out += [line for each in group.below for line in self.hung("  ", printable(each))]
+            out += [line for each in words.below([group]) for line in self.hung("  ", printable(each))]
         return "\n".join([*out, "", *self.legend(table)]) + "\n"
 
     def by_row(self, group: Group) -> list[str]:
@@ -196,6 +196,7 @@ class _Page:
         if self.notes or table.reading:
             out = self.hung("", f"{table.reading or words.MEANS} {words.ARROWS}")
             full = f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.tied([table])}."
+            full = " ".join([full, *words.rare(table.cells)])
             return out + (self.hung("", full) if marks else [])
         brief = f"{words.brief_means(table)} {words.arrows(table)}{words.rows_by(table)}"
         if marks:
