@@ -330,7 +330,7 @@ def test_a_plain_script_runs_with_worker_processes(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == "begins\n6 cases\n"
-    assert "6 of 6 cases" in done.stderr
+    assert "6 of 6 answers" in done.stderr
 
 
 # ---------------------------------------------------------------------------------------------- motions

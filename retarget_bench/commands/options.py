@@ -321,6 +321,20 @@ def screen_width() -> int:
     return min(200, max(80, shutil.get_terminal_size((100, 24)).columns))
 
 
+def say(sentence: str) -> None:
+    """Print a sentence on lines that fit the screen and break no command made by ``command``."""
+    from retarget_bench.tables.rendering import words
+
+    click.echo("\n".join(words.filled(sentence, screen_width(), indent="  ")))
+
+
+def command(*parts: object) -> str:
+    """A command that ``say`` does not break."""
+    from retarget_bench.tables.rendering.words import NO_BREAK
+
+    return " ".join(map(str, parts)).replace(" ", NO_BREAK)
+
+
 def write_out(text: str, output: Path | None) -> None:
     """Print a text, or write it to the file that ``-o`` names."""
     if output is None:

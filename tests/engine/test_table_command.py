@@ -1,15 +1,17 @@
 """``bench table`` from the outside."""
 
 import re
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from stored import VALUES, changed, store
 
 from retarget_bench.cli import group
-from retarget_bench.commands import options
+from retarget_bench.commands import options, run
 from retarget_bench.commands.table import BREAKDOWNS, FORMATS
 from retarget_bench.python import progress
+from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
 
@@ -148,6 +150,16 @@ def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
     monkeypatch.setenv("COLUMNS", columns)
     assert options.screen_width() == most
     assert max(map(len, bench(results, "--notes").splitlines())) <= most
+
+
+def test_closing_lines_of_a_run_fit_the_terminal_and_break_no_command(results, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    run._show(records.find_results(results), Path("a-folder-of-results/of-some-length"), variants=True)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert any(
+        "bench compare one two --results a-folder-of-results/of-some-length" in each for each in lines
+    )
 
 
 def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, capsys):

@@ -7,7 +7,7 @@ from itertools import groupby
 
 from retarget_bench.tables.model import CONTROL, MARKS, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
-from retarget_bench.tables.rendering.words import printable, width, wrapped
+from retarget_bench.tables.rendering.words import filled, printable, width, wrapped
 
 WIDTH = 100
 """Where nothing is said, as in pipes and files."""
@@ -216,9 +216,7 @@ class _Page:
         ]
 
     def hung(self, lead: str, sentence: str) -> list[str]:
-        indent = " " * len(lead)
-        wide = textwrap.wrap(sentence, self.width, initial_indent=lead, subsequent_indent=indent)
-        return wide or [lead]
+        return filled(sentence, self.width, lead, " " * len(lead)) or [lead]
 
 
 def _widest(head: _Head, cells: Sequence[Sequence[str]]) -> int:

@@ -1,6 +1,7 @@
 """Texts of legends that all renderers share, and names made safe to print."""
 
 import re
+import textwrap
 import unicodedata
 from collections.abc import Iterable, Sequence
 
@@ -47,6 +48,8 @@ SPLITS = {
     "intra": "another character of the same structure performs it",
     "cross": "a character of another structure performs it",
 }
+NO_BREAK = "\u00a0"
+_COMMAND = re.compile(r"\bbench [a-z-]+(?: --?[a-z][a-z-]*(?: [a-z][\w,-]*)?)*")
 
 
 def empty_kinds(table: Table) -> list[str]:
@@ -240,6 +243,22 @@ def width(words: str) -> int:
     """Width of a printable text in a terminal, in characters."""
     wide = sum(unicodedata.east_asian_width(each) in "WF" for each in words)
     return len(words) + wide - sum(bool(unicodedata.combining(each)) for each in words)
+
+
+def filled(sentence: str, most: int, lead: str = "", indent: str = "") -> list[str]:
+    """A text on lines of at most so many characters, none of which breaks at a hyphen or, where it fits on
+    a line, within a command such as ``bench table --variants``.
+
+    Non-breaking spaces become usual ones. lead: before the first line; indent: before the others.
+    """
+
+    def joined(found: re.Match[str]) -> str:
+        command = found.group()
+        return command.replace(" ", NO_BREAK) if len(indent) + len(command) < most else command
+
+    text = _COMMAND.sub(joined, sentence)
+    lines = textwrap.wrap(text, most, initial_indent=lead, subsequent_indent=indent, break_on_hyphens=False)
+    return [line.replace(NO_BREAK, " ") for line in lines]
 
 
 def wrapped(name: str, most: int) -> list[str]:
