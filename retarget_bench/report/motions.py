@@ -106,8 +106,7 @@ def _badness(split: Split) -> np.ndarray:
 
 
 ROOM, MOST_ROOM = 4_000_000, 10_500_000
-"""Bytes of packed scenes in a page where nobody says how many, and at most: with tables and charts it stays
-below 12 MB."""
+"""Bytes of packed scenes in a page where nobody says how many, and at most; tables and charts are apart."""
 
 
 @dataclass

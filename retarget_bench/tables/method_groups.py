@@ -37,7 +37,7 @@ class MethodGroup:
         """``absent`` are sentences for the foot."""
         there = {score.label for section in self.sections for score in section.scores}
         missing = (item for item in self.builder.methods.items() if item[0] not in there)
-        shown = (label for label in there if not self._refused(label))
+        shown = (label for label in there if not (self._refused(label) or self._untold(label)))
         listed = [self._row(label) for label in sorted(shown, key=self._place)]
         nothing = tuple(Cell(NOT_RUN) for _ in self.spots)
         n = "" if self.several else "0"
@@ -113,6 +113,11 @@ class MethodGroup:
         counts = [score.header.counts for score in self._scores(label).values()]
         alone = bool(self.sections[0].bodies) and any(each.asked for each in counts)
         return alone and all(each.unsupported == each.asked for each in counts)
+
+    def _untold(self, label: str) -> bool:
+        """True for a control where all columns are speeds: it says nothing of how fast motion is made."""
+        method = next(iter(self._scores(label).values())).header.method
+        return method.control and {key for _, key in self.spots} == {FPS}
 
     def _place(self, label: str) -> tuple[int, float, str]:
         """Sort key of rows: by ranking, then by number, then those without one."""

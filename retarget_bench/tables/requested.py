@@ -17,6 +17,9 @@ from retarget_bench.tables.model import Table
 LAYOUTS: dict[str, builder.Layout] = {"text": "overview", "md": "overview", "html": "both"}
 """Format -> the layout of a table for which nothing special is asked; of others a group per split."""
 
+MOST_BESIDE = len(builder.OVERVIEW_COLUMNS)
+"""Requested columns up to which splits stand side by side, as they do without a request."""
+
 
 @dataclass(frozen=True)
 class Request:
@@ -62,6 +65,9 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     if asked.at_least is not None:
         hints.append(f"only clips of {asked.at_least} s or longer")
     layout: builder.Layout = "splits"
+    few = asked.columns is not None and len(columns) <= MOST_BESIDE
+    if few and form in ("text", "md") and not (by or asked.splits):
+        layout = "overview"
     if task == TASKS[0] and usual and not (by or asked.splits):
         layout = LAYOUTS.get(form, "splits")
         columns = builder.OVERVIEW_COLUMNS if form == "tex" else columns

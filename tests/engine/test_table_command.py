@@ -152,6 +152,30 @@ def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
     assert max(map(len, bench(results, "--notes").splitlines())) <= most
 
 
+def test_a_few_columns_of_all_splits_stand_side_by_side(results):
+    for name in ("one", "two"):
+        store(results, "self", name, [("a>a", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(12)])
+    shown = bench(results, "--columns", "mpjpe_h.world")
+    assert shown.count("\n  method") == 1
+    assert "self: 12 cases of 12 clips; cross: 12 cases" in shown
+    assert (
+        bench(results, "--columns", "mpjpe_h.world", "-s", "cross", "-s", "self").count("\n  method") == 2
+    )
+
+
+@pytest.mark.parametrize("form", ["text", "md", "tex"])
+def test_speeds_are_no_means_and_controls_have_none_worth_telling(results, form):
+    numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 9.0}) for n in range(12)]
+    store(results, "cross", "still", numbers, control=True)
+    for place in records.find_results(results):
+        place.timing.write_text("case,frames,seconds\ndata/a>b/c1,100,0.5\n")
+    shown = bench(results, "--columns", "speed", "-f", form)
+    assert "200" in shown
+    assert "still" not in shown
+    assert "means over source clips" not in shown.lower()
+    assert "measured once" in shown
+
+
 def test_closing_lines_of_a_run_fit_the_terminal_and_break_no_command(results, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
     run._show(records.find_results(results), Path("a-folder-of-results/of-some-length"), variants=True)

@@ -291,7 +291,7 @@ def _small(what: str) -> str:
 def _remarks(table: Table, groups: Sequence[Group]) -> list[str]:
     """All else that a reader of the numbers should know, for comments."""
     labels = {column.label: column.meaning for group in groups for column in group.columns}
-    out = [table.reading or words.MEANS, words.ARROWS]
+    out = [words.means(table), words.ARROWS]
     out += [f"{label}: {meaning}." for label, meaning in labels.items()]
     out += [f"n: {words.counted(groups[0])}."] if any(map(_differs, groups)) else []
     cells = [cell for group in groups for row in group.rows for cell in row.cells]

@@ -66,7 +66,7 @@ def _cell(cell: Cell, intervals: bool) -> str:
 
 
 def _legend(table: Table, intervals: bool, notes: bool) -> list[str]:
-    out = [plain(f"{table.reading or words.MEANS} {words.ARROWS}")]
+    out = [plain(f"{words.means(table)} {words.ARROWS}")]
     if words.has_marks([table]):
         out.append(f"**Bold**: {plain(words.BEST)}. {MARKS['tied']} {plain(words.tied([table]))}.")
         out += map(plain, words.rare(table.cells))

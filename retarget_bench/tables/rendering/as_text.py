@@ -194,7 +194,7 @@ class _Page:
         """The reading of numbers and marks, brief unless notes are asked for."""
         marks = words.has_marks([table])
         if self.notes or table.reading:
-            out = self.hung("", f"{table.reading or words.MEANS} {words.ARROWS}")
+            out = self.hung("", f"{words.means(table)} {words.ARROWS}")
             full = f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.tied([table])}."
             full = " ".join([full, *words.rare(table.cells)])
             return out + (self.hung("", full) if marks else [])

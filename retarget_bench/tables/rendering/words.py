@@ -6,6 +6,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, LEVEL, unseen
+from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import CONTROL, EMPTY, MARKS, Cell, Column, Group, Problem, Row, Table
 from retarget_bench.tables.model import NOT_RANKED as NOT_RANKED
 
@@ -15,6 +16,7 @@ MEANS = (
     "the cases that all of them have a number for. Controls (such as the reference itself, or no motion) "
     "and methods with privileged inputs are not ranked."
 )
+SPEEDS = "Speeds are measured once for a method, on a few cases of the last split, and are not ranked."
 BRIEF_MEANS = (
     "Means over source clips{sets}. A case is one clip for one target; all ranked rows of a column are "
     "over the same cases."
@@ -140,8 +142,19 @@ def brief_marks(table: Table) -> str:
     return " ".join([said, *rare(table.cells)])
 
 
+def means(table: Table) -> str:
+    """What numbers are means over, in full."""
+    return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
+
+
+def _only_speeds(table: Table) -> bool:
+    return {column.id for column in table.explained} == {FPS}
+
+
 def brief_means(table: Table) -> str:
     """The sentences on what numbers are means over."""
+    if _only_speeds(table):
+        return SPEEDS
     return BRIEF_MEANS.format(sets=" (FID: all clips as one set)" if _has_fid(table) else "")
 
 
