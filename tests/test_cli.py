@@ -210,7 +210,7 @@ def test_list_shows_one_kind_or_all(bench, bows):
     only = bench("list", "datasets", *bows).out
     assert only.startswith("Data sets\n")
     assert re.search(
-        r"^  bows +One line that says what the data are; .* \[.*bows.py\]$", only, re.MULTILINE
+        r"^  bows +One line that says what the data are; .*\s+\[.*bows.py\]$", only, re.MULTILINE
     )
     assert "copy_rotations" not in only
 
@@ -222,6 +222,15 @@ def test_info_shows_parameters_and_formulas(bench):
     assert "mpjpe_h.world" in metric
     assert "formula: 100 * mean over frames and joints of |p - g| / h" in metric
     assert bench("info").code == 2
+
+
+@pytest.mark.parametrize("columns", [80, 110])
+@pytest.mark.parametrize("words", [["list"], ["info", "humot"], ["info", "ik"], ["info", "plant"]])
+def test_lists_and_descriptions_fit_the_terminal(monkeypatch, words, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    done = CliRunner().invoke(cli.group, words)
+    assert done.exit_code == 0
+    assert columns - 15 < max(map(len, done.output.splitlines())) <= columns
 
 
 @pytest.mark.parametrize("kind", ["method", "metric", "dataset", "post"])

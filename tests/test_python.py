@@ -268,7 +268,14 @@ def test_saving_replaces_nothing_by_accident_and_leaves_nothing_half_done(found,
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
+def test_an_empty_list_of_methods_is_not_all_of_them():
+    with pytest.raises(rb.BenchError, match="methods is empty"):
+        rb.run([], progress=False)
+
+
 def test_folders_without_results_are_told():
+    with pytest.raises(rb.BenchError, match=r"in nowhere; the command bench task joint-completion"):
+        rb.load_results("nowhere", task="upsample")
     with pytest.raises(rb.BenchError, match=r"no results in nowhere; rb.run.*out='nowhere'.* makes some"):
         rb.load_results("nowhere")
 

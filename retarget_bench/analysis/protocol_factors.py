@@ -4,6 +4,7 @@ A protocol is a value that declares the facts of ``protocols.PROTOCOL``. Two pro
 them; the factor between the two is measured per case.
 """
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -157,20 +158,30 @@ def factor_text(factor: Factor) -> str:
     return text
 
 
-def text(found: Explanation, factors: Sequence[Factor]) -> str:
-    """For a terminal: every protocol's number with what fixes it, then the factors asked for."""
+def text(found: Explanation, factors: Sequence[Factor], columns: int = 100) -> str:
+    """For a terminal of so many columns: every protocol's number with what fixes it, then the factors asked
+    for."""
     out = [f"{found.method} on {found.dataset}, {found.split}", ""]
     ids = max(len(reading.id) for reading in found.readings)
     numbers = [f"{reading.value:.4g} {reading.facts['unit']}" for reading in found.readings]
     width = max(map(len, numbers))
     for reading, number in zip(found.readings, numbers, strict=True):
         fixed = "; ".join(reading.facts[key] for key in PROTOCOL if key in reading.facts)
-        out.append(f"  {reading.id:<{ids}}  {number:>{width}}  n {len(reading.cases)}  {fixed}")
+        lead = f"  {reading.id:<{ids}}  {number:>{width}}  n {len(reading.cases)}  "
+        out += _filled(fixed, columns, lead, ids + 4)
     out += ["", f"  ({'; '.join(PROTOCOL)})", ""]
     for factor in factors:
-        out.append(f"  {factor.first} -> {factor.second}: {factor_text(factor)}")
-        out += [f"      {reason}" for reason in factor.reasons]
+        out += _filled(f"{factor.first} -> {factor.second}: {factor_text(factor)}", columns, "  ", 10)
+        for reason in factor.reasons:
+            out += _filled(reason, columns, "      ", 10)
     return "\n".join(out) + "\n"
+
+
+def _filled(text: str, columns: int, lead: str, indent: int) -> list[str]:
+    """A text on lines of so many characters; ``lead`` stands before the first."""
+    return textwrap.wrap(
+        text, columns, initial_indent=lead, subsequent_indent=" " * indent, break_on_hyphens=False
+    )
 
 
 def markdown(found: Explanation, factors: Sequence[Factor]) -> str:

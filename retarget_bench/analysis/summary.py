@@ -14,7 +14,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics, timing
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import DeclaredValue, MethodInfo, ResultHeader
-from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
 
 COVERAGE = 0.95
@@ -198,7 +198,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     clips = {info.clip for info in own} if matrix.bodies else None
     scores = [MethodSummary(row.label, row.header, {}, {}, _fps(row.paths, clips)) for row in matrix.rows]
     for score, row in zip(scores, matrix.rows, strict=True):
-        score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row.paths)
+        score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row)
     made = SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
@@ -303,10 +303,13 @@ def _add_spreads(
             score.spread[value] = float(means.std(ddof=1))
 
 
-def _sets(matrix: ResultMatrix, paths: ResultPaths) -> list[set_metrics.SetValue]:
-    """Values of sets, where bodies are told apart those of structures that the cases' targets have."""
-    found = set_metrics.read(paths)
-    structures = case_metadata.read_structures(paths) if matrix.bodies else None
+def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
+    """Values of sets, where bodies are told apart those of structures that the cases' targets have.
+
+    A value that the header does not declare is left from earlier results that had other metrics.
+    """
+    found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
+    structures = case_metadata.read_structures(row.paths) if matrix.bodies else None
     if structures is None:
         return found
     here = {structures.get(info.target, "") for info in matrix.cases}

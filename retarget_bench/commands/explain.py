@@ -36,6 +36,7 @@ def command(
     """
     from retarget_bench.analysis import protocol_factors
     from retarget_bench.results import store
+    from retarget_bench.tables import rendering
 
     places = options.results([root], dataset)
     found = {place: store.read_results(place) for place in places}
@@ -46,12 +47,17 @@ def command(
         raise BenchError(f"no such result in {root}; there are {', '.join(there)}")
     selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == "self"}
     asked = options.ids(between)
-    write = protocol_factors.markdown if form == "md" else protocol_factors.text
+    width = options.screen_width() if output is None else rendering.WIDTH
     pages, refused = [], []
     for place in wanted:
         try:
             page = protocol_factors.explain(found[place], selves.get((place.dataset, place.method)))
-            pages.append(write(page, protocol_factors.chosen(page, asked, every=every)))
+            factors = protocol_factors.chosen(page, asked, every=every)
+            pages.append(
+                protocol_factors.markdown(page, factors)
+                if form == "md"
+                else protocol_factors.text(page, factors, width)
+            )
         except BenchError as error:
             refused.append(error)
     if not pages:

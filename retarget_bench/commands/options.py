@@ -232,7 +232,7 @@ bodies_option = click.option(
 
 
 def format_option(*forms: str) -> Decorator:
-    """``-f``; without it the format that the ending of ``-o`` says, or else the first."""
+    """``-f``; without it the format that the ending of ``-o`` says, or the first where it has no ending."""
 
     def form(ctx: click.Context, param: click.Parameter, given: str | None) -> str:
         output = ctx.params.get("output")
@@ -240,10 +240,10 @@ def format_option(*forms: str) -> Decorator:
             return given or forms[0]
         ending = output.suffix.lower().removeprefix(".")
         meant = FormatChoice.NAMES.get(ending, ending)
-        if meant in FormatChoice.ALL and meant not in forms:
+        if meant and meant not in forms:
             known = ", ".join(forms)
             raise click.BadParameter(f"{output} is to be {meant}; there are {known}", ctx, param)
-        return meant if meant in forms else forms[0]
+        return meant or forms[0]
 
     kind = FormatChoice(forms)
     usual = f"Format.  [default: by the ending of -o, else {forms[0]}]"
@@ -319,6 +319,20 @@ def results(
 def screen_width() -> int:
     """Characters in a line: of ``COLUMNS`` or of the terminal, 80 to 200; 100 elsewhere."""
     return min(200, max(80, shutil.get_terminal_size((100, 24)).columns))
+
+
+def say(sentence: str) -> None:
+    """Print a sentence on lines that fit the screen and break no command made by ``command``."""
+    from retarget_bench.tables.rendering import words
+
+    click.echo("\n".join(words.filled(sentence, screen_width(), indent="  ")))
+
+
+def command(*parts: object) -> str:
+    """A command that ``say`` does not break."""
+    from retarget_bench.tables.rendering.words import NO_BREAK
+
+    return " ".join(map(str, parts)).replace(" ", NO_BREAK)
 
 
 def write_out(text: str, output: Path | None) -> None:

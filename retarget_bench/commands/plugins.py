@@ -22,8 +22,6 @@ TITLES = {
     "datasets": "Data sets",
     "posts": "Post-processors (METHOD+NAME)",
 }
-WIDTH = 100
-"""Of the lines of ``bench info``."""
 FACTS = (
     # attribute of a card, what it is called
     ("version", "version"),
@@ -56,7 +54,7 @@ def list_plugins(kinds: tuple[registry.Kind, ...]) -> None:
 
 
 def section(kind: registry.Kind) -> str:
-    """A heading and a line per plug-in: name, summary, and where it comes from if not built in."""
+    """A heading, and for each plug-in its name, summary, and where it comes from if not built in."""
     entries = registry.names(kind)
     times = Counter(entry.name for entry in entries)
     width = max((len(entry.name) for entry in entries), default=0)
@@ -64,7 +62,9 @@ def section(kind: registry.Kind) -> str:
     for entry in entries:
         origin = f"  [{entry.origin}]" if entry.origin != registry.BUILT_IN else ""
         clash = "  (not usable: two have this name)" if times[entry.name] > 1 else ""
-        lines.append(f"  {entry.name:<{width}}  {entry.summary}{origin}{clash}".rstrip())
+        lines += _wrapped(
+            f"{entry.summary}{origin}{clash}", f"  {entry.name:<{width}}  ", " " * (width + 4)
+        )
     return "\n".join([*lines, *(["  none"] if not entries else []), ""])
 
 
@@ -154,7 +154,7 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
     if kind == "metrics":
         lines += [line for value in card.values for line in _value(value)]
     if text := (factory.__doc__ or "").strip():
-        lines += ["", *textwrap.dedent(f"    {text}").splitlines()]
+        lines += ["", *_fitted(textwrap.dedent(f"    {text}"))]
     if hasattr(factory, "shipped"):
         lines += _weights(factory, spec)
     return lines
@@ -204,9 +204,35 @@ def _value(value: Any) -> list[str]:
     return ["", *_wrapped(value.meaning, f"{value.id}: "), *(x for f in facts for x in _wrapped(f, "  "))]
 
 
-def _wrapped(text: str, start: str = "") -> list[str]:
-    rest = " " * (2 + len(start) - len(start.lstrip()))
-    return textwrap.wrap(text, WIDTH, initial_indent=start, subsequent_indent=rest, break_on_hyphens=False)
+def _wrapped(text: str, start: str = "", rest: str | None = None) -> list[str]:
+    """A text on lines that fit the screen. rest: before all but the first; by default two spaces more than
+    ``start`` has."""
+    rest = " " * (2 + len(start) - len(start.lstrip())) if rest is None else rest
+    wide = options.screen_width()
+    lines = textwrap.wrap(text, wide, initial_indent=start, subsequent_indent=rest, break_on_hyphens=False)
+    return lines or [start.rstrip()]
+
+
+def _fitted(text: str) -> list[str]:
+    """The lines of a docstring; paragraphs and entries of lists that are too wide are wrapped anew.
+
+    An entry begins with a name and a colon, as parameters do, or with a hyphen.
+    """
+    found = []
+    for part in re.split(r"\n(?=[ ]*(?:\n|- |[\w`, ]{1,30}: ))", text):
+        lines = part.splitlines()
+        if max(map(len, lines), default=0) > options.screen_width():
+            first, *others = [line for line in lines if line]
+            start, rest = map(_indent, [first, *others, "    "][:2])
+            found += [""] * (not lines[0])
+            found += _wrapped(" ".join(line.strip() for line in (first, *others)), start, rest)
+        else:
+            found += lines or [""]
+    return found
+
+
+def _indent(line: str) -> str:
+    return line[: len(line) - len(line.lstrip())]
 
 
 @click.command("new")

@@ -95,12 +95,14 @@ def _show(places: list[Any], root: Path, *, variants: bool) -> None:
 
     made = builder.overview(places, Selection(variants=variants))
     click.echo(text(made, columns=options.screen_width()), nl=False)
-    click.echo(f"More columns of a split: bench table {root} -s cross. Every value: --all. Notes: --notes.")
+    more = options.command("bench table", root, "-s cross")
+    options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
     if len(ranked) > 1:
         two = " ".join(shlex.quote(label) for label in ranked[:2])
-        click.echo(f"Two methods: bench compare {two} --results {root}. A method: bench info METHOD.")
-    click.echo(f"A page with charts and motion: bench report {root}.")
+        compared = options.command("bench compare", two, "--results", root)
+        options.say(f"Two methods: {compared}. A method: {options.command('bench info METHOD')}.")
+    options.say(f"A page with charts and motion: {options.command('bench report', root)}.")
 
 
 @click.command("run")
@@ -261,8 +263,9 @@ def _run_task(
     plan = make_plan(methods, splits=("self",), task=spec, **given)
     shown = options.task_name(name)
     places = plans.existing(carry_out(plan, f"bench task {shown}"), plan.root)
-    click.echo(text(task_tables(places, name)))
-    click.echo(f"All values: bench table {plan.root} --task {shown} --all. Rows lie in {plan.root}/.")
+    click.echo(text(task_tables(places, name), columns=options.screen_width()))
+    every = options.command("bench table", plan.root, "--task", shown, "--all")
+    options.say(f"All values: {every}. Rows lie in {plan.root}/.")
 
 
 # plans

@@ -59,9 +59,12 @@ def _finish(pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResu
 def _with_sets(
     pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
 ) -> Iterator[EvaluationUnit]:
-    """The units as the values of their sets are written; those without any first."""
+    """The units as the values of their sets are written; those of no metric of sets first."""
     waiting = [unit for unit in done if set_metrics(unit.plan.metrics)]
-    yield from (unit for unit in done if unit not in waiting)
+    for unit in done:
+        if unit not in waiting:
+            set_files.write(unit.paths, [])  # earlier results of other metrics may have left some
+            yield unit
     jobs = []
     for unit in waiting:
         answered = tuple(info for info in unit.infos if done[unit][info.id].status == "ok")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import shlex
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -20,6 +21,7 @@ from retarget_bench.analysis.breakdown import By
 from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.figures import method_order
 from retarget_bench.python import comparing
 from retarget_bench.python.arguments import checked
@@ -66,7 +68,7 @@ class Results:
         found: list[ResultPaths] = []
         for folder in map(Path, folders or (defaults.OUT,)):
             if not (here := store.find_results(folder, task)):
-                raise BenchError(f"no results in {folder}; rb.run(..., out={str(folder)!r}) makes some")
+                raise BenchError(f"no results in {folder}; {_maker(task, folder)} makes some")
             found += here
         return cls(found)
 
@@ -275,7 +277,9 @@ class Results:
         clips: so many cases in motion; 0: none; None: all, or as many as fit 4 MB. Raises BenchError for a
         name that does not end in .html.
         """
-        writing.write(Path(path), self._roots, only=self.places, title=title, clips=clips)
+        writing.write(
+            Path(path), self._roots, only=self.places, title=title, clips=clips, variants=self.variants
+        )
         return Path(path)
 
     @property
@@ -312,6 +316,14 @@ class Results:
             shutil.rmtree(made, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
         return folder
+
+
+def _maker(task: str, folder: Path) -> str:
+    """What makes results of a task."""
+    if (kind := task.split("-")[0]) not in DERIVED:
+        return f"rb.run(..., out={str(folder)!r})"
+    name = "joint-completion" if kind == "upsample" else kind
+    return f"the command bench task {name} --out {shlex.quote(str(folder))}"
 
 
 def _facts(matrix: ResultMatrix, name: str) -> np.ndarray:

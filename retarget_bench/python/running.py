@@ -44,7 +44,7 @@ def run(
     or was made by other code, data or parameters, is computed; what an interrupted run finished is kept.
 
     methods:   specs (``"copy_rotations[root_rule=height]"``), files of methods of your own
-               (``"my_method.py"``), or their modules; none: all that are untrained or come with weights.
+               (``"my_method.py"``), or their modules; by default all that are untrained or have weights.
     dataset:   its spec. root: folder of its files, short for ``DATASET[root=DIR]``.
     splits:    out of ``self``, ``intra`` (same structure) and ``cross`` (another structure).
     metrics:   by name, or by what they compute (``"MPJPE"``); none: all.
@@ -62,6 +62,11 @@ def run(
     for name, number in (("workers", workers), ("seeds", seeds)):
         if number is not None and number < 1:
             raise BenchError(f"{name} is {number}; at least 1 is needed")
+    if not isinstance(methods, tuple) and not len(list(_several(methods))):
+        raise BenchError(
+            "methods is empty, so that nothing is to be run; name some, or leave it out for all that are "
+            "untrained or come with weights"
+        )
     plans_.forget()
     registry.refresh_files()
     for file in plugins:

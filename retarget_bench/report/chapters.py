@@ -94,6 +94,7 @@ class Chapter:
     """Results of one task (a folder's name, ``denoise-1a2b3c4d`` where it has parameters) on a data set.
 
     dataset: its label, which names derived tasks too. data: the spec of the data set.
+    first: the first table, without variants of methods unless these were asked for.
     """
 
     task: str
@@ -101,6 +102,7 @@ class Chapter:
     data: Spec
     places: tuple[ResultPaths, ...]
     tables: tuple[Table, ...]
+    first: Table
     splits: tuple[Split, ...]
 
     @property
@@ -129,11 +131,13 @@ def chapters(
     data: str | None = None,
     columns: Sequence[str] = (),
     only: Collection[ResultPaths] = (),
+    variants: bool = False,
 ) -> list[Chapter]:
     """A chapter per task and data set, retargeting first.
 
     task, dataset (the name of its folder), methods: only of these. data: the folder where the data lie.
     columns: of the tables, where a chapter has them, instead of the usual ones. only: of these results.
+    variants: the first table of a chapter has variants of methods, too; it does where methods are named.
     Raises BenchError where a root has no results, and where nothing is left.
     """
     found = results(roots)
@@ -149,7 +153,8 @@ def chapters(
     groups = method_order.apart(chosen)
     columns = _column_ids(groups, columns)
     bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
-    return [chapter for places in bar for chapter in _chapters(places, data, columns)]
+    variants = variants or bool(methods)
+    return [chapter for places in bar for chapter in _chapters(places, data, columns, variants)]
 
 
 def results(roots: Sequence[Path]) -> list[ResultPaths]:
@@ -163,26 +168,44 @@ def results(roots: Sequence[Path]) -> list[ResultPaths]:
     return found
 
 
-def _chapters(places: Sequence[ResultPaths], data: str | None, columns: Sequence[str]) -> list[Chapter]:
+def _chapters(
+    places: Sequence[ResultPaths], data: str | None, columns: Sequence[str], variants: bool
+) -> list[Chapter]:
     """A chapter for each group of bodies; those of derived tasks are not told apart."""
     retargeted = places[0].task.split("-")[0] == TASKS[0]
-    select = Selection(variants=True, apart=retargeted)
-    groups: dict[str, list[ResultMatrix]] = {}
-    for matrix in select.parts(result_matrix.result_matrices(places)):
-        groups.setdefault(matrix.bodies, []).append(matrix)
-    made = (_chapter(places, groups[name], data, columns) for name in sorted(groups, key=_BODIES.index))
+    found = result_matrix.result_matrices(places)
+    whole = _by_bodies(Selection(variants=True, apart=retargeted).parts(found))
+    plain = _by_bodies(Selection(variants=variants or not retargeted, apart=retargeted).parts(found))
+    made = (
+        _chapter(places, whole[name], plain.get(name, []), data, columns)
+        for name in sorted(whole, key=_BODIES.index)
+    )
     return [chapter for chapter in made if chapter is not None]
+
+
+def _by_bodies(matrices: Sequence[ResultMatrix]) -> dict[str, list[ResultMatrix]]:
+    found: dict[str, list[ResultMatrix]] = {}
+    for matrix in matrices:
+        found.setdefault(matrix.bodies, []).append(matrix)
+    return found
 
 
 def _chapter(
     places: Sequence[ResultPaths],
     matrices: Sequence[ResultMatrix],
+    plain: Sequence[ResultMatrix],
     data: str | None,
     columns: Sequence[str],
 ) -> Chapter | None:
-    """None where no result declares a number per case, so that there is nothing to show."""
+    """None where no result declares a number per case, so that there is nothing to show.
+
+    plain: what the first table is of.
+    """
     sections = [summary.split_summary(matrix) for matrix in matrices]
     made = _tables(places, sections, columns)
+    first = made[0]
+    if any(matrix.variants for matrix in plain):
+        first = _tables(places, [summary.split_summary(matrix) for matrix in plain], columns)[0]
     found = {section.split: section for section in sections}
     shown = {each.split: known for each in matrices if (known := _columns(made, each))}
     if usual := _usual(made, shown):
@@ -206,7 +229,7 @@ def _chapter(
     spec = spec if data is None else spec.with_parameters(root=data)
     bodies = f": {sections[0].bodies}" if sections[0].bodies else ""
     name = sections[0].dataset + bodies
-    return Chapter(places[0].task, name, spec, tuple(places), tuple(made), splits)
+    return Chapter(places[0].task, name, spec, tuple(places), tuple(made), first, splits)
 
 
 def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:

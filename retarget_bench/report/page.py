@@ -94,6 +94,7 @@ def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]
     return {
         "title": chapter.dataset,
         "asks": GOALS.get(chapter.kind, ""),
+        "first": chapter.first,
         "tables": chapter.tables,
         "pictures": pictures(chapter, styles),
         "legend": legend,

@@ -64,7 +64,8 @@ def tables(
     by: the breakdown of ``found``. Then there is a group per split and column; without requested columns,
         only the first default column that exists (or all values where none does).
     with_sets: add every value of whole sets, requested or not.
-    layout: a group per split, one of all splits side by side with ``OVERVIEW_COLUMNS``, or both.
+    layout: a group per split, one of all splits side by side with ``OVERVIEW_COLUMNS`` or those requested,
+        or both. Values of whole sets beside others need a group per split.
     Raises BenchError for an empty list of columns, an unknown one, and a curve.
     """
     declared = _declared(found)
@@ -224,8 +225,10 @@ def _table(
             groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts)]
     else:
         cases = [key for key in wanted if key not in of_sets or key in whole]
+        layout = "splits" if sets and layout == "overview" else layout
         if layout != "splits":
-            groups.append(_overview(found, declared, builder))
+            beside = OVERVIEW_COLUMNS if _usual(wanted) else cases
+            groups.append(_overview(found, beside, declared, builder))
         for section in found if layout != "overview" else ():
             if cases:
                 shown, absent = _columns(section, cases, declared, whole)
@@ -252,9 +255,12 @@ def _table(
     )
 
 
-def _overview(found: Sequence[SplitSummary], declared: Values, builder: GroupBuilder) -> Group:
-    """All splits side by side."""
-    columns = [_columns(section, OVERVIEW_COLUMNS, declared, builder.whole) for section in found]
+def _overview(
+    found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values, builder: GroupBuilder
+) -> Group:
+    """All splits side by side; of speeds alone, which are measured once, the last split."""
+    found = found[-1:] if set(wanted) == {FPS} else found
+    columns = [_columns(section, wanted, declared, builder.whole) for section in found]
     shown = {section.split: keys for section, (keys, _) in zip(found, columns, strict=True)}
     return MethodGroup(found, shown, builder).group([line for _, lost in columns for line in lost])
 

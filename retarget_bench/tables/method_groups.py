@@ -37,7 +37,7 @@ class MethodGroup:
         """``absent`` are sentences for the foot."""
         there = {score.label for section in self.sections for score in section.scores}
         missing = (item for item in self.builder.methods.items() if item[0] not in there)
-        shown = (label for label in there if not self._refused(label))
+        shown = (label for label in there if not (self._refused(label) or self._untold(label)))
         listed = [self._row(label) for label in sorted(shown, key=self._place)]
         nothing = tuple(Cell(NOT_RUN) for _ in self.spots)
         n = "" if self.several else "0"
@@ -53,7 +53,9 @@ class MethodGroup:
             ),
             common=self._common(),
             absent=(*absent, *self._alone(), *self._too_few_clips()),
-            below=(*unfinished(self.sections), *self._floors(), *self._speeds(), *self._learned()),
+            below=(*unfinished(self.sections), *self._speeds()),
+            floors=self._floors(),
+            learned=self._learned(),
         )
 
     def _title(self) -> str:
@@ -111,6 +113,11 @@ class MethodGroup:
         counts = [score.header.counts for score in self._scores(label).values()]
         alone = bool(self.sections[0].bodies) and any(each.asked for each in counts)
         return alone and all(each.unsupported == each.asked for each in counts)
+
+    def _untold(self, label: str) -> bool:
+        """True for a control where all columns are speeds: it says nothing of how fast motion is made."""
+        method = next(iter(self._scores(label).values())).header.method
+        return method.control and {key for _, key in self.spots} == {FPS}
 
     def _place(self, label: str) -> tuple[int, float, str]:
         """Sort key of rows: by ranking, then by number, then those without one."""
@@ -181,26 +188,24 @@ class MethodGroup:
             found.setdefault(sentence, []).append(section.split)
         return [f"{', '.join(dict.fromkeys(splits))}: {sentence}." for sentence, splits in found.items()]
 
-    def _floors(self) -> list[str]:
-        """The score of the references by values of sets."""
-        floors: dict[str, list[str]] = {}
-        for section, key in self.spots:
-            if key in self.builder.whole:
-                floor = usual_value(section, (TWO_LEGS, ""), key).floor
-                if floor is not None:
-                    floors.setdefault(key, []).append(f"{section.split} {self.builder.shown(floor, key)}")
-        return [
-            f"Floor of {self.builder.column(key).label}, that of the references: {', '.join(each)}."
-            for key, each in floors.items()
-        ]
+    def _floors(self) -> tuple[tuple[str, str, str], ...]:
+        """The scores of the references by values of sets."""
+        found = (
+            (key, section.split, usual_value(section, (TWO_LEGS, ""), key).floor)
+            for section, key in self.spots
+            if key in self.builder.whole
+        )
+        return tuple(
+            (self.builder.column(key).label, split, self.builder.shown(floor, key))
+            for key, split, floor in found
+            if floor is not None
+        )
 
-    def _learned(self) -> list[str]:
-        """A sentence that names the learned methods."""
+    def _learned(self) -> tuple[str, ...]:
+        """The labels of the learned methods."""
         scores = {score.label: score for section in self.sections for score in section.scores}
         learned = [label for label, score in scores.items() if score.header.method.trained_on is not None]
-        labels = [label for label in learned if not self._refused(label)]
-        named = ", ".join(sorted(labels, key=self._place))
-        return [f"Learned: {named} (bench info says from what and for how long)."] if labels else []
+        return tuple(sorted((each for each in learned if not self._refused(each)), key=self._place))
 
     def _speeds(self) -> list[str]:
         """Frames per second of the methods."""

@@ -138,6 +138,8 @@ class Group:
     absent:  sentences about requested columns without any value here.
     subject: the id of the value that is broken down; "" where the columns are values.
     below:   lines directly below the rows.
+    floors:  the references' scores by values of sets: label of the value, split and number.
+    learned: labels of learned methods, in the order of the rows.
     counted: the unit of n.
     structure, kind: of target bodies and cases, in tables of sets.
     """
@@ -152,6 +154,8 @@ class Group:
     absent: tuple[str, ...] = ()
     subject: str = ""
     below: tuple[str, ...] = ()
+    floors: tuple[tuple[str, str, str], ...] = ()
+    learned: tuple[str, ...] = ()
     counted: str = "cases"
     structure: str = ""
     kind: str = ""

@@ -7,6 +7,7 @@ from retarget_bench.analysis.breakdown import By
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import TASKS
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names
@@ -15,6 +16,9 @@ from retarget_bench.tables.model import Table
 
 LAYOUTS: dict[str, builder.Layout] = {"text": "overview", "md": "overview", "html": "both"}
 """Format -> the layout of a table for which nothing special is asked; of others a group per split."""
+
+MOST_BESIDE = len(builder.OVERVIEW_COLUMNS)
+"""Requested columns up to which splits stand side by side, as they do without a request."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Request:
 def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") -> list[Table]:
     """The tables of results of one task, laid out for a format.
 
-    Raises BenchError for columns and bodies that no result has.
+    Raises BenchError for columns, bodies and splits that no result has.
     """
     by, task = asked.by, places[0].task.split("-")[0]
     usual = asked.columns is None and not asked.everything
@@ -60,6 +64,9 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     if asked.at_least is not None:
         hints.append(f"only clips of {asked.at_least} s or longer")
     layout: builder.Layout = "splits"
+    few = asked.columns is not None and len(columns) <= MOST_BESIDE
+    if few and form in ("text", "md") and not (by or asked.splits):
+        layout = "overview"
     if task == TASKS[0] and usual and not (by or asked.splits):
         layout = LAYOUTS.get(form, "splits")
         columns = builder.OVERVIEW_COLUMNS if form == "tex" else columns
@@ -67,6 +74,14 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
 
 
 def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of these bodies and splits, and sentences about bodies that are left out."""
+    """The sections of these bodies and splits, and sentences about bodies that are left out.
+
+    Raises BenchError where there are none.
+    """
     shown, hints = builder.bodies_shown(found, asked.bodies)
-    return [each for each in shown if not asked.splits or each.split in asked.splits], hints
+    kept = [each for each in shown if not asked.splits or each.split in asked.splits]
+    if shown and not kept:
+        bodies = f" of {asked.bodies} bodies" if asked.bodies not in ("", "all") else ""
+        there = " and ".join(dict.fromkeys(section.split for section in shown))
+        raise BenchError(f"no case{bodies} is in the split {' or '.join(asked.splits)}; {there} have some")
+    return kept, hints

@@ -33,7 +33,8 @@ from retarget_bench.viewer.results_library import (
 )  # fmt: skip
 from retarget_bench.viewer.scene import Figure, Scene, distinct, figure_of
 
-KNOWN = ("source", "reference")
+REFERENCE = "reference"
+KNOWN = ("source", REFERENCE)
 """Labels of the figures that every case may have."""
 
 
@@ -152,15 +153,27 @@ def _scene(
     values: Sequence[dict[str, float]] = (),
     colours: Mapping[str, str] | None = None,
 ) -> Scene:
-    """The source, the reference where the case has one, and an answer of every method, by its label."""
+    """The source, the reference where the case has one, and an answer of every method, by its label.
+
+    The control of that name answers with the reference, which is shown once.
+    """
     figures = [figure_of("source", "source", case.source)]
     if case.reference is not None:
         compared = _compared(case, case.reference)
         schedule = compared.contact_labels if compared else None
         labels = None if schedule is None else (tuple(schedule.joints.tolist()), schedule.planted)
         figures.append(figure_of("reference", "reference", case.reference, labels))
-    names = distinct([label for label, _ in answers], KNOWN)
-    figures += [_answer(name, case, outcome) for name, (_, outcome) in zip(names, answers, strict=True)]
+    once = case.reference is not None
+    names = [REFERENCE if once and label == REFERENCE else "" for label, _ in answers]
+    others = iter(
+        distinct([label for (label, _), name in zip(answers, names, strict=True) if not name], KNOWN)
+    )
+    names = [name or next(others) for name in names]
+    figures += [
+        _answer(name, case, outcome)
+        for name, (_, outcome) in zip(names, answers, strict=True)
+        if not (once and name == REFERENCE)
+    ]
     info = case.info
     return Scene(
         title=f"{info.clip}: {info.source} to {info.target}",

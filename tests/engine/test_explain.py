@@ -109,6 +109,13 @@ def test_self_pairs_move_the_mean_and_no_case() -> None:
     assert "is 0 in every case" in protocol_factors.text(alone, alone.factors)
 
 
+@pytest.mark.parametrize("columns", [80, 120])
+def test_lines_are_as_wide_as_asked_for(columns) -> None:
+    found = protocol_factors.explain(results("intra", INTRA))
+    lines = protocol_factors.text(found, found.factors, columns).splitlines()
+    assert max(map(len, lines)) <= columns
+
+
 def test_between_all_and_unknown_protocols() -> None:
     found = protocol_factors.explain(results("intra", INTRA))
     first = protocol_factors.chosen(found, (), every=False)

@@ -113,7 +113,13 @@ def test_a_value_of_the_set_of_all_people_is_a_column(tmp_path):
         "a": (2.0, "best"), "b": (2.3, "tied"), "c": (9.0, ""), "d": (1.5, ""),
     }  # fmt: skip
     assert "its own floor is 0.9" in cells["d"].reason
-    assert group.below[0] == "Floor of FID, that of the references: cross 1.00."
+    assert group.floors == (("FID", "cross", "1.00"),)
+
+
+def test_values_of_sets_left_from_a_run_with_other_metrics_are_no_column(tmp_path):
+    place = with_set(stored(tmp_path, "cross", "a", [1.0] * 20), 2.0, 1.8, 2.2)
+    changed(place, set_values={})
+    assert [column.id for column in only_group([place]).columns] == [VALUE]
 
 
 def test_bodies_and_variants_that_are_left_out_are_told(tmp_path):
@@ -131,6 +137,31 @@ def test_every_format_tells_the_splits_apart_and_whose_cases_a_row_is_over(place
     drawn = rendering.RENDERERS[form](builder.overview(places))
     assert {"text": "same cases", "tex": "not ranked"}.get(form, "on the cases of some") in drawn
     assert "cross" in drawn
+
+
+@pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
+def test_every_format_says_what_so_few_clips_can_miss(places, form):
+    drawn = rendering.RENDERERS[form](builder.overview(places))
+    assert "20 clips can miss failures on up to 14 % of all clips." in " ".join(drawn.split())
+
+
+def test_full_notes_say_it_too(places):
+    drawn = rendering.text(builder.overview(places), notes=True)
+    assert "20 clips can miss failures on up to 14 % of all clips." in " ".join(drawn.split())
+
+
+def test_floors_and_learned_methods_are_named_once_for_splits_that_share_a_table(tmp_path):
+    for split, order in (("self", (1.0, 2.0)), ("cross", (2.0, 1.0))):
+        for name, number in zip(("a", "b"), order, strict=True):
+            place = stored(tmp_path, split, name, [number] * 20, trained_on=("here",))
+            with_set(place, number, 0.5, 3.0)
+    found = summary.split_summaries(records.find_results(tmp_path), select=Selection())
+    drawn = rendering.latex(builder.tables(found, builder.OVERVIEW_COLUMNS))
+    told = [line for line in drawn.splitlines() if line.startswith(("% Floor", "% Learned", "% n:"))]
+    assert told == [
+        "% Floor of FID, that of the references: self 1.00, cross 1.00.",
+        "% Learned: b, a (bench info says from what and for how long).",
+    ]
 
 
 def test_all_splits_stand_side_by_side_where_they_fit_and_else_below_each_other(places):

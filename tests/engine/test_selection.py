@@ -9,6 +9,7 @@ from retarget_bench.analysis import summary
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
+from retarget_bench.report import chapters
 from retarget_bench.results import store as records
 
 VALUE = "mpjpe_h.world"
@@ -77,6 +78,20 @@ def test_variants_of_the_card_step_back_where_the_method_itself_is_there(tmp_pat
     assert variant in labels(places, variants=True)
     assert labels(places[1:]) == [variant, "copy_rotations[root_rule=hips]"]
     assert labels(places, methods=(variant,)) == [variant]
+
+
+def test_the_first_table_of_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
+    variant = "copy_rotations[root_rule=none]"
+    stored(tmp_path, "copy_rotations")
+    stored(tmp_path, "v", name="copy_rotations", label=variant, parameters={"root_rule": "none"})
+
+    def rows(table):
+        return {row.label for row in table.groups[0].rows}
+
+    for asked in ({}, {"variants": True}, {"methods": [variant]}):
+        chapter = chapters.chapters([tmp_path], **asked)[0]
+        assert (variant in rows(chapter.first)) == bool(asked)
+        assert variant in rows(chapter.tables[0])
 
 
 def answered(places, **choice):

@@ -297,6 +297,14 @@ def test_results_without_sets_have_none(tmp_path):
     assert not files.features_path(place).exists()
 
 
+def test_results_of_other_metrics_keep_no_sets_of_earlier_ones(tmp_path):
+    (place,) = carry_out(tmp_path, "toy_method", clips=2)
+    assert set_metrics.read(place)
+    again = replace(plan(tmp_path, "toy_method", clips=2), metrics=("position",))
+    runner.run(again, lambda done, total: None)
+    assert set_metrics.read(place) == []
+
+
 @pytest.mark.parametrize("damage", ["value_id\n", "", "nonsense", None])
 def test_a_damaged_file_is_named(tmp_path, damage):
     (place,) = carry_out(tmp_path, "toy_method", clips=2)

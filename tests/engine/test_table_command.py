@@ -1,15 +1,17 @@
 """``bench table`` from the outside."""
 
 import re
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from stored import VALUES, changed, store
 
 from retarget_bench.cli import group
-from retarget_bench.commands import options
+from retarget_bench.commands import options, run
 from retarget_bench.commands.table import BREAKDOWNS, FORMATS
 from retarget_bench.python import progress
+from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
 
@@ -41,13 +43,29 @@ def test_every_format_is_printed_and_written_alike(results, tmp_path, form):
 
 @pytest.mark.parametrize(
     ("ending", "form"),
-    [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv"), ("out", "text")],
+    [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv")],
 )
 def test_the_format_follows_the_ending_of_the_file(results, tmp_path, ending, form):
     bench(results, "-o", tmp_path / f"t.{ending}")
     assert (tmp_path / f"t.{ending}").read_text(encoding="utf-8") == bench(results, "-f", form)
     bench(results, "-o", tmp_path / f"u.{ending}", "-f", "csv")
     assert (tmp_path / f"u.{ending}").read_text(encoding="utf-8") == bench(results, "-f", "csv")
+
+
+@pytest.mark.parametrize("ending", ["png", "xlsx"])
+def test_an_ending_that_is_no_format_of_tables_is_refused(results, tmp_path, ending):
+    file = tmp_path / f"t.{ending}"
+    done = CliRunner().invoke(group, ["table", str(results), "-o", str(file)])
+    assert done.exit_code
+    assert f"t.{ending} is to be {ending}; there are text, md" in done.output
+    assert not file.exists()
+    bench(results, "-o", file, "-f", "text")
+    assert file.exists()
+
+
+def test_a_name_without_an_ending_is_text(results, tmp_path):
+    bench(results, "-o", tmp_path / "table")
+    assert (tmp_path / "table").read_text(encoding="utf-8") == bench(results)
 
 
 def test_an_ending_that_a_command_does_not_write_is_refused(results, tmp_path):
@@ -108,6 +126,12 @@ def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
     assert "no split is called" in CliRunner().invoke(group, ["table", str(results), "-s", "up"]).output
 
 
+def test_a_split_without_cases_is_told_with_those_that_have_some(results):
+    done = CliRunner().invoke(group, ["table", str(results), "-s", "self", "-s", "intra"])
+    assert done.exit_code
+    assert "no case is in the split self or intra; cross" in str(done.exception)
+
+
 def test_methods_are_named_in_one_word_or_several(results):
     numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 7.0}) for n in range(12)]
     store(results, "cross", "three[a=1,b=2]", numbers)
@@ -126,6 +150,40 @@ def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
     monkeypatch.setenv("COLUMNS", columns)
     assert options.screen_width() == most
     assert max(map(len, bench(results, "--notes").splitlines())) <= most
+
+
+def test_a_few_columns_of_all_splits_stand_side_by_side(results):
+    for name in ("one", "two"):
+        store(results, "self", name, [("a>a", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(12)])
+    shown = bench(results, "--columns", "mpjpe_h.world")
+    assert shown.count("\n  method") == 1
+    assert "self: 12 cases of 12 clips; cross: 12 cases" in shown
+    assert (
+        bench(results, "--columns", "mpjpe_h.world", "-s", "cross", "-s", "self").count("\n  method") == 2
+    )
+
+
+@pytest.mark.parametrize("form", ["text", "md", "tex"])
+def test_speeds_are_no_means_and_controls_have_none_worth_telling(results, form):
+    numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 9.0}) for n in range(12)]
+    store(results, "cross", "still", numbers, control=True)
+    for place in records.find_results(results):
+        place.timing.write_text("case,frames,seconds\ndata/a>b/c1,100,0.5\n")
+    shown = bench(results, "--columns", "speed", "-f", form)
+    assert "200" in shown
+    assert "still" not in shown
+    assert "means over source clips" not in shown.lower()
+    assert "measured once" in shown
+
+
+def test_closing_lines_of_a_run_fit_the_terminal_and_break_no_command(results, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    run._show(records.find_results(results), Path("a-folder-of-results/of-some-length"), variants=True)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert any(
+        "bench compare one two --results a-folder-of-results/of-some-length" in each for each in lines
+    )
 
 
 def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, capsys):

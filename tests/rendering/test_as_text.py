@@ -95,3 +95,14 @@ def test_long_headings_and_units_are_broken():
 )
 def test_names_are_broken_where_they_can_be(name, most, lines):
     assert words.wrapped(name, most) == lines
+
+
+@pytest.mark.parametrize("most", [40, 60, 80])
+def test_lines_break_neither_options_nor_commands(most):
+    hint = (
+        "four-legged bodies have a table of their own: bench table --bodies four-legged; see --no-controls"
+    )
+    lines = words.filled(hint, most, "- ", "  ")
+    assert max(map(len, lines)) <= most
+    assert any("bench table --bodies four-legged" in line for line in lines)
+    assert " ".join(lines).split()[1:] == hint.split()

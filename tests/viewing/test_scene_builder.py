@@ -10,8 +10,10 @@ from viewing_toys.toy_moves import DOG, PERSON
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict
+from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.viewer import scene_builder
+from tests.in_process import run_here
 
 
 @pytest.fixture(autouse=True)
@@ -190,3 +192,17 @@ def test_skins_of_positions_follow_rotations_that_are_fitted_to_them():
     assert "cm mean" in places.message
     again = scene_builder.dressed(scene_builder.dressed(made))
     assert again.figures[1].message == places.message
+
+
+def test_the_reference_is_shown_once_where_the_control_of_that_name_was_run(tmp_path):
+    plan = Plan(
+        methods=(Spec.parse("reference"), Spec.parse("toy_method")),
+        datasets=(Spec.parse("toy_moves"),),
+        splits=("intra",),
+        metrics=("position",),
+        root=tmp_path,
+    )
+    scene = scene_builder.of_case(run_here(plan), CASE)
+    assert [figure.label for figure in scene.figures] == ["source", "reference", "toy_method"]
+    assert scene.values["toy_method"]["mpjpe_h.world"] > 1
+    assert scene.values["reference"]["mpjpe_h.world"] < 1e-3

@@ -42,6 +42,7 @@ def context(tables: Sequence[Table]) -> dict[str, Any]:
         "marks": MARKS,
         "kinds": list(kinds),
         "has_marks": words.has_marks(tables),
+        "rare": words.rare(cell for table in tables for cell in table.cells),
         "has_intervals": any(cell.interval for table in tables for cell in table.cells),
         "has_common": any(any(group.common) for table in tables for group in table.groups),
         "has_parts": any(group.subject for table in tables for group in table.groups),

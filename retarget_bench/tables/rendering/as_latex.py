@@ -291,11 +291,12 @@ def _small(what: str) -> str:
 def _remarks(table: Table, groups: Sequence[Group]) -> list[str]:
     """All else that a reader of the numbers should know, for comments."""
     labels = {column.label: column.meaning for group in groups for column in group.columns}
-    out = [table.reading or words.MEANS, words.ARROWS]
+    out = [words.means(table), words.ARROWS]
     out += [f"{label}: {meaning}." for label, meaning in labels.items()]
-    out += [f"n: {words.counted(groups[0])}."]
-    out += dict.fromkeys(sentence for group in groups for sentence in (*group.below, *group.absent))
+    out += [f"n: {words.counted(groups[0])}."] if any(map(_differs, groups)) else []
     cells = [cell for group in groups for row in group.rows for cell in row.cells]
+    out += [*words.rare(cells), *words.below(groups)]
+    out += dict.fromkeys(sentence for group in groups for sentence in group.absent)
     used = sorted({cell.footnote for cell in cells if cell.footnote})
     out += [f"missing or not ranked: {table.footnotes[number - 1]}." for number in used]
     splits = {group.split for group in groups}

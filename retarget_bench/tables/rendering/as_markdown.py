@@ -29,7 +29,7 @@ def _table(table: Table, intervals: bool, notes: bool) -> str:
     for group in table.groups:
         out += ["", f"### {plain(group.title)}", ""]
         out += _group(group, intervals) if group.columns else [words.NO_COLUMN]
-        out += [line for each in group.below for line in ("", plain(each))]
+        out += [line for each in words.below([group]) for line in ("", plain(each))]
     return "\n".join([*out, "", *_legend(table, intervals, notes)]) + "\n"
 
 
@@ -66,9 +66,10 @@ def _cell(cell: Cell, intervals: bool) -> str:
 
 
 def _legend(table: Table, intervals: bool, notes: bool) -> list[str]:
-    out = [plain(f"{table.reading or words.MEANS} {words.ARROWS}")]
+    out = [plain(f"{words.means(table)} {words.ARROWS}")]
     if words.has_marks([table]):
         out.append(f"**Bold**: {plain(words.BEST)}. {MARKS['tied']} {plain(words.tied([table]))}.")
+        out += map(plain, words.rare(table.cells))
     out += [plain(words.INTERVALS)] if intervals else []
     out += [plain(words.SEEDS)] if words.has_seeds([table]) else []
     known = [*words.meanings(table), *([] if table.reading else words.splits_and_controls(table))]

@@ -7,7 +7,7 @@ from itertools import groupby
 
 from retarget_bench.tables.model import CONTROL, MARKS, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
-from retarget_bench.tables.rendering.words import printable, width, wrapped
+from retarget_bench.tables.rendering.words import filled, printable, width, wrapped
 
 WIDTH = 100
 """Where nothing is said, as in pipes and files."""
@@ -67,7 +67,7 @@ class _Page:
                 out += self.by_column(group)
             else:
                 out += self.by_row(group)
-            out += [line for each in group.below for line in self.hung("  ", printable(each))]
+            out += [line for each in words.below([group]) for line in self.hung("  ", printable(each))]
         return "\n".join([*out, "", *self.legend(table)]) + "\n"
 
     def by_row(self, group: Group) -> list[str]:
@@ -196,8 +196,9 @@ class _Page:
         """The reading of numbers and marks, brief unless notes are asked for."""
         marks = words.has_marks([table])
         if self.notes or table.reading:
-            out = self.hung("", f"{table.reading or words.MEANS} {words.ARROWS}")
+            out = self.hung("", f"{words.means(table)} {words.ARROWS}")
             full = f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.tied([table])}."
+            full = " ".join([full, *words.rare(table.cells)])
             return out + (self.hung("", full) if marks else [])
         brief = f"{words.brief_means(table)} {words.arrows(table)}{words.rows_by(table)}"
         if marks:
@@ -217,9 +218,7 @@ class _Page:
         ]
 
     def hung(self, lead: str, sentence: str) -> list[str]:
-        indent = " " * len(lead)
-        wide = textwrap.wrap(sentence, self.width, initial_indent=lead, subsequent_indent=indent)
-        return wide or [lead]
+        return filled(sentence, self.width, lead, " " * len(lead)) or [lead]
 
 
 def _widest(head: _Head, cells: Sequence[Sequence[str]]) -> int:

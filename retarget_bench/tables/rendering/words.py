@@ -1,11 +1,13 @@
 """Texts of legends that all renderers share, and names made safe to print."""
 
 import re
+import textwrap
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, LEVEL, unseen
-from retarget_bench.tables.model import CONTROL, EMPTY, MARKS, Column, Group, Problem, Row, Table
+from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.model import CONTROL, EMPTY, MARKS, Cell, Column, Group, Problem, Row, Table
 from retarget_bench.tables.model import NOT_RANKED as NOT_RANKED
 
 NO_COLUMN = "no case here has any of the values asked for"
@@ -14,6 +16,7 @@ MEANS = (
     "the cases that all of them have a number for. Controls (such as the reference itself, or no motion) "
     "and methods with privileged inputs are not ranked."
 )
+SPEEDS = "Speeds are measured once for a method, on a few cases of the last split, and are not ranked."
 BRIEF_MEANS = (
     "Means over source clips{sets}. A case is one clip for one target; all ranked rows of a column are "
     "over the same cases."
@@ -47,6 +50,8 @@ SPLITS = {
     "intra": "another character of the same structure performs it",
     "cross": "a character of another structure performs it",
 }
+NO_BREAK = "\u00a0"
+_COMMAND = re.compile(r"\bbench [a-z-]+(?: --?[a-z][a-z-]*(?: [a-z][\w,-]*)?)*")
 
 
 def empty_kinds(table: Table) -> list[str]:
@@ -131,15 +136,27 @@ def rows_by(table: Table) -> str:
 def brief_marks(table: Table) -> str:
     """The meaning of the marks, in one sentence."""
     sets = "; FID: its interval meets that of the best" if _has_fid(table) else ""
-    return (
+    said = (
         f"{MARKS['best']} best, {MARKS['tied']} not told apart from it: no significant difference over "
         f"clips ({100 * ALPHA:g} %, corrected for all pairs of methods{sets}). In columns with marks, "
-        f"ranked rows without one are worse than the best.{_rare(table)}"
+        "ranked rows without one are worse than the best."
     )
+    return " ".join([said, *rare(table.cells)])
+
+
+def means(table: Table) -> str:
+    """What numbers are means over, in full."""
+    return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
+
+
+def _only_speeds(table: Table) -> bool:
+    return {column.id for column in table.explained} == {FPS}
 
 
 def brief_means(table: Table) -> str:
     """The sentences on what numbers are means over."""
+    if _only_speeds(table):
+        return SPEEDS
     return BRIEF_MEANS.format(sets=" (FID: all clips as one set)" if _has_fid(table) else "")
 
 
@@ -152,12 +169,41 @@ def is_fid(column: Column) -> bool:
     return column.label == "FID"
 
 
-def _rare(table: Table) -> str:
-    """A sentence on failures that so few clips can miss; "" where they suffice."""
-    clips = max((cell.clips for cell in table.cells if cell.mark), default=CLIPS_FOR_RARE)
+def rare(cells: Iterable[Cell]) -> list[str]:
+    """A sentence on failures that so few clips can miss; none where they suffice."""
+    clips = max((cell.clips for cell in cells if cell.mark), default=CLIPS_FOR_RARE)
     if clips >= CLIPS_FOR_RARE:
-        return ""
-    return f" {clips} clips can miss failures on up to {100 * unseen(clips):.0f} % of all clips."
+        return []
+    return [f"{clips} clips can miss failures on up to {100 * unseen(clips):.0f} % of all clips."]
+
+
+def below(groups: Sequence[Group]) -> list[str]:
+    """The lines below the rows of some groups, each once."""
+    learned = dict.fromkeys(label for group in reversed(groups) for label in group.learned)
+    named = f"Learned: {', '.join(learned)} (bench info says from what and for how long)."
+    lines = dict.fromkeys(line for group in groups for line in group.below)
+    floors = [f"Floor of {label}, that of the references: {of}." for label, of in _floors(groups)]
+    return [*floors, *lines, *([named] if learned else [])]
+
+
+def _floors(groups: Sequence[Group]) -> list[tuple[str, str]]:
+    """Label of each value of sets, and the references' scores by it on all splits."""
+    found: dict[str, list[str]] = {}
+    for label, split, number in dict.fromkeys(each for group in groups for each in group.floors):
+        found.setdefault(label, []).append(f"{split} {number}")
+    return [(label, ", ".join(each)) for label, each in found.items()]
+
+
+def legend(group: Group) -> str:
+    """The meaning of the marks and the floors of values of sets, in a line; "" where there is neither."""
+    said = [
+        f"Read {label} against its floor, the score of the references: {of}."
+        for label, of in _floors([group])
+    ]
+    if any(cell.mark for row in group.rows for cell in row.cells):
+        marks = f"{MARKS['best']} best, {MARKS['tied']} not told apart from it (no significant difference)."
+        said.insert(0, marks)
+    return " ".join(said)
 
 
 def absent(table: Table) -> list[str]:
@@ -212,6 +258,22 @@ def width(words: str) -> int:
     """Width of a printable text in a terminal, in characters."""
     wide = sum(unicodedata.east_asian_width(each) in "WF" for each in words)
     return len(words) + wide - sum(bool(unicodedata.combining(each)) for each in words)
+
+
+def filled(sentence: str, most: int, lead: str = "", indent: str = "") -> list[str]:
+    """A text on lines of at most so many characters, none of which breaks at a hyphen or, where it fits on
+    a line, within a command such as ``bench table --variants``.
+
+    Non-breaking spaces become usual ones. lead: before the first line; indent: before the others.
+    """
+
+    def joined(found: re.Match[str]) -> str:
+        command = found.group()
+        return command.replace(" ", NO_BREAK) if len(indent) + len(command) < most else command
+
+    text = _COMMAND.sub(joined, sentence)
+    lines = textwrap.wrap(text, most, initial_indent=lead, subsequent_indent=indent, break_on_hyphens=False)
+    return [line.replace(NO_BREAK, " ") for line in lines]
 
 
 def wrapped(name: str, most: int) -> list[str]:

@@ -132,8 +132,11 @@ function show(chapter, number, k, methods) {
   playing = null;
   if (each.scene >= 0) {
     const scene = JSON.parse(at(`scene-${each.scene}`).textContent);
-    answers = scene.figures.filter((figure) => figure.part === "prediction").map((figure) => figure.label);
+    const own = scene.figures.filter((figure) => figure.part === "prediction").map((figure) => figure.label);
+    const once = scene.figures.some((figure) => figure.part === "reference");
+    answers = split.labels.map((label) => (once && label === "reference" ? label : own.shift()));
     const colours = Object.fromEntries(answers.map((name, m) => [name, data.colours[split.labels[m]]]));
+    if (once) delete colours.reference;
     const labels = figures(methods || (asked.bare ? [] : beside(asked.method)));
     playing = RetargetPlayer.mount(at("player"), scene, { labels, colours, autoplay: true });
   } else {
