@@ -6,14 +6,14 @@ from dataclasses import replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import CURVES, By
-from retarget_bench.analysis.selection import PEOPLE, Selection
+from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary, split_summaries
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import provenance, set_groups
+from retarget_bench.tables import body_groups, provenance, set_groups
 from retarget_bench.tables.groups import FPS, GroupBuilder, lacking
 from retarget_bench.tables.method_groups import MethodGroup, by_part
 from retarget_bench.tables.model import Group, Problem, Table
@@ -87,54 +87,15 @@ def overview(
 ) -> list[Table]:
     """The first table of results: MPJPE, contact recall and FID on all splits side by side.
 
-    bodies: see ``bodies_shown``. Raises BenchError where there are none of these bodies.
+    bodies: see ``body_groups.shown``. Raises BenchError where there are none of these bodies.
     """
-    shown, hints = bodies_shown(split_summaries(places, select=selection or Selection()), bodies)
+    shown, hints = body_groups.shown(split_summaries(places, select=selection or Selection()), bodies)
     return with_hints(tables(shown, layout="overview"), hints)
 
 
 def with_hints(made: Sequence[Table], hints: Sequence[str]) -> list[Table]:
     """The tables, with these hints below the last."""
     return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
-
-
-def bodies_shown(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of a group of bodies, and sentences about what is left out.
-
-    bodies: one of ``selection.BODIES``, ``all``, or "": people, or all where there are none.
-    Raises BenchError where there are none of these bodies.
-    """
-    wanted = wanted_bodies([section.bodies for section in found], bodies)
-    shown = [section for section in found if wanted in ("all", section.bodies)]
-    cases: dict[str, dict[str, int]] = {}
-    for section in found if wanted != "all" else ():
-        if section.bodies != wanted:
-            asked = max(score.asked for score in section.scores)
-            cases.setdefault(section.bodies, {})[section.split] = asked
-    hints = other_bodies(cases, "bench table")
-    variants = dict.fromkeys(label for section in shown for label in section.variants)
-    if variants:
-        hints.append(f"variants left out: {', '.join(variants)}: bench table --variants")
-    return shown, hints
-
-
-def wanted_bodies(there: Sequence[str], bodies: str) -> str:
-    """The group of bodies to show out of those that there are; see ``bodies_shown``."""
-    if bodies not in ("", "all", *there):
-        known = ", ".join(dict.fromkeys(filter(None, there)))
-        known = known or "no groups of bodies: these results are older than those"
-        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
-    return bodies or (PEOPLE if PEOPLE in there else "all")
-
-
-def other_bodies(cases: Mapping[str, Mapping[str, int]], command: str) -> list[str]:
-    """Sentences about groups of bodies that are left out: group -> split -> cases."""
-    hints = []
-    for group, splits in cases.items():
-        of_splits = ", ".join(f"{split} {number}" for split, number in splits.items())
-        named = group if group == PEOPLE else f"{group} bodies"
-        hints.append(f"{named} (cases: {of_splits}) have a table of their own: {command} --bodies {group}")
-    return hints
 
 
 def task_tables(

@@ -10,7 +10,7 @@ from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import builder, names
+from retarget_bench.tables import body_groups, builder, names
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Table
 
@@ -28,7 +28,7 @@ class Request:
     columns:  names of columns; None: the usual ones. everything: all of them.
     by:       a breakdown; None: none.
     at_least: only of cases that last so many seconds. splits: only these; none: all.
-    bodies:   see ``builder.bodies_shown``. select: of methods.
+    bodies:   see ``body_groups.shown``. select: of methods.
     """
 
     columns: Sequence[str] | None = None
@@ -78,7 +78,7 @@ def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSum
 
     Raises BenchError where there are none.
     """
-    shown, hints = builder.bodies_shown(found, asked.bodies)
+    shown, hints = body_groups.shown(found, asked.bodies)
     kept = [each for each in shown if not asked.splits or each.split in asked.splits]
     if shown and not kept:
         bodies = f" of {asked.bodies} bodies" if asked.bodies not in ("", "all") else ""

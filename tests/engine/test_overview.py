@@ -11,7 +11,7 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.results import store as records
-from retarget_bench.tables import builder, rendering
+from retarget_bench.tables import body_groups, builder, rendering
 from retarget_bench.tables.model import OTHER_CASES, Group
 
 VALUE = "mpjpe_h.world"
@@ -126,10 +126,10 @@ def test_bodies_and_variants_that_are_left_out_are_told(tmp_path):
     place = stored(tmp_path, "cross", "m", [1.0] * 3)
     (place.folder / "cases.bodies.csv").write_text("character,legs\na,4\nb,4\n")
     found = summary.split_summaries([place], select=Selection())
-    shown, hints = builder.bodies_shown(found, "")
+    shown, hints = body_groups.shown(found, "")
     assert ([section.bodies for section in shown], hints) == (["four-legged"], [])
     with pytest.raises(BenchError, match="no case is between bodies of the group 'people'; there are four"):
-        builder.bodies_shown(found, "people")
+        body_groups.shown(found, "people")
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))

@@ -7,7 +7,7 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.errors import BenchError
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import builder
+from retarget_bench.tables import body_groups
 from retarget_bench.tables.model import Table
 from retarget_bench.tables.published import published_tables
 from retarget_bench.tables.published.layout import paper_table
@@ -40,7 +40,7 @@ def _of_bodies(
     matrices: Sequence[ResultMatrix], bodies: str, table: PublishedTable, name: str
 ) -> tuple[list[ResultMatrix], list[str]]:
     """The matrices of a group of bodies, and sentences about what is left out."""
-    wanted = builder.wanted_bodies([matrix.bodies for matrix in matrices], bodies)
+    wanted = body_groups.wanted_group([matrix.bodies for matrix in matrices], bodies)
     if wanted == "all":
         return list(matrices), []
     asked = {split for column in table.columns for split in column.splits}
@@ -48,5 +48,5 @@ def _of_bodies(
     for each in matrices:
         if each.bodies != wanted and (each.split in asked or not asked):
             cases.setdefault(each.bodies, {})[each.split] = int(each.own.sum())
-    hints = builder.other_bodies(cases, f"bench table --paper {name}")
+    hints = body_groups.others(cases, f"bench table --paper {name}")
     return [matrix for matrix in matrices if matrix.bodies == wanted], hints
