@@ -75,7 +75,7 @@ def test_installed_plug_ins_are_listed_with_their_origin(site, tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "retarget_bench", "list"],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(site)])},
+        env={**os.environ, "COLUMNS": "200", "PYTHONPATH": os.pathsep.join([str(ROOT), str(site)])},
         capture_output=True,
         text=True,
         check=False,

@@ -276,5 +276,5 @@ def test_all_is_made_beforehand(cache: Path) -> None:
     assert sum(path.suffix == ".safetensors" for path in files) == 40
     assert sum(path.suffix == ".npz" for path in files) >= 60
     again = CliRunner().invoke(command, ["prepare", "puppets[bodies=3]", "-j", "1"])
-    assert again.output == done.output
+    assert again.stdout == done.stdout
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("puppets/**/*.*")} == files
