@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from small_tables import HOSTILE, make_table
 
-from retarget_bench.tables.model import Column
+from retarget_bench.tables.model import Cell, Column
 from retarget_bench.tables.rendering import text, words
 from retarget_bench.tables.rendering.as_text import WIDTH
 
@@ -106,3 +106,13 @@ def test_lines_break_neither_options_nor_commands(most):
     assert max(map(len, lines)) <= most
     assert any("bench table --bodies four-legged" in line for line in lines)
     assert " ".join(lines).split()[1:] == hint.split()
+
+
+@pytest.mark.parametrize(("marks", "said"), [(("best", "tied", ""), False), (("best", "", "tied"), True)])
+def test_a_tie_behind_a_better_mean_that_is_none_is_explained(marks, said):
+    table = make_table()
+    group = table.groups[0]
+    cells = [Cell(f"{n}.0", float(n), mark=mark, place=n, clips=90) for n, mark in enumerate(marks)]
+    rows = tuple(replace(group.ranked[0], label=cell.text, cells=(cell,)) for cell in cells)
+    whole = replace(group, columns=group.columns[:1], ranked=rows, unranked=())
+    assert (words.OVERTAKEN in words.brief_marks(replace(table, groups=(whole,)))) is said

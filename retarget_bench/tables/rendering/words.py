@@ -23,6 +23,10 @@ BRIEF_MEANS = (
 )
 ARROWS = "↓ less is better, ↑ more is better, →1 best at 1 (ranked by the mean of |log|)."
 BEST = "best of the ranked methods (marked where enough clips could have told it from the worst)"
+OVERTAKEN = (
+    "A tied row can have a worse mean than one that is not: its difference from the best varies more over "
+    "clips."
+)
 TIED = (
     f"tied: no significant difference from the best (paired sign-flip test over clips at {100 * ALPHA:g} "
     "%, Holm-corrected for all pairs of methods), or one below the tolerance of the value"
@@ -141,7 +145,22 @@ def brief_marks(table: Table) -> str:
         f"clips ({100 * ALPHA:g} %, corrected for all pairs of methods{sets}). In columns with marks, "
         "ranked rows without one are worse than the best."
     )
-    return " ".join([said, *rare(table.cells)])
+    return " ".join([said, *[OVERTAKEN] * _overtaken(table), *rare(table.cells)])
+
+
+def _overtaken(table: Table) -> bool:
+    """True where a row is tied with the best of a column and another one with a better mean is not."""
+    columns = (
+        column for group in table.groups for column in zip(*(r.cells for r in group.ranked), strict=True)
+    )
+    for cells in columns:
+        places = {
+            mark: [cell.place for cell in cells if cell.mark == mark and cell.place is not None]
+            for mark in ("", "best", "tied")
+        }
+        if places["best"] and places["tied"] and places[""] and max(places["tied"]) > min(places[""]):
+            return True
+    return False
 
 
 def means(table: Table) -> str:
