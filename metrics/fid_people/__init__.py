@@ -61,7 +61,7 @@ class FidPeople:
             Value(
                 id="fid_people",
                 label="FID",
-                meaning="Fréchet distance from real motion, all bodies on two legs as one set",
+                meaning="Fréchet distance from real motion, people as one set; blind to the source",
                 unit="1",
                 better="lower",
                 formula="|m_r - m_g|^2 + tr(C_r + C_g - 2 (C_r C_g)^(1/2)) of means and covariances; "
