@@ -21,6 +21,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
+from retarget_bench.training.learned_method import LearnedMethod
 
 
 @click.command()
@@ -32,7 +33,9 @@ from retarget_bench.training import weights
 def command(method: str, run: Path, share: float) -> None:
     """Replace the shipped weights of METHOD by a mean of them and of those of RUN."""
     built: Any = plan.method(Spec.parse(method))
-    place = built.shipped()[built.weights]
+    place = built.shipped().get(built.weights) if isinstance(built, LearnedMethod) else None
+    if place is None:
+        raise BenchError(f"{method} has no shipped weights, so there is nothing to take a mean with")
     before, after = weights.read(place), weights.read(run)
     if (init := after.card["init"]) != before.hash:
         raise BenchError(

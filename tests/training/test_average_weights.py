@@ -29,6 +29,12 @@ def test_the_card_says_what_was_averaged_and_has_no_hash_of_another():
     assert made["steps"] == 5
 
 
+@pytest.mark.parametrize("method", ["ik", "nkn_cross"])
+def test_methods_without_weights_are_refused(method, tmp_path):
+    with pytest.raises(BenchError, match=f"{method} has no shipped weights"):
+        command.main([method, str(tmp_path)], standalone_mode=False)
+
+
 def test_a_run_that_began_elsewhere_is_refused(tmp_path):
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins.spec import Spec
