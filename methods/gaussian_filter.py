@@ -9,10 +9,9 @@ from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character, Positions
+from retarget_bench.motion.smoothing import averaged
 
 AUTO: Literal["auto"] = "auto"
-REACH = 4.0
-"""Standard deviations after which weights are left out."""
 WIDTH = 0.058
 """Seconds at 1 cm of noise and 30 frames per second, chosen on the puppets' validation part."""
 _SHARE = 0.6745
@@ -53,22 +52,6 @@ class GaussianFilter:
         else:
             seconds = self.sigma
         return target.positions(averaged(places, seconds * source.fps), source.fps)
-
-
-def averaged(values: np.ndarray, width: float) -> np.ndarray:
-    """``(frames, ...)`` values averaged over frames with Gaussian weights of standard deviation ``width``.
-
-    Beyond the ends they go on as their mirror image through the first and the last.
-    """
-    from scipy.ndimage import gaussian_filter1d  # type: ignore[import-untyped]
-
-    reach = math.ceil(REACH * width)
-    if reach < 1 or len(values) < 2:
-        return values
-    around = ((reach, reach), *((0, 0) for _ in values.shape[1:]))
-    longer = np.pad(values, around, mode="reflect", reflect_type="odd")
-    smooth = gaussian_filter1d(longer, width, axis=0, mode="nearest", truncate=REACH)
-    return np.asarray(smooth[reach:-reach])
 
 
 def noise(places: np.ndarray) -> float:

@@ -1,21 +1,17 @@
 """Copies rotations, then plants the feet and keeps hand contacts by inverse kinematics."""
 
-from itertools import pairwise
-
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import kinematics, root_rules, rotation, transfer
+from retarget_bench.motion import root_rules, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
-from retarget_bench.motion.roles import SIDES
+from retarget_bench.motion.planting import feet
+from retarget_bench.motion.planting.cuts import takes
+from retarget_bench.motion.planting.plant import limbs, no_legs, plant
+from retarget_bench.motion.planting.two_bone import Pose, bend, ease_reach, rig_of
 
-from . import feet, hands, head
-from .two_bone import LEG, Limb, Pose, bend, ease_reach, rig_of
-
-_JUMP, _SUDDEN = 0.1, 4.0
-"""Body heights, and times: the steps of a cut. Recorded and generated motion have at most 0.05 heights with
-a step that stands out as much, files with a rest pose before them at least 0.13."""
+from . import hands, head
 
 
 class InverseKinematics:
@@ -90,55 +86,10 @@ class InverseKinematics:
         return pose.rotations, pose.root
 
 
-def no_legs(body: Character) -> str | None:
-    """Why its feet cannot be planted; None where they can."""
-    limbs = rig_of(body).limbs
-    if all((side, "leg") in limbs for side in SIDES):
-        return None
-    return f"{body.name} has no two legs of upper leg, leg and foot to plant"
-
-
-def takes(source: Prediction) -> list[slice]:
-    """Stretches of frames between cuts, where the whole body is elsewhere or in another pose at once.
-
-    Files often begin with a frame in the rest pose at the origin. At a cut, joints move by more than
-    ``_JUMP`` heights on average and ``_SUDDEN`` times as far as in the steps before and after.
-    """
-    steps = np.linalg.norm(np.diff(source.positions, axis=0), axis=-1).mean(axis=1)
-    beside = np.pad(steps, 1, constant_values=-1.0)
-    calm = np.maximum(beside[:-2], beside[2:])
-    jump = (steps > _JUMP * source.character.height) & (steps > _SUDDEN * calm) & (calm >= 0.0)
-    edges = [0, *(np.flatnonzero(jump) + 1).tolist(), source.frames]
-    return [slice(first, last) for first, last in pairwise(edges)]
-
-
-def _limbs(exchange: feet.Exchange, kind: str) -> list[tuple[Limb, Limb]]:
-    """The left and right ``leg`` or ``arm`` on the source and on the target, where both have them."""
-    theirs, ours = exchange.theirs.limbs, exchange.ours.limbs
-    return [
-        (theirs[side, kind], ours[side, kind]) for side in SIDES if (side, kind) in theirs.keys() & ours
-    ]
-
-
-def plant(exchange: feet.Exchange) -> None:
-    """Hold the feet, in place; the pose's places and orientations are up to date afterwards."""
-    pose, body = exchange.pose, exchange.ours.character
-    kinds = ("leg", "arm") if exchange.four_legged else ("leg",)
-    legs = [pair for kind in kinds for pair in _limbs(exchange, kind)]
-    plans = [feet.plan(exchange, theirs, ours) for theirs, ours in legs]
-    ours = [leg for _, leg in legs]
-    pose.shift(feet.settle(pose, ours, plans, exchange.source.fps))
-    pose.shift(feet.give(pose, ours, plans, exchange.source.fps))
-    for leg, each in zip(ours, plans, strict=True):
-        goal = ease_reach(pose, leg, each.goal, LEG)
-        bend(body, pose, leg, goal, each.orientation, exchange.source.fps)
-    pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)
-
-
 def _touch(exchange: feet.Exchange) -> None:
     """Keep what the hands touch, in place."""
     pose, body = exchange.pose, exchange.ours.character
-    arms = _limbs(exchange, "arm")
+    arms = limbs(exchange, "arm")
     if len(arms) < 2:
         return
     for (theirs, ours), move in zip(arms, hands.touches(exchange, arms), strict=True):

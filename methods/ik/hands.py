@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from retarget_bench.motion import rotation
-
-from .ease import smooth, smoothstep, spread
-from .feet import Exchange, held, planted, walked
-from .two_bone import Limb, Rig
+from retarget_bench.motion.planting.ease import smooth, smoothstep, spread
+from retarget_bench.motion.planting.feet import Exchange, held, planted, walked
+from retarget_bench.motion.planting.two_bone import Limb, Rig
 
 _TOUCH, _CLEAR = 0.06, 0.21
 """Arm lengths from palm to bone (2 and 7 % of a body height): a touch up to here, none from there."""

@@ -3,11 +3,10 @@
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
+from retarget_bench.motion.planting.ease import FADE, smooth
+from retarget_bench.motion.planting.feet import Exchange
+from retarget_bench.motion.planting.two_bone import slowed
 from retarget_bench.motion.roles import chain
-
-from .ease import FADE, smooth
-from .feet import Exchange
-from .two_bone import slowed
 
 _TOP = ("head", "head_top")
 _DEEP = 0.05

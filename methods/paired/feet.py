@@ -7,11 +7,11 @@ import torch
 
 from retarget_bench.motion import root_rules, rotation
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.planting.ease import spread
+from retarget_bench.motion.planting.feet import Exchange, held, hold, planted, walked
+from retarget_bench.motion.planting.two_bone import Pose, rig_of
 from retarget_bench.motion.roles import SIDES
 
-from ..ik.ease import spread
-from ..ik.feet import Exchange, held, hold, planted, walked
-from ..ik.two_bone import Pose, rig_of
 from .pose import TOES, Goals
 
 

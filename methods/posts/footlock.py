@@ -6,10 +6,11 @@ from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules, rotation
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.planting import feet
+from retarget_bench.motion.planting.cuts import takes
+from retarget_bench.motion.planting.plant import no_legs, plant
+from retarget_bench.motion.planting.two_bone import Pose, rig_of
 from retarget_bench.plugins.post_processors import PostCard
-
-from ..ik import feet, no_legs, plant, takes
-from ..ik.two_bone import Pose, rig_of
 
 _RULE = "hip_height"
 

@@ -4,10 +4,9 @@ from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.planting.cuts import takes
+from retarget_bench.motion.smoothing import averaged
 from retarget_bench.plugins.post_processors import PostCard
-
-from ..gaussian_filter import averaged
-from ..ik import takes
 
 
 class Smooth:

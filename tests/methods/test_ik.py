@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 from retarget_bench.api import Context
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.methods.ik import plugin as InverseKinematics
-from retarget_bench.methods.ik import takes
-from retarget_bench.methods.ik.ease import limited, smooth, spread
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.planting.cuts import takes
+from retarget_bench.motion.planting.ease import limited, smooth, spread
 from retarget_bench.motion.skeleton import Skeleton
 
 FEET = ("left_foot", "left_toe", "right_foot", "right_toe")

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from retarget_bench.methods.ik.two_bone import LEG, Limb, Pose, ease_reach, fold, slowed
 from retarget_bench.motion import rotation
+from retarget_bench.motion.planting.two_bone import LEG, Limb, Pose, ease_reach, fold, slowed
 
 FRAMES = 8
 vectors = arrays(np.float64, (FRAMES, 3), elements=st.floats(-1.0, 1.0))

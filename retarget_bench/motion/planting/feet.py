@@ -7,9 +7,8 @@ import numpy as np
 
 from retarget_bench.motion import contact, rotation
 from retarget_bench.motion.motion import Motion
-
-from .ease import smooth, smoothstep, spread
-from .two_bone import LEG, Limb, Pose, Rig, reach, rig_of
+from retarget_bench.motion.planting.ease import smooth, smoothstep, spread
+from retarget_bench.motion.planting.two_bone import LEG, Limb, Pose, Rig, reach, rig_of
 
 _GAP, _SHORTEST = 2 / 30, 2 / 30
 """Seconds: breaks in a contact that are closed, contacts that are too short to count."""

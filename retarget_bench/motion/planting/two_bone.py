@@ -9,9 +9,8 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.hinges import HINGES
+from retarget_bench.motion.planting.ease import limited, smooth
 from retarget_bench.motion.roles import SIDES, chain
-
-from .ease import limited, smooth
 
 _PARTS = {"leg": ("up_leg", "leg", "foot", "toe"), "arm": ("arm", "forearm", "hand", "")}
 _BENT = 0.2
