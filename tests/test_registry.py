@@ -65,9 +65,9 @@ def test_built_in_names_are_the_files_of_the_room(kind):
 def test_a_file_is_known_by_its_stem_and_by_what_it_does(tmp_path, idle):
     (entry,) = (e for e in registry.names("methods") if e.name == "idle")
     assert (entry.kind, entry.summary) == ("methods", "Turns nothing into nothing.")
-    assert registry.files() == (str(idle),)
+    assert registry.files() == ((str(idle), "methods"),)
     assert registry.add_file(idle) == entry
-    assert registry.files() == (str(idle),)
+    assert registry.files() == ((str(idle), "methods"),)
     metric = write(tmp_path, "odd", "class M:\n    def compute(self, c): ...\nplugin = M\n")
     data = write(tmp_path, "set", "class D:\n    def cases(self, task, split): ...\nplugin = D\n")
     assert registry.add_file(metric).kind == "metrics"

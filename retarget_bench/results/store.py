@@ -6,6 +6,7 @@ Under a results root, one folder per data set, task and split holds for every me
     <method>.npz       values per joint or frame, too many for rows
     <method>.json      the header: what ran, on what, with which versions, and what went wrong
     <method>/          the predictions, one file per case; disposable
+    <method>.log       what the method printed, where it printed anything
     cases.csv          what is known of every case: source, target, clip, kind, frames
 
 and, while a run is going on, ``<method>.journal``, which a re-run continues from, and ``<method>.begun``, a
@@ -66,6 +67,10 @@ class ResultPaths:
     @property
     def timing(self) -> Path:
         return self.folder / f"{self.method}.timing.csv"
+
+    @property
+    def log(self) -> Path:
+        return self.folder / f"{self.method}.log"
 
     @property
     def journal(self) -> Path:
