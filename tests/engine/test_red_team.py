@@ -21,7 +21,7 @@ ATTACKS = {
     "gc": ("failed", "no answer in memory"),
     "setflags": ("ok", ""),
     "patch": ("ok", ""),
-    "hang": ("failed", "no answer within 1 s"),
+    "hang": ("failed", "no answer within 2 s"),
     "fork": ("ok", ""),
     "hold": ("failed", "exit code 0"),
     "leak": ("failed", "more than 0.5 GB"),
@@ -30,7 +30,7 @@ ATTACKS = {
     "leave": ("failed", "exit code 7"),
     "crash": ("failed", "signal SIGSEGV"),
 }
-LIMITS = {"timeout": 1.0, "memory": 0.5, "clips": 1, "jobs": 2}
+LIMITS = {"timeout": 2.0, "memory": 0.5, "clips": 1, "jobs": 2}
 
 
 @pytest.fixture(scope="module", autouse=True)

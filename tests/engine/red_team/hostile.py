@@ -73,7 +73,7 @@ class Hostile:
     def _leak(self, target):
         held = []
         while True:
-            held.append(bytearray(os.urandom(1)) * 2**25)
+            held.append(b"x" * 2**26)
 
     def _print(self, target):
         for _ in range(100):
