@@ -31,7 +31,8 @@ class Done:
 
 
 class LocalPool:
-    """``workers`` spawned processes, one thread each. A worker that dies costs its job, not the run.
+    """``workers`` spawned processes, one thread each. A worker that dies costs its job, not the run; since
+    somebody else may have killed it, the job is given to another one first.
 
     They start when jobs need them, and serve every run until the ``with`` block ends: what a process has
     imported and loaded for one run is there for the next.
@@ -56,13 +57,19 @@ class LocalPool:
         count = min(workers or self.workers, len(payloads))
         self._crew += [_Worker() for _ in range(len(self._crew), count)]
         crew, waiting = self._crew[:count], iter(enumerate(payloads))
+        repeated: set[int] = set()
         try:
             for worker in crew:
                 worker.give(function, *next(waiting))
             while busy := {worker.pipe: worker for worker in crew if worker.job is not None}:
                 for pipe in wait(list(busy)):
                     worker = busy[pipe]  # type: ignore[index]
-                    yield worker.take()
+                    done = worker.take()
+                    if worker.died and done.job not in repeated:
+                        repeated.add(done.job)
+                        worker.give(function, done.job, payloads[done.job])
+                        continue
+                    yield done
                     if (following := next(waiting, None)) is not None:
                         worker.give(function, *following)
         finally:

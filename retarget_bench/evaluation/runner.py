@@ -166,7 +166,7 @@ def _part(unit: EvaluationUnit, wanted: Mapping[str, str]) -> JobPart:
 def _answers(
     pool: LocalPool, jobs: Sequence[CaseJob], progress: Progress
 ) -> Iterator[tuple[ResultPaths, CaseResult]]:
-    """Entries as they come. A job that killed its worker is tried again, one method at a time, and then
+    """Entries as they come. A job whose process died twice is tried again, one method at a time, and then
     one case at a time, so that it costs the method and the case that did it and no other."""
     count, total = 0, sum(map(_size, jobs))
     progress(0, total)

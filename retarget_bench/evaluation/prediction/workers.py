@@ -30,6 +30,7 @@ LOOK = 0.1
 """Seconds between two looks at the memory of a process that is answering."""
 LONGEST_LOG = 2**20
 """Bytes that are kept of what a method prints in a run."""
+NONSENSE = "the method's process does not answer as it should"
 LONGEST_MESSAGE = 1000
 """Characters of a reason."""
 PRELOAD = ("retarget_bench.evaluation.prediction.starting",)
@@ -53,7 +54,11 @@ class Trouble(BenchError):
     """A worker that did not answer: it ended, was too slow, or took too much memory."""
 
 
-class Late(Trouble):
+class Beyond(Trouble):
+    """A limit that would be passed again: time, memory, or an answer that makes no sense."""
+
+
+class Late(Beyond):
     """No answer in time."""
 
 
@@ -115,29 +120,38 @@ class PredictionWorker:
         self.limits = self.crew.limits
         self._started: launch.Started | None = None
         self._hopeless = ""
-        self._late = 0
+        self._late = 0  # cases in a row without an answer in time
+        self._starts = 0  # attempts in a row that ended before the method was built
         self._numbers = count()
         self._questions: Sequence[Asked] = ()
         (self.folder / "work").mkdir(parents=True)
         self._printed = self.folder / "printed.txt"
 
     def ask(self, asked: Sequence[Asked], repeat: int = 1) -> list[Outcome]:
-        """The verified outcome of every case; never an exception but FileError, where the disk is full.
+        """The verified outcome of every case; never an exception but OSError, where the disk is full.
 
-        Where several are asked together and that ends badly, each is asked on its own.
+        A process that ends is asked once more, since somebody else may have killed it. Where several are
+        asked together and that ends badly, each is asked on its own.
         """
-        if self._hopeless:
-            return [Outcome("failed", self._hopeless) for _ in asked]
-        try:
-            outcomes = self._exchange(asked, repeat)
-            self._late = 0
-        except Trouble as trouble:
-            self.end()
-            if len(asked) > 1 and not self._hopeless:
-                return [outcome for each in asked for outcome in self.ask([each], repeat)]
-            outcomes = [Outcome("failed", str(trouble)) for _ in asked]
-        self._keep_log()
-        return outcomes
+        trouble = None
+        for _ in range(2):
+            if self._hopeless:
+                return [Outcome("failed", self._hopeless) for _ in asked]
+            try:
+                outcomes = self._exchange(asked, repeat)
+            except Trouble as error:
+                trouble = error
+                self.end()
+                self._keep_log()
+                if isinstance(error, Beyond):
+                    break
+            else:
+                self._late = 0
+                self._keep_log()
+                return outcomes
+        if len(asked) > 1 and not self._hopeless:
+            return [outcome for each in asked for outcome in self.ask([each], repeat)]
+        return [Outcome("failed", str(trouble)) for _ in asked]
 
     def end(self) -> None:
         if self._started is not None:
@@ -160,7 +174,7 @@ class PredictionWorker:
         self._send({"ask": questions, "repeat": repeat})
         said = self._reply(repeat * self.limits.seconds(cases), len(cases))["answers"]
         if not isinstance(said, list) or len(said) != len(cases):
-            raise Trouble("the method's process does not answer as it should")
+            raise Beyond(NONSENSE)
         try:
             each = zip(cases, questions, said, strict=True)
             return [
@@ -186,11 +200,14 @@ class PredictionWorker:
         try:
             said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
         except Trouble as trouble:
-            self._hopeless = str(trouble)
+            self._starts += 1
+            if isinstance(trouble, Beyond) or self._starts > 1:
+                self._hopeless = str(trouble)
             raise
+        self._starts = 0
         if "ready" not in said:
-            self._hopeless = str(said.get("broken", "the method's process does not answer as it should"))
-            raise Trouble(self._hopeless)
+            self._hopeless = str(said.get("broken", NONSENSE))
+            raise Beyond(self._hopeless)
 
     def _question(self, case: Case, context: Context) -> dict[str, Any]:
         number = next(self._numbers)
@@ -234,11 +251,11 @@ class PredictionWorker:
         while True:
             try:
                 said = self._receive(until - time.monotonic(), late)
-            except Late as trouble:
+            except Late:
                 self._late += 1
                 if self._late >= PATIENCE:
                     self._hopeless = f"not asked: {PATIENCE} cases before this got {late}"
-                raise Trouble(str(trouble)) from trouble
+                raise
             if "answers" in said:
                 return said
             self._send(self._given(said))
@@ -264,7 +281,7 @@ class PredictionWorker:
         except NotSupported as error:
             return {"why": str(error)}
         except (KeyError, IndexError, TypeError, ValueError, AssertionError) as error:
-            raise Trouble(f"the method's process asks for what there is not ({error})") from error
+            raise Beyond(f"the method's process asks for what there is not ({error})") from error
 
     def _outcome(self, case: Case, path: Path, said: Any) -> Outcome:
         """The answer in a file, if it is a motion that fits the case."""
@@ -272,7 +289,7 @@ class PredictionWorker:
             status, message = str(said["status"]), str(said["message"])
             self.seconds = float(said["seconds"])
         except (KeyError, TypeError, ValueError):
-            raise Trouble("the method's process does not answer as it should") from None
+            raise Beyond(NONSENSE) from None
         if status != "ok":
             known = status if status in ("unsupported", "invalid") else "failed"
             return Outcome(known, message[:LONGEST_MESSAGE])
@@ -309,7 +326,7 @@ class PredictionWorker:
                 raise Trouble(f"the method's process ended ({how})")
             if self.limits.memory and launch.memory_of(started.pid) > self.limits.memory:
                 allowed = self.limits.memory / 2**30
-                raise Trouble(
+                raise Beyond(
                     f"the method took more than {allowed:.3g} GB of memory (--memory sets the limit)"
                 )
             if left <= 0:
