@@ -14,7 +14,11 @@ LONGEST = 64 * 2**20
 
 
 class Closed(BenchError):
-    """The other process is gone, or says what is no line of JSON."""
+    """The other process is gone."""
+
+
+class Nonsense(Closed):
+    """The other process says what is no line of JSON."""
 
 
 class Channel:
@@ -34,7 +38,7 @@ class Channel:
             raise Closed(f"it cannot be written to ({error.strerror})") from error
 
     def receive(self, seconds: float | None = None) -> dict[str, Any] | None:
-        """The next line; None where none has come within so many seconds. Raises Closed."""
+        """The next line; None where none has come within so many seconds. Raises Closed, Nonsense."""
         until = None if seconds is None else time.monotonic() + seconds
         while b"\n" not in self._waiting:
             if until is not None:
@@ -49,14 +53,14 @@ class Channel:
                 raise Closed("it has ended")
             self._waiting += piece
             if len(self._waiting) > LONGEST:
-                raise Closed("it says lines of many megabytes")
+                raise Nonsense("it says lines of many megabytes")
         line, self._waiting = self._waiting.split(b"\n", 1)
         try:
             said = json.loads(line)
         except (ValueError, RecursionError):
             said = None
         if not isinstance(said, dict):
-            raise Closed(f"it says {line[:80]!r} where an answer is due")
+            raise Nonsense(f"it says {line[:80]!r} where an answer is due")
         return said
 
     def close(self) -> None:

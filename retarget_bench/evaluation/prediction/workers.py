@@ -16,7 +16,7 @@ from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation.predict import Outcome, read_prediction
 from retarget_bench.evaluation.prediction import launch
 from retarget_bench.evaluation.prediction import question_files as files
-from retarget_bench.evaluation.prediction.channel import Closed
+from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
 from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 
@@ -315,6 +315,8 @@ class PredictionWorker:
             left = until - time.monotonic()
             try:
                 said = started.channel.receive(max(0.0, min(LOOK, left)))
+            except Nonsense as error:
+                raise Beyond(f"the method's process cannot be understood: {error}") from error
             except Closed as error:
                 raise Trouble(self._how(started, str(error))) from error
             if said is not None:
