@@ -114,6 +114,7 @@ def test_training_motion_arrives_as_it_was(tmp_path):
         assert np.array_equal(one.root, two.root)
 
 
+@settings(max_examples=30)
 @given(
     st.recursive(
         st.none() | st.integers() | st.text(), lambda x: st.lists(x) | st.dictionaries(st.text(), x)

@@ -37,6 +37,7 @@ def main(descriptor: int, preload: Sequence[str]) -> None:
             asking.sendall(json.dumps(reply).encode() + b"\n")
     for pid in living:
         end_group(pid)
+        os.waitpid(pid, 0)  # so that its processor time counts as ours
 
 
 def _received(asking: socket.socket) -> tuple[dict[str, Any], list[int]] | None:
