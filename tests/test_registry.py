@@ -283,3 +283,19 @@ def test_helpers_with_an_underscore_are_no_plug_ins(tmp_path, monkeypatch):
     entries = registry.names("metrics")
     assert [e.name for e in entries] == ["good", "torn"]
     assert entries[1].summary.startswith("cannot be read")
+
+
+def test_prints_of_a_plugin_stay_out_of_standard_output(tmp_path, capfd, monkeypatch):
+    monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
+    file = tmp_path / "loud.py"
+    file.write_text(
+        "print('imported')\n"
+        "class Loud:\n"
+        "    card = None\n"
+        "    def __init__(self): print('built')\n"
+        "    def retarget(self): pass\n"
+        "plugin = Loud\n"
+    )
+    registry.add_file(file)
+    registry.create("methods", "loud")
+    assert capfd.readouterr() == ("", "imported\nbuilt\n")

@@ -16,6 +16,7 @@ import importlib.util
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import accumulate
@@ -274,7 +275,8 @@ def _import_file(entry: PluginEntry) -> Any:
     module = importlib.util.module_from_spec(spec)
     sys.modules[entry.module] = module
     try:
-        spec.loader.exec_module(module)
+        with redirect_stdout(sys.stderr):  # what plug-ins print is no part of a table
+            spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         del sys.modules[entry.module]
         raise _broken(entry, "imported", error) from error
@@ -288,7 +290,8 @@ def load(kind: Kind, name: str) -> Callable[..., Any]:
     if entry.module.startswith(_FILE_MODULE):
         return _attribute(entry, _import_file(entry))
     try:
-        module = importlib.import_module(entry.module)
+        with redirect_stdout(sys.stderr):
+            module = importlib.import_module(entry.module)
     except (Exception, SystemExit) as error:
         raise _broken(entry, "imported", error) from error
     return _attribute(entry, module)
@@ -321,7 +324,8 @@ def create(kind: Kind, spec: Spec | str) -> Any:
         return Composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
     factory = load(kind, spec.name)
     try:
-        built = factory(**spec.parameters)
+        with redirect_stdout(sys.stderr):
+            built = factory(**spec.parameters)
     except BenchError:
         raise
     except Exception as error:
