@@ -118,6 +118,6 @@ def _orphans() -> list[psutil.Process]:
             owner = each.environ().get(launch.MARK)
         except psutil.Error:
             continue
-        if owner and not psutil.pid_exists(int(owner)):
+        if owner and not psutil.pid_exists(int(owner.partition("-")[0])):
             found.append(each)
     return found

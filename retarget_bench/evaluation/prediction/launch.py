@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -16,7 +17,9 @@ from retarget_bench.evaluation.prediction.channel import Channel
 from retarget_bench.evaluation.prediction.template import end_group, ending
 
 MARK = "RETARGET_BENCH_WORKER"
-"""Environment variable by which processes that a worker started are known as long as they live."""
+"""Environment variable by which workers and what they start are known as long as they live: the scoring
+process and a number."""
+_NUMBERS = count()
 
 
 class Started(Protocol):
@@ -34,7 +37,7 @@ class Template:
     preload: modules that they begin with.
     """
 
-    def __init__(self, preload: Sequence[str]) -> None:
+    def __init__(self, preload: Sequence[str], mark: str) -> None:
         mine, theirs = socket.socketpair()
         code = (
             f"import sys; sys.path[:] = {sys.path!r}\n"
@@ -47,7 +50,7 @@ class Template:
             stdin=subprocess.DEVNULL,
             pass_fds=[theirs.fileno()],
             start_new_session=True,
-            env=os.environ | {MARK: str(os.getpid())},
+            env=os.environ | {MARK: mark},
         )
         theirs.close()
 
@@ -102,14 +105,14 @@ class Forked:
 class Spawned:
     """A worker that is started by a command, and speaks over its standard input and output."""
 
-    def __init__(self, command: Sequence[str], environment: Mapping[str, str], log: str) -> None:
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str], log: str, mark: str) -> None:
         with Path(log).open("ab") as errors:
             self._process = subprocess.Popen(
                 command,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
-                env={**environment, MARK: str(os.getpid())},
+                env={**environment, MARK: mark},
                 start_new_session=True,
             )
         assert self._process.stdin is not None
@@ -139,15 +142,20 @@ def end(started: Started) -> None:
     started.ended()  # takes notice, so that no dead process stays in the system's list
 
 
-def end_orphans(keep: Sequence[int]) -> None:
-    """Kill what workers of this process left behind.
+def new_mark() -> str:
+    """The value of ``MARK`` for the workers of one crew."""
+    return f"{os.getpid()}-{next(_NUMBERS)}"
+
+
+def end_orphans(mark: str, keep: Sequence[int]) -> None:
+    """Kill what workers of this mark left behind.
 
     keep: the template, which has all workers as children, and processes that may live, with what they
     started.
     """
     for each in psutil.process_iter():
         with suppress(psutil.Error):
-            if each.pid in keep or each.environ().get(MARK) != str(os.getpid()):
+            if each.pid in keep or each.environ().get(MARK) != mark:
                 continue
             if not {parent.pid for parent in each.parents()} & set(keep[1:]):
                 each.kill()

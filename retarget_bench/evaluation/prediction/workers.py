@@ -72,7 +72,7 @@ class Crew:
         self, folder: Path, plugins: Sequence[tuple[str, str]], limits: Limits, preload: Sequence[str] = ()
     ) -> None:
         self.folder, self.plugins, self.limits = folder, plugins, limits
-        self._preload = (*PRELOAD, *preload)
+        self._preload, self._mark = (*PRELOAD, *preload), launch.new_mark()
         self._template: launch.Template | None = None
         self._workers: dict[Spec, PredictionWorker] = {}
 
@@ -85,13 +85,15 @@ class Crew:
     def start(self, start: Mapping[str, Any]) -> launch.Started:
         """Raises OSError."""
         if self._template is None or not self._template.living:
-            self._template = launch.Template(self._preload)
+            self._template = launch.Template(self._preload, self._mark)
         return self._template.start(start)
 
     def end_orphans(self) -> None:
         """Kill what workers that have ended left behind."""
         template = [] if self._template is None else [self._template.pid]
-        launch.end_orphans([*template, *(each.pid for each in self._workers.values() if each.pid)])
+        launch.end_orphans(
+            self._mark, [*template, *(each.pid for each in self._workers.values() if each.pid)]
+        )
 
     def close(self) -> None:
         for each in self._workers.values():
