@@ -3,8 +3,6 @@
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from retarget_bench.errors import BenchError, FileError
@@ -24,6 +22,7 @@ from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
 from retarget_bench.evaluation.worker import CaseJob, JobPart, Stop, work
+from retarget_bench.files import scratch_folder
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
@@ -46,11 +45,8 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
         if not unit.paths.cases.exists():
             case_metadata.write(unit.paths, unit.data, unit.infos)
         store.begin(unit.paths, header_of(unit, ()), unit.infos)
-    with (
-        TemporaryDirectory(prefix="retarget-bench-", ignore_cleanup_errors=True) as folder,
-        LocalPool(plan.jobs) as pool,
-    ):
-        scratch, preload = Path(folder), _preload(todo)
+    with scratch_folder() as scratch, LocalPool(plan.jobs) as pool:
+        preload = _preload(todo)
         jobs = [replace(job, scratch=scratch, preload=preload) for job in jobs]
         for paths, entry in _answers(pool, jobs, progress):
             if keep:

@@ -1,6 +1,8 @@
 """Methods that cheat, hang, crash and litter: each costs its own rows, and nothing else changes."""
 
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -8,6 +10,7 @@ import psutil
 import pytest
 from small_plans import asked
 
+from retarget_bench import files
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.prediction import launch
 from retarget_bench.evaluation.prediction.workers import LONGEST_LOG
@@ -121,3 +124,15 @@ def _orphans() -> list[psutil.Process]:
         if owner and not psutil.pid_exists(int(owner.partition("-")[0])):
             found.append(each)
     return found
+
+
+def test_folders_of_killed_runs_are_removed_by_the_next(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        pass
+    for owner in (gone.pid, os.getpid(), "somebody"):
+        (tmp_path / f"retarget-bench-{owner}-x").mkdir()
+    with files.scratch_folder() as mine:
+        assert mine.is_dir()
+    left = {each.name for each in tmp_path.iterdir()}
+    assert left == {f"retarget-bench-{os.getpid()}-x", "retarget-bench-somebody-x"}
