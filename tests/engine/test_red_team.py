@@ -24,16 +24,16 @@ ATTACKS = {
     "gc": ("failed", "no answer in memory"),
     "setflags": ("ok", ""),
     "patch": ("ok", ""),
-    "hang": ("failed", "no answer within 2 s"),
+    "hang": ("failed", "no answer within 4 s"),
     "fork": ("ok", ""),
     "hold": ("failed", "exit code 0"),
-    "leak": ("failed", "more than 0.5 GB"),
+    "leak": ("failed", "more than 0.25 GB"),
     "print": ("ok", ""),
     "folders": ("ok", ""),
     "leave": ("failed", "exit code 7"),
     "crash": ("failed", "signal SIGSEGV"),
 }
-LIMITS = {"timeout": 2.0, "memory": 0.5, "clips": 1, "jobs": 2}
+LIMITS = {"timeout": 4.0, "memory": 0.25, "clips": 1, "jobs": 2}
 
 
 @pytest.fixture(scope="module", autouse=True)
