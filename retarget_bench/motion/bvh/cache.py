@@ -2,9 +2,9 @@
 
 A kept document is one sealed file: a line of JSON with the joints, then the numbers as they lie in memory,
 so that reading it copies nothing. The seal covers the hash of the text too, so what was cut, altered or
-exchanged is not there. A path leads to that hash, by a sealed file of its own, as long as its size and times
-do not change, because hashing the text takes longer than reading what is kept of it. Nothing here ever
-fails: a cache that is damaged or cannot be written is as good as none.
+exchanged is not there. A path leads to that hash, by a sealed file of its own, as long as its size and
+times do not change, because hashing the text takes longer than reading what is kept of it. Nothing here
+ever fails: a cache that is damaged or cannot be written is as good as none.
 """
 
 import hashlib
