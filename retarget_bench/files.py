@@ -20,6 +20,7 @@ from retarget_bench.errors import FileError
 _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
 _LONGEST = 60
 _SCRATCH = "retarget-bench-"
+_SEAL = hashlib.blake2b().digest_size
 
 
 @contextmanager
@@ -54,6 +55,32 @@ def write_csv(path: str | Path, fields: Sequence[str], rows: Iterable[Sequence[o
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(fields)
         writer.writerows(rows)
+
+
+def write_sealed(path: Path, key: str, data: bytes) -> None:
+    """Write a file of a cache, which ``read_sealed`` gives back for the same key, atomically."""
+    with atomic(path) as temporary, temporary.open("wb") as file:
+        file.write(_seal(key, data))
+        file.write(data)
+
+
+def read_sealed(path: Path, key: str) -> bytes | None:
+    """The data that were written there for this key; None where they are not, or not whole.
+
+    key: all that decides the data, the version of what made them included.
+    """
+    try:
+        with path.open("rb", buffering=0) as file:  # a buffer would cost a copy
+            seal, data = file.read(_SEAL), file.readall()
+    except OSError:
+        return None
+    return data if seal == _seal(key, data) else None
+
+
+def _seal(key: str, data: bytes) -> bytes:
+    total = hashlib.blake2b(hashlib.sha256(key.encode()).digest())
+    total.update(data)
+    return total.digest()
 
 
 def cache_folder() -> Path:

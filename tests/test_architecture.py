@@ -23,7 +23,19 @@ ENGINE = ROOT / "retarget_bench"
 ROOMS = ("methods", "metrics", "datasets")
 INSIDE = {"": "retarget_bench", **{room: room for room in ROOMS}, "golden": "results/golden"}
 """Folder in the wheel's package -> folder in a checkout."""
-TRAVELLING = (".py", ".safetensors", ".json", ".toml", ".md", ".csv", ".npz", ".html", ".css", ".js")
+TRAVELLING = (
+    ".py",
+    ".safetensors",
+    ".json",
+    ".toml",
+    ".md",
+    ".csv",
+    ".npz",
+    ".bvh",
+    ".html",
+    ".css",
+    ".js",
+)
 LARGEST_WHEEL = 100_000_000
 
 

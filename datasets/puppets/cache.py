@@ -1,7 +1,6 @@
-"""Cache on disk: one file per clip or mesh, written atomically, rebuilt when it is damaged."""
+"""Cache on disk: one sealed file per clip or mesh, rebuilt when it is damaged or another's."""
 
-import zipfile
-import zlib
+import io
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, cache_folder, slug
+from retarget_bench.files import cache_folder, read_sealed, slug, write_sealed
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -21,13 +20,15 @@ def kept(identity: str, name: str, names: frozenset[str], build: Callable[[], Ar
     written costs time and nothing else. Any number of processes may ask at once.
     """
     path = cache_folder() / "puppets" / slug(identity) / f"{slug(name)}.npz"
-    # absent, cut, altered (the archive has check sums) or of another make
-    unreadable = OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError
-    with suppress(*unreadable), np.load(path, allow_pickle=False) as archive:
-        if names == set(archive.files):
-            return {name: archive[name] for name in archive.files}
+    key = f"{identity} {name}"
+    if (data := read_sealed(path, key)) is not None:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            if names == set(archive.files):
+                return {name: archive[name] for name in archive.files}
     built = build()
     members: dict[str, Any] = dict(built)
-    with suppress(FileError), atomic(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, **members)
+    content = io.BytesIO()
+    np.savez(content, **members)
+    with suppress(FileError):
+        write_sealed(path, key, content.getvalue())
     return built

@@ -16,6 +16,8 @@ from retarget_bench.files import atomic
 
 _OPEN = 64
 """So many performances a process keeps mapped into memory."""
+_NAME = "file"
+"""Of the metadata: what it is of, since a file is mapped and not read as a whole."""
 Tensors = dict[str, np.ndarray]
 Facts = dict[str, str]
 
@@ -78,16 +80,22 @@ class StoredPairs(Sequence[TrainingPair], ABC):
 
 def stored(path: Path, make: Callable[[], tuple[Tensors, Facts]]) -> Any:
     """A file of tensors, mapped into memory (``get_tensor``, ``get_slice``, ``metadata``): as it is there,
-    or made; anew where it is damaged. Where it cannot be written its tensors stay in memory."""
+    or made; anew where it is cut or another's, by its metadata. Where it cannot be written its tensors stay
+    in memory."""
     try:
         return _mapped(path)
     except (OSError, ValueError):
         tensors, facts = make()
     try:
-        _write(path, tensors, facts)
+        _write(path, tensors, facts | {_NAME: _name(path)})
         return _mapped(path)
     except (FileError, OSError, ValueError):
         return _Held(tensors, facts)
+
+
+def _name(path: Path) -> str:
+    """What the file is of, wherever the cache lies."""
+    return f"{path.parent.name}/{path.name}"
 
 
 class _Held:
@@ -102,9 +110,12 @@ def _mapped(path: Path) -> Any:
     from safetensors import SafetensorError, safe_open
 
     try:
-        return safe_open(path, framework="numpy")
+        file: Any = safe_open(path, framework="numpy")
     except SafetensorError as error:
         raise ValueError(str(error)) from error
+    if (file.metadata() or {}).get(_NAME) != _name(path):
+        raise ValueError(f"{path} is the file of something else")
+    return file
 
 
 def _write(path: Path, tensors: Mapping[str, np.ndarray], facts: Facts) -> None:

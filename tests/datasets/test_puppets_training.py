@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from retarget_bench.datasets.puppets.corpus.training_bodies import LEAST_UNLIKE,
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
 from retarget_bench.motion.transfer import relative
+from retarget_bench.training.stored_pairs import stored
 
 NUMBER = 120
 CAST = [body for family in families() for body in family.bodies.values()]
@@ -239,12 +241,21 @@ def test_pairs_are_the_same_every_time(cache: Path) -> None:
         first[len(first)]
 
 
-def test_damaged_files_are_made_anew(cache: Path) -> None:
-    pair = Puppets(size="tiny").training_pairs()[0]
-    (file,) = cache.rglob("*.safetensors")
-    file.write_bytes(file.read_bytes()[:100])
-    again = Puppets(size="tiny").training_pairs()[0]
-    np.testing.assert_array_equal(pair.source.motion.rotations, again.source.motion.rotations)
+def test_damaged_files_are_made_anew(tmp_path: Path) -> None:
+    def file(name: str) -> Any:
+        return stored(tmp_path / f"{name}.safetensors", lambda: ({"x": np.full(9, len(name))}, {}))
+
+    file("one"), file("three")
+    path, other = tmp_path / "one.safetensors", tmp_path / "three.safetensors"
+    whole = path.read_bytes()
+    for harm in (*(whole[:end] for end in (0, 7, 100, len(whole) - 1)), other.read_bytes()):
+        path.unlink()
+        path.write_bytes(harm)
+        np.testing.assert_array_equal(file("one").get_tensor("x"), np.full(9, 3))
+        assert path.read_bytes() == whole
+    path.unlink()
+    path.mkdir()
+    np.testing.assert_array_equal(file("one").get_tensor("x"), np.full(9, 3))
 
 
 def test_pairs_need_no_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -162,6 +162,9 @@ says of metrics hangs on no generator. All motion is from the puppets of this pr
 |---|---:|---|---|
 {rows}
 
+Beside its own case, the first prediction of each file is scored without labels, without a right answer, on
+uneven ground, and at 24, 60 and 120 frames per second; one file's also where it is nearly still.
+
 The predictions are made from the right answer:
 
 {faults}

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from retarget_bench.verification.gate import frozen, golden, run
+from retarget_bench.verification.gate import core, frozen, golden, run
 
 FOLDER = golden.built_in()
 
@@ -19,8 +19,9 @@ def metrics():
 
 
 def measured(ours, folder=FOLDER, built=None):
-    """What metrics say of the frozen motions now, as a snapshot with nothing else in it."""
-    built = metrics() if built is None else built
+    """What metrics say of the frozen motions now, as a snapshot with nothing else in it; with the frozen
+    inputs where no metrics are named."""
+    whole, built = built is None, metrics() if built is None else built
     found = replace(
         ours,
         metrics={each.card.name: each.card.version for each in built},
@@ -30,4 +31,16 @@ def measured(ours, folder=FOLDER, built=None):
         methods={},
     )
     frozen.measure(found, folder, built, quiet)
+    if whole:
+        core.measure(found, folder)
     return found
+
+
+def only(ours, names):
+    """The golden rows of some metrics on frozen motions, or of some parts on frozen inputs."""
+    kept = {value for value, facts in ours.values.items() if facts["metric"] in names}
+    rows = {
+        row: {column: number for column, number in columns.items() if column.split("@")[0] in kept}
+        for row, columns in ours.frozen.items()
+    }
+    return replace(ours, frozen={row: columns for row, columns in rows.items() if columns})

@@ -118,9 +118,11 @@ def test_unchanged_files_are_not_opened_again(tmp_path, monkeypatch):
 def test_a_damaged_cache_is_built_anew(tmp_path):
     path = write(tmp_path / "in" / "a.bvh", GOOD + 3 * ROW)
     first = catalogue(tmp_path / "in", [path])
-    for kept in (tmp_path / "cache" / "catalogue").iterdir():
-        kept.write_text("{]")
-    assert catalogue(tmp_path / "in", [path]) == first
+    (kept,) = (tmp_path / "cache" / "catalogue").iterdir()
+    whole = kept.read_bytes()
+    for harm in (b"", b"{]", whole[:-9], whole.replace(b'"frames": 3', b'"frames": 4')):
+        kept.write_bytes(harm)
+        assert catalogue(tmp_path / "in", [path]) == first
 
 
 def test_a_cache_that_cannot_be_written_costs_nothing_else(tmp_path, monkeypatch):

@@ -1,10 +1,8 @@
 """The gate has been seen red: metrics broken on purpose, against our golden rows."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from gates import FOLDER, measured, metrics
+from gates import FOLDER, measured, metrics, only
 
 from retarget_bench.api import CaseFeatures, MetricCard, Value
 from retarget_bench.api.comparison import Comparison
@@ -25,17 +23,6 @@ def of_cases():
     return [each for each in metrics() if hasattr(each, "compute")]
 
 
-def only(ours, built):
-    """The golden rows of some metrics on frozen motions."""
-    names = {each.card.name for each in built}
-    kept = {value for value, facts in ours.values.items() if facts["metric"] in names}
-    rows = {
-        row: {column: number for column, number in columns.items() if column.split("@")[0] in kept}
-        for row, columns in ours.frozen.items()
-    }
-    return replace(ours, frozen={row: columns for row, columns in rows.items() if columns})
-
-
 # ------------------------------------------------------------------------------------ what golden rows are
 def test_the_gate_is_green(ours):
     lines = compare.compare(ours, measured(ours))
@@ -44,7 +31,8 @@ def test_the_gate_is_green(ours):
 
 
 def test_every_value_of_every_built_in_metric_is_guarded(ours):
-    measured_ = {column.split("@")[0] for row in ours.frozen.values() for column in row}
+    found = {column.split("@")[0] for row in ours.frozen.values() for column in row}
+    measured_ = {name for name in found if ours.values[name]["metric"] in ours.metrics}
     declared = {value.id for metric in metrics() for value in metric.card.values}
     assert {name for name in measured_ if not name.endswith(".features")} == declared
 
@@ -91,6 +79,13 @@ def test_the_origin_of_every_frozen_motion_stands_beside_it():
         assert f"`{path.name}`" in text
         assert held.origin in text
         assert all(f"`{name}`: " in text for name in held.predictions)
+
+
+def test_the_origin_of_every_frozen_input_stands_beside_it():
+    text = (FOLDER / "inputs" / "README.md").read_text(encoding="utf-8")
+    files = [path for path in (FOLDER / "inputs").iterdir() if path.name != "README.md"]
+    assert len(files) == 4
+    assert all(f"- `{path.name}`: " in text for path in files)
 
 
 # -------------------------------------------------------------------------------------- broken metrics
@@ -170,7 +165,7 @@ def test_a_broken_metric_is_seen(ours, monkeypatch, name):
     built = metrics() if name == "covariance left out" else of_cases()
     cls, attribute, broken = METRICS[name]()
     monkeypatch.setattr(cls, attribute, broken)
-    lines = compare.compare(only(ours, built), measured(ours, built=built))
+    lines = compare.compare(only(ours, {each.card.name for each in built}), measured(ours, built=built))
     assert compare.verdict(lines) == 1
     marks = {line.status for line in lines} - {Status.SAME}
     fails = name in ("NaN", "a value forgotten", "an error raised")
@@ -241,7 +236,14 @@ def test_another_threshold_of_contacts_is_seen(ours, monkeypatch):
 
     before = comparison.planted
     monkeypatch.setattr(comparison, "planted", lambda p, h, fps: before(p, 1.1 * h, fps))
-    assert compare.verdict(compare.compare(only(ours, of_cases()), measured(ours, built=of_cases()))) == 1
+    assert (
+        compare.verdict(
+            compare.compare(
+                only(ours, {each.card.name for each in of_cases()}), measured(ours, built=of_cases())
+            )
+        )
+        == 1
+    )
 
 
 def test_rounding_of_another_processor_is_not_seen(ours, monkeypatch):
@@ -251,4 +253,11 @@ def test_rounding_of_another_processor_is_not_seen(ours, monkeypatch):
         Comparison, "predicted", lambda c, p: p * (1 + 4e-16 * random.integers(-1, 2, size=p.shape))
     )
     monkeypatch.setattr(cls, attribute, shaken)
-    assert compare.verdict(compare.compare(only(ours, of_cases()), measured(ours, built=of_cases()))) == 0
+    assert (
+        compare.verdict(
+            compare.compare(
+                only(ours, {each.card.name for each in of_cases()}), measured(ours, built=of_cases())
+            )
+        )
+        == 0
+    )

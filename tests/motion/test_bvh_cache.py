@@ -23,9 +23,9 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache" / "bvh"
 
 
-def clip(folder: Path, data: bytes = GOOD, *, old: bool = True) -> Path:
+def clip(folder: Path, data: bytes = GOOD, *, old: bool = True, name: str = "clip.bvh") -> Path:
     """A file that seems to have been there for a while: its times are then trusted."""
-    path = folder / "clip.bvh"
+    path = folder / name
     path.write_bytes(data)
     if old:
         age(path)
@@ -102,7 +102,7 @@ def test_a_change_of_a_known_path_is_seen(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("trusting")
-@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "text", "name", "folder"])
+@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "text", "words", "foreign", "name", "folder"])
 def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> None:
     path = clip(tmp_path)
     whole = bvh.parse(path, cache=False)
@@ -117,6 +117,12 @@ def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> N
         kept.write_bytes(b"")
     elif harm == "text":
         kept.write_text("not a document\n" * 8)
+    elif harm == "words":
+        kept.write_bytes(data[:-16] + data[-8:] + data[-16:-8])
+    elif harm == "foreign":
+        bvh.parse(other := clip(tmp_path, OTHER, name="other.bvh"))
+        assert bvh.parse(other).values[1, 0] == 7.5
+        kept.write_bytes(next(each for each in cache.glob("*.bin") if each != kept).read_bytes())
     elif harm == "name":
         known.unlink()
         known.write_bytes(b"something else")
@@ -129,6 +135,37 @@ def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> N
         assert kept.read_bytes() == data
 
 
+@pytest.mark.usefixtures("trusting")
+def test_exchanged_names_are_noticed(tmp_path: Path, cache: Path) -> None:
+    paths = clip(tmp_path), clip(tmp_path, OTHER, name="other.bvh")
+    whole = [bvh.parse(path) for path in paths]
+    one, other = (cache / "by_path").iterdir()
+    told = one.read_bytes()
+    one.write_bytes(other.read_bytes())
+    other.write_bytes(told)
+    assert all(same(bvh.parse(path), document) for path, document in zip(paths, whole, strict=True))
+
+
+def test_every_cut_is_noticed(tmp_path: Path, cache: Path) -> None:
+    """Also where the tail that is missing adds up to nothing: numbers that are 0."""
+    bvh.parse(clip(tmp_path, GOOD.replace(b"1.5 2 3", b"0 0 0")))
+    (kept,) = cache.glob("*.bin")
+    data = kept.read_bytes()
+    for end in range(len(data)):
+        kept.write_bytes(data[:end])
+        assert bvh_cache.load(kept.stem) is None, f"{end} bytes"
+
+
+def test_another_parser_reads_the_text_anew(
+    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bvh.parse(clip(tmp_path))
+    parsed = count_parses(monkeypatch)
+    monkeypatch.setattr(bvh_cache, "_VERSION", "bvh 99")
+    bvh.parse(clip(tmp_path))
+    assert len(parsed) == len(list(cache.glob("*.bin"))) == 1
+
+
 def test_every_flipped_bit_is_noticed(tmp_path: Path, cache: Path) -> None:
     path = clip(tmp_path)
     bvh.parse(path)
@@ -136,7 +173,7 @@ def test_every_flipped_bit_is_noticed(tmp_path: Path, cache: Path) -> None:
     data = kept.read_bytes()
     for at in range(len(data)):
         kept.write_bytes(data[:at] + bytes([data[at] ^ (1 << at % 8)]) + data[at + 1 :])
-        assert bvh_cache.load(kept) is None, f"byte {at}"
+        assert bvh_cache.load(kept.stem) is None, f"byte {at}"
 
 
 def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

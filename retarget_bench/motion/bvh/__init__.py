@@ -4,6 +4,7 @@
 Every number is kept exactly. What cannot be kept is refused with a FileError that names file and line.
 """
 
+import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -43,15 +44,15 @@ def parse(path: str | Path, *, cache: bool = True) -> Document:
     path = Path(path)
     if not cache:
         return _parse(path, _read(path))
-    known = bvh_cache.place_by_path(path)
-    if (document := bvh_cache.load(known)) is not None:
+    stamp = bvh_cache.stamp(path)
+    if (document := bvh_cache.load(bvh_cache.known(stamp))) is not None:
         return document
     data = _read(path)
-    place = bvh_cache.place_by_content(data)
-    if (document := bvh_cache.load(place)) is None:
+    text = hashlib.sha256(data).hexdigest()
+    if (document := bvh_cache.load(text)) is None:
         document = _parse(path, data)
-        bvh_cache.save(place, document)
-    bvh_cache.link(place, known)
+        bvh_cache.save(text, document)
+    bvh_cache.remember(stamp, text)
     return document
 
 

@@ -13,11 +13,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.files import cache_folder, digest, write_text
+from retarget_bench.files import cache_folder, digest, read_sealed, write_sealed
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import frame_rate
 
-VERSION = 1
+VERSION = 2
 _HEADER = re.compile(rb"^[ \t]*MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*(\S+)[ \t\r]*\n", re.MULTILINE)
 _CHANNELS = re.compile(rb"\bCHANNELS[ \t]+(\d+)")
 _NUMERIC = b"0123456789+-.eE \t\r\n"
@@ -48,7 +48,8 @@ def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
     be read gets an entry with its ``problem``; nothing is raised for it.
     """
     place = cache_folder() / "catalogue" / f"{digest(str(root.resolve()), 16)}.json"
-    known = _stored(place)
+    key = f"catalogue {VERSION} {root.resolve()}"
+    known: dict[str, list] = json.loads(read_sealed(place, key) or b"{}")
     found: dict[Path, CatalogueEntry] = {}
     record: dict[str, list] = {}
     for path in files:
@@ -60,7 +61,7 @@ def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
         record[name] = [stamp, asdict(entry)]
     if any(known.get(name) != kept for name, kept in record.items()):
         with suppress(FileError):  # a cache that cannot be written costs time, nothing else
-            write_text(place, json.dumps({"version": VERSION, "files": {**known, **record}}))
+            write_sealed(place, key, json.dumps({**known, **record}).encode())
     return found
 
 
@@ -152,11 +153,3 @@ def _stamp(path: Path) -> list[int]:
     except OSError:
         return [0, 0]
     return [status.st_size, status.st_mtime_ns]
-
-
-def _stored(place: Path) -> dict[str, list]:
-    try:
-        kept = json.loads(place.read_text(encoding="utf-8"))
-        return dict(kept["files"]) if kept["version"] == VERSION else {}
-    except (OSError, ValueError, KeyError, TypeError):
-        return {}

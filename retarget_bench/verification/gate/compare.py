@@ -43,7 +43,8 @@ EXACT = Tolerance(1e-9, 1e-9)
 """Of metrics on frozen motions. The same sums in another order, by another processor, differ by 1e-12."""
 RELATIVE = 1e-6
 """Floor of deterministic methods, beside the metric's own tolerance: what is measured has been rounded to
-single precision twice (motions as they are kept, predictions as files have them), 1e-7 each."""
+single precision twice (motions as they are kept, predictions as files have them), 1e-7 each. Also that of
+frozen inputs, whose intervals use quantiles that differ between versions of scipy."""
 LEARNED = Tolerance(10.0, 1e-3)
 """Of methods with weights: ten metric tolerances, or a thousandth: networks run in single precision, and
 their sums are taken in an order that differs between processors and versions of the library."""
@@ -74,7 +75,8 @@ class Criteria:
 class GateRow:
     """One row of the report: a value of a metric on one frozen prediction, or of a method on one split.
 
-    subject: the method, or ``frozen motions``; where: the split, or the prediction; value: the value's id.
+    subject: the method, ``frozen motions`` or ``frozen inputs``; where: the split, the prediction or the
+    input; value: the value's id.
     before, after: the mean, or the number that moved most; ``ratio`` times the tolerance apart.
     family: the values that say the same: the part of the id before the dot, or the metric.
     size: by how much the number moved, in typical numbers of the value. worst: the number that moved most.
@@ -95,7 +97,7 @@ class GateRow:
 
 
 EVERYTHING = Criteria()
-FROZEN = "frozen motions"
+FROZEN, INPUTS = "frozen motions", "frozen inputs"
 NEW = "there is no golden row yet"
 
 
@@ -116,7 +118,9 @@ def compare(golden: Snapshot, now: Snapshot, asked: Criteria = EVERYTHING) -> li
 
 
 def _no_worse(line: GateRow) -> GateRow:
-    free = line.status is Status.BETTER or (line.status is Status.MOVED and line.subject != FROZEN)
+    free = line.status is Status.BETTER or (
+        line.status is Status.MOVED and line.subject not in (FROZEN, INPUTS)
+    )
     return replace(line, status=Status.NO_WORSE) if free else line
 
 
@@ -201,10 +205,14 @@ def _frozen(golden: Snapshot, now: Snapshot, asked: Criteria) -> Iterator[GateRo
             if file in changed:
                 why = f"the frozen motion {file} is another"
             fact = _fact(golden, now, value)
-            limit = Tolerance(fact["tolerance"], LEARNED.relative) if "networks" in fact else EXACT
+            part = fact.get("metric", "")
+            of_metric = part in golden.metrics or part in now.metrics
+            limit = EXACT if of_metric else Tolerance(EXACT.absolute, RELATIVE)
+            if "networks" in fact:
+                limit = Tolerance(fact["tolerance"], LEARNED.relative)
             pairs = [(_index(column), old.get(column), new.get(column), limit) for column in columns]
-            failure = now.failures.get(f"{row} {fact.get('metric')}", "")
-            yield _line(FROZEN, row, fact, pairs, why, failure)
+            failure = now.failures.get(f"{row} {part}", now.failures.get(part, ""))
+            yield _line(FROZEN if of_metric else INPUTS, row, fact, pairs, why, failure)
 
 
 # -------------------------------------------------------------------------------------------- methods
@@ -335,7 +343,7 @@ def _line(
         status = Status.FAILING
         why = failure or "no value any more" + _first(gone)
     elif moved:
-        status = Status.MOVED if subject == FROZEN else _direction(fact, before, after)
+        status = Status.MOVED if subject in (FROZEN, INPUTS) else _direction(fact, before, after)
         _, most, old, new = max((each for each in both if not _is_mean(each[1])), default=max(moved))
         if len(both) > 1:
             worst = f"{most.strip()}: {old:.4g} -> {new:.4g}"

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import api
-from retarget_bench.api import Case, Metric, Prediction, Sample, SetMetric
+from retarget_bench.api import Case, Ground, Metric, Prediction, Sample, SetMetric
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.optional import is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
@@ -172,20 +172,42 @@ def _scores(metric: Metric, case: Case, prediction: Prediction) -> Mapping[str, 
     return flat(score.score([metric], case, prediction))
 
 
+RATES = (24.0, 60.0, 120.0)
+"""Frames per second that motions are also played at: at 30, a formula without its rate may be right."""
+NEARLY_STILL = {"cross_hands": (14.8, 15.6)}
+"""Rates at which the reference accelerates by less and by more than a still clip, 0.1 heights/s^2."""
+UNEVEN = Ground(
+    heights=np.array([[0.0, 0.04, -0.03], [0.07, 0.01, 0.05]]), origin=(-0.9, -0.4), spacing=1.3
+)
+"""Metres; whoever walks there treads between its samples."""
+
+
 def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
-    """Every prediction with its case; one of them also without labels, and one without any right answer."""
+    """Every prediction with its case; one of them also without labels, without any right answer, at other
+    rates and on uneven ground."""
     for name, prediction in frozen.predictions.items():
         yield f"{frozen.name}/{name}", frozen.case, prediction
     name, prediction = next(iter(frozen.predictions.items()))
     yield f"{frozen.name}/{name}, no labels", replace(frozen.case, contacts=None), prediction
     known = {each.name: None for each in fields(Case) if each.default is None}
     yield f"{frozen.name}/{name}, no answer", replace(frozen.case, **known), prediction  # type: ignore[arg-type]
+    yield f"{frozen.name}/{name}, uneven", replace(frozen.case, ground=UNEVEN), prediction
+    for fps in (*RATES, *NEARLY_STILL.get(frozen.name, ())):
+        yield f"{frozen.name}/{name}, {fps:g} fps", _played(frozen.case, fps), replace(prediction, fps=fps)
+
+
+def _played(case: Case, fps: float) -> Case:
+    """The same frames at another rate."""
+    reference = None if case.reference is None else replace(case.reference, fps=fps)
+    return replace(case, source=replace(case.source, fps=fps), reference=reference)
 
 
 # --------------------------------------------------------------------------------- metrics of sets
 WINDOWS, FEATURES, CLIPS = 240, 16, 24
 """Size of the clouds: enough for every value to be defined, few enough to take no time."""
-ROWS = ("clouds/one way", "clouds/the other")
+ROWS = ("clouds/one way", "clouds/the other", "clouds/three quarters of one")
+PLAIN = {"unit": "1", "better": "none", "goal": 1.0, "index": "", "with_self": False}
+"""Facts of numbers that no metric declares."""
 TOLERANCE = 1e-3
 """Of the sums of features: networks compute in single precision."""
 
@@ -197,8 +219,7 @@ def _add_network(found: Snapshot, metric: SetMetric, case: Case) -> None:
     except NotSupported:
         return
     name = metric.card.name
-    plain = {"unit": "1", "better": "none", "goal": 1.0, "index": "sum", "with_self": False}
-    facts = {"metric": name, **plain, "tolerance": TOLERANCE, "networks": {}}
+    facts = {"metric": name, **PLAIN, "index": "sum", "tolerance": TOLERANCE, "networks": {}}
     found.values.setdefault(f"{name}.features", facts)["networks"][case.target.structure] = hash_
 
 
@@ -212,8 +233,10 @@ def clouds() -> tuple[Sample, Sample]:
 
 
 def set_values(metric: SetMetric, row: str) -> dict[str, float]:
-    """Every value of the card of two clouds, one way round or the other; undefined ones are left out."""
-    real, generated = clouds() if row == ROWS[0] else reversed(clouds())
+    """Every value of the card of two clouds, one way round or the other, or of a part of one, which metrics
+    make from the whole; undefined ones are left out."""
+    real, generated = reversed(clouds()) if row == ROWS[1] else clouds()
+    real = real.part(np.arange(WINDOWS * 3 // 4)) if row == ROWS[2] else real
     found = {value.id: metric.value(value.id, real, generated) for value in metric.card.values}
     return {key: float(each) for key, each in found.items() if math.isfinite(each)}
 

@@ -1,7 +1,8 @@
 """Golden rows and what is measured now, in one form, and the files that golden rows are kept in.
 
 ``golden.json`` has the facts and, last written, the hash of every other file, so that a torn set is seen;
-``frozen.csv`` has metrics on frozen motions, ``rows/<method>.csv`` a method on cases of the smoke split.
+``frozen.csv`` has metrics on frozen motions and the core on frozen inputs, ``rows/<method>.csv`` a method
+on cases of the smoke split.
 """
 
 import csv
@@ -56,10 +57,10 @@ class Snapshot:
     metrics:  metric -> version. values: value id -> its facts (``run.VALUE_FACTS``) and its metric.
     methods:  label -> version and hash of its weights.
     motions:  frozen file -> hash.
-    frozen:   ``<file>/<prediction>`` -> column -> number.
+    frozen:   ``<file>/<prediction>`` or ``<part>/<input>`` -> column -> number.
     rows:     method -> ``<split> <case>`` (and ``<split> mean``, as tables have it) -> column -> number.
     problems: method -> ``<split> <case>`` -> why there is no answer.
-    failures: of frozen motions, ``<row> <metric>`` -> the error of a metric.
+    failures: ``<row> <metric>`` of frozen motions, or part of the core -> the error.
     missing:  sentences: what could not be measured at all. Never written to a file.
     """
 

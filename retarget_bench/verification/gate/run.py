@@ -13,7 +13,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.verification.gate import compare, frozen, golden, method_rows, report
+from retarget_bench.verification.gate import compare, core, frozen, golden, method_rows, report
 from retarget_bench.verification.gate.compare import EVERYTHING, Criteria, GateRow, Status
 from retarget_bench.verification.gate.golden import Snapshot
 
@@ -111,6 +111,7 @@ def measure(
         beside = folder if (folder / golden.MOTIONS).is_dir() else golden.built_in()
         try:
             frozen.measure(found, beside, metrics, progress)
+            core.measure(found, beside)
         except BenchError as error:
             missing.append(str(error))
         if not found.motions:

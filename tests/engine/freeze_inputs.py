@@ -1,0 +1,113 @@
+"""Freezes the inputs of ``bench check`` that are no motions: BVH text and its meaning, rows of a table.
+
+    PYTHONPATH=. python tests/engine/freeze_inputs.py
+
+What the text means is computed by scipy. Golden rows are accepted apart, by ``bench check --accept``.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import permutations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from retarget_bench.files import write_csv, write_text
+from retarget_bench.verification.gate import core, golden
+
+FRAMES, CLIPS = 3, 20
+Joint = tuple[str, str]
+"""Name and channels: of rotations X, Y, Z, of positions x, y, z."""
+FILES: dict[str, tuple[str, str, Sequence[Joint]]] = {
+    "orders.bvh": (
+        "0.0083333", "\n",
+        [("Hips", "xyzZXY"), *((order, order) for order in map("".join, permutations("XYZ")))],
+    ),
+    "mixed.bvh": (
+        "0.041667", "\r\n",
+        [("Hips", "ZyXxYz"), ("two", "YX"), ("one", "Z"), ("none", ""), ("placed", "xzyYZX")],
+    ),
+}  # fmt: skip
+METHODS = {"best": 0.0, "near": 0.22, "far": 0.3, "fewer": 0.2, "control": -0.5}
+"""How much larger its errors are; ``near`` has an adjusted p-value of 7 %."""
+
+
+def hierarchy(joints: Sequence[Joint], depth: int = 0) -> Iterator[str]:
+    """The joints, each below the one before."""
+    (name, channels), below = joints[0], joints[1:]
+    names = " ".join(f"{c.upper()}{'rotation' if c.isupper() else 'position'}" for c in channels)
+    yield f"{'JOINT' if depth else 'ROOT'} {name}"
+    yield from ("{", f"OFFSET {depth} {9 + depth} 0.5", f"CHANNELS {len(channels)} {names}".rstrip())
+    yield from hierarchy(below, depth + 1) if below else ("End Site", "{", "OFFSET 0 1 0", "}")
+    yield "}"
+
+
+def bvh(seconds: str, end: str, joints: Sequence[Joint], random: np.random.Generator) -> tuple[str, list]:
+    """The text, and ``frame, joint, w, x, y, z`` of what it means."""
+    frames, meant = [], []
+    for frame in range(FRAMES):
+        told: list[str] = []
+        for joint, (_, channels) in enumerate(joints):
+            # a bone may not change its length: places below the root stay
+            numbers = [random.uniform(-170, 170) if c.isupper() or not joint else 4.5 for c in channels]
+            text = [f"{number:.5f}" for number in numbers]
+            turns = [float(t) for c, t in zip(channels, text, strict=True) if c.isupper()]
+            order = "".join(filter(str.isupper, channels))
+            turned = Rotation.from_euler(order, turns, degrees=True) if turns else Rotation.identity()
+            x, y, z, w = np.asarray(turned.as_quat()).ravel()
+            meant.append([frame, joint, *(f"{each:.15g}" for each in (w, x, y, z))])
+            told += text
+        frames.append(" ".join(told))
+    lines = [
+        "HIERARCHY",
+        *hierarchy(joints),
+        "MOTION",
+        f"Frames: {FRAMES}",
+        f"Frame Time: {seconds}",
+        *frames,
+    ]
+    return end.join([*lines, ""]), meant
+
+
+def rows(random: np.random.Generator) -> Iterator[list]:
+    """``method, clip, pair, error, ratio``: two pairs of most clips, one or three of some."""
+    clips = [(clip, pair) for clip in range(CLIPS) for pair in range({3: 1, 7: 3}.get(clip, 2))]
+    hard = {clip: random.gamma(2.0) + 1.0 for clip in range(CLIPS)}
+    for method, worse in METHODS.items():
+        of_clip = {clip: worse + 0.25 * random.standard_normal() for clip in range(CLIPS)}
+        for number, (clip, pair) in enumerate(clips):
+            error = hard[clip] + of_clip[clip] + 0.1 * random.standard_normal()
+            ratio = np.exp(0.4 * (of_clip[clip] + 0.2 * random.standard_normal()))
+            answered = method != "fewer" or number % 13  # 37 of 40
+            numbers = [f"{error:.6g}", f"{ratio:.6g}"] if answered else ["", ""]
+            yield [method, f"clip-{clip:02d}", f"a{pair}>b", *numbers]
+
+
+README = """# Frozen inputs
+
+Written by `tests/engine/freeze_inputs.py`; not edited by hand. All numbers are drawn at random (CC0 1.0).
+
+- `orders.bvh`: a joint with each of the six orders of rotation channels, at 120 frames per second.
+- `mixed.bvh`: positions and rotations of the root by turns, joints with two, one and no channel, and one
+  with constant positions; lines end in CR LF; 24 frames per second.
+- `rotations.csv`: the rotations that these files mean, by `scipy.spatial.transform.Rotation.from_euler`.
+- `table.csv`: an error and a ratio of five made-up methods on 40 cases of 20 clips: one is close to the
+  best, one far from it, one answered 37 cases, and one is a control.
+"""
+
+
+def main() -> None:
+    folder = golden.built_in() / core.INPUTS
+    random = np.random.Generator(np.random.Philox(7))
+    meant = []
+    for name, (seconds, end, joints) in FILES.items():
+        text, rotations = bvh(seconds, end, joints, random)
+        folder.mkdir(exist_ok=True)
+        (folder / name).write_bytes(text.encode())
+        meant += [[name, *row] for row in rotations]
+    write_csv(folder / "rotations.csv", ["file", "frame", "joint", "w", "x", "y", "z"], meant)
+    write_csv(folder / "table.csv", ["method", "clip", "pair", "error", "ratio"], rows(random))
+    write_text(folder / "README.md", README)
+
+
+if __name__ == "__main__":
+    main()
