@@ -225,10 +225,11 @@ class NknTraining:
         nothing = answers.new_zeros(())
         terms, drifts = {"same_places": nothing, "same_moves": nothing}, []
         if self.ends is not None and "ends" in group:
-            seen = self.ends.seen(source.scale.plain(poses), group["ends"], 0)
-            terms["ends"] = self.ends.weight * losses.ends(
-                seen, self.ends.seen(target.scale.plain(answers), group["ends"], 1), real
-            )
+            asked, given = source.scale.plain(poses), target.scale.plain(answers)
+            seen = [self.ends.seen(each, group["ends"], k) for k, each in enumerate((asked, given))]
+            terms["ends"] = self.ends.weight * losses.ends(seen[0], seen[1], real)
+            moved = (asked[..., -MOVES:] - given[..., -MOVES:]) / source.scale.moves_deviation
+            terms["ends_moves"] = (moved.square().sum(-1) * real).sum()
         if names[0] == names[1]:
             kept = real * group["same"]
             terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)

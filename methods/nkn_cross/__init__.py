@@ -41,8 +41,8 @@ class NknCross(Retargeter):
     know the structures that they were trained on, with any bodies of these.
     hidden: narrower than NKN's, since there are as many networks as structures.
     ends: weight of a term of our own (PAN's NKN*: 0): on another structure, hands, feet, head, elbows and
-    knees are to be where the source's are, in lengths of the chains from the hips to them. Without it,
-    going there and back does not tell what a motion should look like in between.
+    knees are to be where the source's are, in lengths of the chains from the hips to them, and the body is
+    to move as far. Without it, going there and back does not tell what lies in between.
     """
 
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
