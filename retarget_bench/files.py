@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import io
 import os
 import re
 import secrets
@@ -10,6 +11,7 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
+from typing import Literal
 
 from platformdirs import user_cache_path
 
@@ -17,6 +19,8 @@ from retarget_bench.errors import FileError
 
 _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
 _LONGEST = 60
+_FORMULA = ("=", "+", "-", "@")
+"""Signs that spreadsheets take for the beginning of a formula."""
 
 
 @contextmanager
@@ -51,6 +55,28 @@ def write_csv(path: str | Path, fields: Sequence[str], rows: Iterable[Sequence[o
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(fields)
         writer.writerows(rows)
+
+
+def spreadsheet(rows: Iterable[Sequence[object]], quoting: Literal[0, 1] = csv.QUOTE_MINIMAL) -> str:
+    """Rows as comma-separated text for people and their spreadsheets; None is an empty cell.
+
+    Characters without a shape become spaces, and a text that would be a formula begins with an apostrophe.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n", quoting=quoting)
+    writer.writerows([_cell("" if each is None else str(each)) for each in row] for row in rows)
+    return out.getvalue()
+
+
+def _cell(text: str) -> str:
+    shown = "".join(each if each.isprintable() else " " for each in text)
+    if not shown.lstrip().startswith(_FORMULA):
+        return shown
+    try:
+        float(shown)
+    except ValueError:
+        return f"'{shown}"
+    return shown
 
 
 def cache_folder() -> Path:

@@ -46,8 +46,8 @@ def viser() -> Any:
 
 @contextmanager
 def _own_page_only() -> Iterator[None]:
-    """A server started in here answers only its own page: pages of other sites are refused, also those whose
-    name was pointed at this machine. Raises BenchError where viser starts its server in another way.
+    """A server started in here answers its own page alone, not pages of other sites, even where their name
+    was pointed at this machine. Raises BenchError where viser starts its server in another way.
     """
     from websockets.asyncio import server
 
