@@ -36,6 +36,7 @@ class Value:
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
     protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
                differ by what these say; ``bench explain`` lists them.
+    least, most: what no number can be below or above; None: what unit and direction say (``bounds``).
     """
 
     id: str
@@ -50,14 +51,15 @@ class Value:
     needs: tuple[str, ...] = ("reference",)
     index: str = ""
     with_self: bool = False
+    protocol: Mapping[str, str] = field(default_factory=dict)
     least: float | None = None
     most: float | None = None
-    protocol: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The least and the greatest number that is possible. Where the card does not say: errors and ratios
-        are not negative, scores without a unit reach from 0 to 1, shares to 100 %, angles to 180 degrees."""
+        """The least and the greatest number that is possible. Where the card does not say: errors and
+        ratios are not negative, scores without a unit go from 0 to 1, shares to 100 %, angles to 180.
+        """
         score = self.better == "higher" and self.unit == "1"
         least = 0.0 if score or self.better in ("lower", "target") else -math.inf
         most = 1.0 if score else LARGEST_OF.get(self.unit, math.inf)
