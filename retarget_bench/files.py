@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import io
 import os
 import re
 import secrets
@@ -12,6 +13,7 @@ from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
+from typing import Literal
 
 from platformdirs import user_cache_path
 
@@ -21,6 +23,8 @@ _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
 _LONGEST = 60
 _SCRATCH = "retarget-bench-"
 _SEAL = hashlib.blake2b().digest_size
+_FORMULA = ("=", "+", "-", "@")
+"""Signs that spreadsheets take for the beginning of a formula."""
 
 
 @contextmanager
@@ -81,6 +85,28 @@ def _seal(key: str, data: bytes) -> bytes:
     total = hashlib.blake2b(hashlib.sha256(key.encode()).digest())
     total.update(data)
     return total.digest()
+
+
+def spreadsheet(rows: Iterable[Sequence[object]], quoting: Literal[0, 1] = csv.QUOTE_MINIMAL) -> str:
+    """Rows as comma-separated text for people and their spreadsheets; None is an empty cell.
+
+    Characters without a shape become spaces, and a text that would be a formula begins with an apostrophe.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n", quoting=quoting)
+    writer.writerows([_cell("" if each is None else str(each)) for each in row] for row in rows)
+    return out.getvalue()
+
+
+def _cell(text: str) -> str:
+    shown = "".join(each if each.isprintable() else " " for each in text)
+    if not shown.lstrip().startswith(_FORMULA):
+        return shown
+    try:
+        float(shown)
+    except ValueError:
+        return f"'{shown}"
+    return shown
 
 
 def cache_folder() -> Path:

@@ -131,6 +131,58 @@ def test_what_is_understood_is_said_with_what_to_override(bench, figures):
     assert "m = 1 m (as told)" in told
 
 
+def bare(name: str = "Hips", root: str = "0 0 0", tip: str = "0 0 0", row: str = "0 1 0 0 0 0") -> str:
+    """A body of one joint, as a file of two frames."""
+    channels = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
+    head = f"HIERARCHY\nROOT {name}\n{{\nOFFSET {root}\n{channels}\nEnd Site\n{{\nOFFSET {tip}\n}}\n}}\n"
+    return f"{head}MOTION\nFrames: 2\nFrame Time: 0.04\n{row}\n0 2 0 0 0 0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (bare("9" * 5000), "has a name of 5,000 characters"),
+        (bare("9" * 1000), "Joints and their roles"),
+        (bare(root="0 0 5e-324"), "Joints and their roles"),
+        (bare(root="0 0 1"), "Joints and their roles"),
+        (bare(tip="0 1e300 0"), "holds numbers above 1e+09"),
+        (bare(row="1.7e308 1.7e308 -1.7e308 -1.7e308 0 0"), "holds numbers above 1e+09"),
+        (bare().replace("Frames: 2", f"Frames: {'9' * 5000}"), "and a whole number"),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_odd_bodies_are_told_without_a_warning_of_numpy(bench, tmp_path, text, told):
+    (tmp_path / "odd.bvh").write_text(text)
+    code, out, err = bench("doctor", "odd.bvh")
+    assert told in out + err
+    assert "Warning" not in out + err
+    assert code in (0, 2)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("gone", "told"),
+    [("", "has no height"), ("arm hand", "joints follow"), ("leg foot toe", "")],
+    ids=["all", "arms", "legs"],
+)
+def test_bones_of_no_length_are_retargeted_or_refused_in_a_sentence(bench, figures, gone, told):
+    lines = figures["small"].read_text().splitlines()
+    joint = ""
+    for number, line in enumerate(lines):
+        words = line.split()
+        joint = words[1].lower() if words[0] in ("ROOT", "JOINT") else joint
+        if words[0] == "OFFSET" and any(part in joint for part in (gone.split() or [""])):
+            lines[number] = line[: line.index("OFFSET")] + "OFFSET 0 0 0"
+    Path("odd.bvh").write_text("\n".join(lines) + "\n")
+    for method in ("copy_rotations", "ik"):
+        code, out, err = bench(
+            "retarget", "odd.bvh", "--target", figures["large"], "-o", "out.bvh", "-m", method
+        )
+        assert told in out + err
+        assert code in (0, 2)
+        assert "Error" not in err
+
+
 def test_an_unreadable_file_is_one_line_and_the_others_are_examined(bench, figures):
     Path("broken.bvh").write_text("HIERARCHY\nROOT Hips\n{\n")
     code, out, err = bench("doctor", "broken.bvh", figures["small"], "missing.bvh")

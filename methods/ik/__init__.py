@@ -90,7 +90,8 @@ def _touch(exchange: feet.Exchange) -> None:
     """Keep what the hands touch, in place."""
     pose, body = exchange.pose, exchange.ours.character
     arms = limbs(exchange, "arm")
-    if len(arms) < 2:
+    lengths = (each.measures.arm_length for each in (exchange.source.character, body))
+    if len(arms) < 2 or not all(lengths):
         return
     for (theirs, ours), move in zip(arms, hands.touches(exchange, arms), strict=True):
         move = hands.lean(exchange, theirs, ours, move)

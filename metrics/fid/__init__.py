@@ -1,5 +1,6 @@
 """FID, KID, coverage and density of a whole set of results against real motion."""
 
+import math
 from functools import lru_cache
 from pathlib import Path
 
@@ -85,6 +86,7 @@ class Fid:
                 "Binkowski et al. 2018; pairs of one clip are left out: they are no independent draws",
                 better="lower",
                 tolerance=1e-3,
+                least=-math.inf,
             ),
             _value(
                 "coverage",
@@ -103,6 +105,7 @@ class Fid:
                 "Naeem et al. 2020; balls and neighbours as for coverage",
                 better="higher",
                 tolerance=2e-2,
+                most=math.inf,
             ),
         ),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, runtime_checkable
@@ -13,6 +14,9 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.character import Character
 
 Direction = Literal["lower", "higher", "target", "none"]
+LARGEST_OF = {"% of frames": 100.0, "% of clips": 100.0, "degrees": 180.0}
+"""Unit -> the largest number that it allows."""
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Value:
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
     protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
                differ by what these say; ``bench explain`` lists them.
+    least, most: what no number can be below or above; None: what unit and direction say (``bounds``).
     """
 
     id: str
@@ -47,6 +52,23 @@ class Value:
     index: str = ""
     with_self: bool = False
     protocol: Mapping[str, str] = field(default_factory=dict)
+    least: float | None = None
+    most: float | None = None
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest number that is possible. Where the card does not say: errors and
+        ratios are not negative, scores without a unit go from 0 to 1, shares to 100 %, angles to 180.
+        """
+        score = self.better == "higher" and self.unit == "1"
+        least = 0.0 if score or self.better in ("lower", "target") else -math.inf
+        most = 1.0 if score else LARGEST_OF.get(self.unit, math.inf)
+        return least if self.least is None else self.least, most if self.most is None else self.most
+
+    def allows(self, number: float) -> bool:
+        """True for a number within the bounds, but for rounding."""
+        least, most = self.bounds
+        return least - ROUNDING <= number <= most + ROUNDING
 
 
 def protocol(

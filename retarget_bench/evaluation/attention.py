@@ -9,7 +9,7 @@ import numpy as np
 from retarget_bench.api import Method
 from retarget_bench.api.optional import OffersAttention
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.files import write_csv
+from retarget_bench.files import spreadsheet, write_text
 from retarget_bench.motion.motion import Motion
 
 SLACK = 1e-4
@@ -93,10 +93,10 @@ def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
 
 def write(path: Path, found: Attention, source: Motion, frames: Sequence[int]) -> None:
     """A row of ``COLUMNS`` per frame asked for, part, and joint that the part sees. Raises FileError."""
-    rows = []
+    rows: list[tuple[object, ...]] = [COLUMNS]
     for frame in frames:
         for part, at in np.argwhere(found.sees):
             names = found.parts[part], source.skeleton.names[found.joints[at]]
             weight = found.weights[frame, part, at]
             rows.append((frame, f"{frame / source.fps:.6g}", *names, f"{weight:.6g}"))
-    write_csv(path, COLUMNS, rows)
+    write_text(path, spreadsheet(rows))

@@ -26,6 +26,8 @@ def reason(source: Character, target: Character) -> str | None:
     for body in (source, target):
         if "hips" not in body.joint_of:
             return f"no joint of {body.name} is known as hips; name it in a roles file"
+        if not body.height > 0.0:
+            return f"{body.name} has no height: no bone from its hips to its feet and head has a length"
     if len(source.joint_of.keys() & target.joint_of.keys()) < 2:
         return f"{source.name} and {target.name} share no roles but the hips"
     return None

@@ -171,6 +171,10 @@ class ResultHeader(_Part):
         """Every value id -> declaration."""
         return {**self.values, **self.set_values}
 
+    def parts(self) -> Iterable[_Part]:
+        """The header and all its parts, each with ``extra`` fields of its own."""
+        return (self, self.method, self.dataset, self.counts, *self.problems, *self.declared.values())
+
     def counted(self, ids: set[str]) -> ResultHeader:
         """The header with the counts and problems of these cases only."""
         kept = [replace(each, cases=tuple(sorted(ids & set(each.cases)))) for each in self.problems]

@@ -20,7 +20,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -255,7 +254,7 @@ def read_header_facts(path: Path) -> dict[str, Any]:
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))
         schema = facts["schema"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise FileError(path, f"is not a result header ({error})") from error
     if not isinstance(schema, int) or schema > SCHEMA:
         raise FileError(
@@ -315,24 +314,25 @@ def read_rows(path: Path) -> dict[str, CaseResult]:
         if not math.isfinite(number):
             raise FileError(path, f"{text!r} is not a number", line)
         values = entries.setdefault(case, CaseResult(case, "ok")).values
-        if not index:
-            values[value_id] = number
-            continue
-        curve = values.setdefault(value_id, {})
+        curve = values.setdefault(value_id, {}) if index else values
         if not isinstance(curve, dict):
             raise FileError(path, f"{value_id!r} of {case!r} is both a number and a curve", line)
-        curve[index] = number
+        if (index or value_id) in curve:
+            raise FileError(path, f"{value_id!r} of {case!r} stands twice", line)
+        curve[index or value_id] = number
     return entries
 
 
 def read_cases(path: Path, task: str, split: str) -> list[CaseInfo]:
     """The case list beside the rows."""
-    found = []
+    found: dict[str, CaseInfo] = {}
     for line, (case, source, target, clip, kind, frames) in enumerate(read_csv(path, CASE_FIELDS), 2):
-        if not frames.isdecimal():
+        if not frames.isdecimal() or len(frames) > 12:
             raise FileError(path, f"{frames!r} is not a number of frames", line)
-        found.append(CaseInfo(case, task, split, source, target, clip, kind, int(frames)))
-    return found
+        if case in found:
+            raise FileError(path, f"{case!r} stands twice", line)
+        found[case] = CaseInfo(case, task, split, source, target, clip, kind, int(frames))
+    return list(found.values())
 
 
 def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
@@ -340,7 +340,7 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise FileError(path, f"cannot be read as a table ({error or 'it is empty'})") from error
     if tuple(head) != tuple(fields):
         raise FileError(path, f"has columns {', '.join(head)}; expected {', '.join(fields)}", 1)
@@ -369,7 +369,7 @@ def read_npz(path: Path, problem: str) -> dict[str, np.ndarray]:
     try:
         with path.open("rb") as opened, np.load(opened) as file:
             return {name: file[name] for name in file.files}
-    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
+    except Exception as error:  # an archive from elsewhere makes its readers raise all kinds
         raise FileError(path, f"{problem} ({error})") from error
 
 

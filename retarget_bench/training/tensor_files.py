@@ -16,6 +16,8 @@ from retarget_bench.errors import FileError
 from retarget_bench.files import atomic
 
 Arrays = Mapping[str, np.ndarray]
+LARGEST_CARD, DEEPEST = 20_000_000, 20
+"""Bytes of a card, and how deep lists and objects of one may be nested."""
 
 
 def arrays_hash(arrays: Arrays) -> str:
@@ -58,7 +60,11 @@ def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> di
     """
     _, facts = pair(path)
     try:
+        if not facts.is_file() or facts.stat().st_size > LARGEST_CARD:
+            raise ValueError("it is no file, or too large")
         card = json.loads(facts.read_text(encoding="utf-8"))
+        if _depth(card) > DEEPEST:
+            raise ValueError("it is nested too deeply")
         found = card["schema"]
         missing = [key for key in ("hash", *needed) if key not in card]
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
@@ -70,16 +76,36 @@ def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> di
     return dict(card)
 
 
+def _depth(card: object) -> int:
+    """The number of levels of lists and objects."""
+    level, depth = [card], 0
+    while level := [each for each in level if isinstance(each, dict | list)]:
+        level = [one for each in level for one in (each.values() if isinstance(each, dict) else each)]
+        depth += 1
+    return depth
+
+
 def read_arrays(path: Path, card: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """The arrays that a card describes. Raises FileError where they are damaged or others."""
+    """The arrays that a card describes. Raises FileError where they are damaged, others or not finite."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
     file, facts = pair(path)
     try:
+        if not file.is_file():
+            raise OSError("it is no file")
         arrays = load_file(file)
     except (OSError, SafetensorError) as error:
         raise FileError(file, f"cannot be read ({error}); train it anew") from error
+    except (KeyError, TypeError, AttributeError, ValueError) as error:  # of types that numpy lacks
+        raise FileError(file, f"holds numbers of a type that cannot be read ({error})") from error
     if arrays_hash(arrays) != card["hash"]:
         raise FileError(file, f"is not what {facts.name} describes; train it anew")
+    for name, array in arrays.items():
+        if array.dtype.kind not in "fiub":
+            raise FileError(file, f"{name} is of type {array.dtype}; weights are real numbers")
+        with np.errstate(over="ignore"):  # single precision is what they are used in
+            finite = np.isfinite(array.astype(np.float32)).all()
+        if not finite:
+            raise FileError(file, f"{name} has numbers that are not finite; train it anew")
     return dict(arrays)

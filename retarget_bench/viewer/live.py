@@ -2,8 +2,9 @@
 
 import importlib
 import time
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
+from http import HTTPStatus
 from importlib.util import find_spec
 from io import StringIO
 from typing import Any
@@ -43,6 +44,48 @@ def viser() -> Any:
     return importlib.import_module("viser")
 
 
+@contextmanager
+def _own_page_only() -> Iterator[None]:
+    """A server started in here answers its own page alone, not pages of other sites, even where their name
+    was pointed at this machine. Raises BenchError where viser starts its server in another way.
+    """
+    from websockets.asyncio import server
+
+    serve, started = server.serve, False
+
+    def guarded(*arguments: Any, process_request: Any, **options: Any) -> Any:
+        nonlocal started
+        started = True
+
+        def first(connection: Any, request: Any) -> Any:
+            port = connection.local_address[1]
+            hosts = [f"{name}:{port}" for name in (HOST, "localhost")]
+            if wrong := foreign(request.headers, hosts):
+                return connection.respond(HTTPStatus.FORBIDDEN, f"{wrong}\n")
+            return process_request(connection, request)
+
+        return serve(*arguments, process_request=first, **options)
+
+    server.serve = guarded  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        server.serve = serve  # type: ignore[misc]
+    if not started:
+        raise BenchError("this version of viser cannot be kept from other pages; install viser 1.1")
+
+
+def foreign(headers: Any, hosts: Sequence[str]) -> str:
+    """Why a request is not of the page at one of these addresses, ``name:port``; "" where it is."""
+    asked, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(asked) != 1 or asked[0].lower() not in hosts:
+        return f"this page is served at {hosts[0]} alone"
+    # browsers always say where a page that opens a socket comes from
+    if origins != [f"http://{asked[0]}"] and (origins or headers.get_all("Upgrade")):
+        return "another page asks"
+    return ""
+
+
 class Window:
     """A page on this machine's own address that shows a case of a list.
 
@@ -57,7 +100,7 @@ class Window:
         self._others: list[Any] = []
         self._todo: list[Callable[[], None]] = []
         self._polled = 0.0
-        with redirect_stdout(StringIO()):  # it greets with a banner
+        with _own_page_only(), redirect_stdout(StringIO()):  # it greets with a banner
             self.server = viser().ViserServer(host=HOST, port=port, label="retarget-bench", verbose=False)
         self._build(self.server)
         self._cases: list[str] = []

@@ -78,12 +78,25 @@ def test_length_rate_and_content_of_a_file_in_any_dress(tmp_path, change):
         GOOD + 4 * ROW,
         GOOD + 2 * ROW + "0 90 0 1 2\n",
         GOOD + 2 * ROW + ROW.replace("6", "nan"),
+        GOOD.replace("Frames: 3", "Frames: " + "3" * 5000) + 3 * ROW,
+        GOOD.replace("CHANNELS 3", "CHANNELS " + "3" * 5000) + 3 * ROW,
         GOOD,
         "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 12\n",
         b"Kaydara FBX Binary  \x00\x1a\x00" + bytes(100),
         "",
     ],
-    ids=["frame missing", "frame too many", "torn row", "nan", "no rows", "lfs", "fbx", "empty"],
+    ids=[
+        "frame missing",
+        "frame too many",
+        "torn row",
+        "nan",
+        "many digits",
+        "many channels",
+        "no rows",
+        "lfs",
+        "fbx",
+        "empty",
+    ],
 )
 def test_a_damaged_file_has_a_problem_and_raises_nothing(tmp_path, text):
     entry = inspect(write(tmp_path / "a.bvh", text))

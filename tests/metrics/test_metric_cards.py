@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,6 +24,7 @@ from metric_cases import (
 from retarget_bench.evaluation.score import declared_values, score
 from retarget_bench.plugins import registry
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, OVERVIEW_COLUMNS
+from retarget_bench.verification.gate.golden import built_in
 
 REFERENCE_FREE = {
     *(
@@ -127,3 +129,31 @@ def test_score_takes_every_value_that_applies() -> None:
     comparison = case.comparison()
     found = score([metric(name) for name in METRICS], comparison.case, case.predicted)
     assert set(found) == set(everything(case))
+
+
+def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:
+    declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS, *TASK_METRICS))
+    seen, outside = set(), []
+    for path in [built_in() / "frozen.csv", *(built_in() / "rows").glob("*.csv")]:
+        with path.open(encoding="utf-8", newline="") as file:
+            for row in csv.DictReader(file):
+                for column, text in row.items():
+                    value = declared.get(column.partition("@")[0])
+                    if value is not None and text:
+                        seen.add(value.id)
+                        outside += [] if value.allows(float(text)) else [(path.name, column, text)]
+    assert not outside
+    assert seen >= {value.id for name in (*METRICS, *SET_METRICS) for value in metric(name).card.values}
+
+
+def test_bounds_follow_from_unit_and_direction_unless_declared() -> None:
+    declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS))
+    open_, shares = (0.0, math.inf), (0.0, 1.0)
+    wanted = {
+        **{"mpjpe_h.world": open_, "jerk_ratio": open_, "fid": open_, "density": open_},
+        **{"contact_f1": shares, "coverage": shares, "kid": (-math.inf, math.inf)},
+        **{"penetration.rate": (0.0, 100.0), "rotation.local": (0.0, 180.0)},
+    }
+    assert {name: declared[name].bounds for name in wanted} == wanted
+    recall = declared["contact_recall"]
+    assert [recall.allows(each) for each in (0.0, 1.0 + 1e-9, 7.0, -0.5, math.nan)] == [1, 1, 0, 0, 0]

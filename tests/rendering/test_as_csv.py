@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from small_tables import HOSTILE, make_table
 
+from retarget_bench.files import spreadsheet
 from retarget_bench.tables.rendering import comma_separated
 
 
@@ -34,11 +35,27 @@ def test_every_number_stands_with_what_belongs_to_it():
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_names_come_back_as_they_were(name):
+def test_names_come_back_as_they_were_but_for_what_has_no_shape(name):
     (first, *_) = rows(make_table(name, name))
-    assert first["method"] == name
-    assert first["dataset"] == f"data {name}"
+    shown = "".join(each if each.isprintable() else " " for each in name)
+    assert first["method"] == ("'" if shown.startswith(("=", "-")) else "") + shown
+    assert first["dataset"] == f"data {shown}"
     assert first["n"] == "47"
+
+
+@pytest.mark.parametrize(
+    "name", ["=cmd|' /C calc'!A0", "+1+1", "-2+3", "@SUM(1)", "\t=1", "\r=1", "-", " =1"]
+)
+def test_no_text_is_a_formula(name):
+    (read,) = csv.reader(io.StringIO(spreadsheet([[name]])))
+    assert read == ["'" + name.replace("\t", " ").replace("\r", " ")]
+    (first, *_) = rows(make_table(name, name))
+    assert first["method"] == read[0]
+
+
+def test_numbers_stay_as_they_are():
+    numbers = ["-3.25", "+1e-9", "-0", "-inf", "nan", "12"]
+    assert spreadsheet([[*numbers, -2.5, None]]) == ",".join([*numbers, "-2.5", "\n"])
 
 
 def test_several_data_sets_share_one_header():

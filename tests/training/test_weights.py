@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import json
+import math
+import os
 import re
 from pathlib import Path
 
@@ -18,7 +20,7 @@ from torch import nn
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import weights
+from retarget_bench.training import tensor_files, weights
 from retarget_bench.training.learned_method import LearnedMethod
 from tests.examples import examples
 
@@ -143,6 +145,35 @@ def test_files_that_are_damaged_or_belong_to_others_are_refused(tmp_path, harm, 
 
 
 @pytest.mark.parametrize(
+    ("tensor", "words"),
+    [
+        (torch.tensor([0.0, math.nan]), "x has numbers that are not finite"),
+        (torch.tensor([math.inf]).half(), "x has numbers that are not finite"),
+        (torch.tensor([1e300]).double(), "x has numbers that are not finite"),
+        (torch.zeros(3).bfloat16(), "of a type that cannot be read"),
+        (torch.zeros(3).to(torch.float8_e5m2), "of a type that cannot be read"),
+        (torch.zeros(3).to(torch.complex64), "x is of type complex64"),
+    ],
+)
+def test_tensors_that_are_no_weights_are_refused(tmp_path, monkeypatch, tensor, words):
+    """A card can name them: its hash says nothing of what they are."""
+    card = weights.write(tmp_path, "w", some(), CARD).card
+    safetensors.torch.save_file({"x": tensor}, tmp_path / "w.safetensors")
+    monkeypatch.setattr(tensor_files, "arrays_hash", lambda arrays: card["hash"])
+    with pytest.raises(FileError, match=words):
+        weights.read(tmp_path / "w.json")
+
+
+def test_a_pipe_in_place_of_tensors_does_not_block(tmp_path):
+    weights.write(tmp_path, "w", some(), CARD)
+    for name, words in (("w.safetensors", "cannot be read"), ("w.json", "is not the card of weights")):
+        (tmp_path / name).unlink()
+        os.mkfifo(tmp_path / name)
+        with pytest.raises(FileError, match=words):
+            weights.read(tmp_path / "w.json")
+
+
+@pytest.mark.parametrize(
     ("change", "words"),
     [
         ({"schema": weights.SCHEMA + 1}, rf"has schema {weights.SCHEMA + 1}; this version reads up to"),
@@ -160,7 +191,10 @@ def test_cards_that_cannot_be_relied_on_are_refused(tmp_path, change, words):
         weights.read(place)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{", "3", "[" * 200_000])
+DEEP = json.dumps({"schema": 1, "hash": "", **CARD, "notes": nested(200)})
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", "3", "[" * 200_000, DEEP, DEEP + " " * 20_000_000])
 def test_what_is_no_card_is_refused(tmp_path, text):
     weights.write(tmp_path, "w", some(), CARD)
     (tmp_path / "w.json").write_text(text)
@@ -253,7 +287,7 @@ def test_a_full_disk_is_told_and_what_was_there_stays(tmp_path, monkeypatch, nth
         ("seconds", 10**400),
         ("data", {"hours": 10**400}),
         ("notes", "all is well"),
-        ("notes", nested(200)),
+        ("notes", nested(10)),
     ],
 )
 def test_a_damaged_field_of_a_card_is_named(tmp_path, field, value):

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from importlib.util import find_spec
 from itertools import pairwise
@@ -204,6 +205,38 @@ def test_the_page_is_there_on_this_machine_alone_until_ctrl_c(tmp_path):
         process.kill()
     assert (process.returncode, out) == (0, "stopped\n")
     assert "Traceback" not in err
+
+
+@needs_viser
+def test_pages_of_other_sites_are_refused(tmp_path):
+    from websockets.exceptions import InvalidStatus
+    from websockets.sync.client import connect
+
+    def answered(**headers: str | None) -> int:
+        with socket.create_connection(("127.0.0.1", port)) as pipe:
+            try:
+                origin = headers.pop("Origin", None)
+                uri = f"ws://{headers.pop('Host', f'127.0.0.1:{port}')}"
+                connect(uri, sock=pipe, origin=origin, subprotocols=["viser-v0.0.0"], proxy=None).close()
+            except InvalidStatus as refusal:
+                return refusal.response.status_code
+        return 101
+
+    window = live.Window(CaseList(files=[bvh_file(tmp_path / "walk.bvh", 6)]), 0)
+    try:
+        port = window.server.get_port()
+        here, named = f"127.0.0.1:{port}", f"localhost:{port}"
+        assert answered(Origin=f"http://{here}") == answered(Host=named, Origin=f"http://{named}") == 101
+        for origin in ("http://evil.example", f"http://evil.example:{port}", "null", "", None):
+            assert answered(Origin=origin) == 403, origin
+        for other in (f"evil.example:{port}", "evil.example", f"127.0.0.1:{port + 1}"):
+            assert answered(Host=other, Origin=f"http://{other}") == 403, other
+        assert answered(Origin=f"http://{named}") == 403
+        asked = urllib.request.Request(window.url, headers={"Host": f"evil.example:{port}"})
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(asked, timeout=20)
+    finally:
+        window.stop()
 
 
 def refused(capsys, *arguments: str) -> str:

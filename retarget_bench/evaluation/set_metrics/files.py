@@ -153,7 +153,7 @@ def read(paths: ResultPaths) -> list[SetValue]:
             return [_value({"kind": ""} | dict(zip(head, row, strict=True))) for row in rows]
     except FileNotFoundError:
         return []
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise FileError(
             path, f"cannot be read as values of sets ({error}); score the method again"
         ) from error

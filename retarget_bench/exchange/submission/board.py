@@ -6,12 +6,14 @@ from pathlib import Path
 
 from retarget_bench.analysis import summary
 from retarget_bench.errors import BenchError
-from retarget_bench.exchange.submission.checking import check
+from retarget_bench.exchange.submission.checking import LONGEST, check
 from retarget_bench.exchange.submission.manifest import MANIFEST, ROWS, Cost, Manifest, read
 from retarget_bench.results import store
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Cell, Column, Group, Table
+from retarget_bench.tables.rendering.words import printable
 
 COSTS = (
     Column("cost.parameters", "parameters", "1", "none", "numbers that were learnt"),
@@ -37,21 +39,26 @@ def board(folder: Path, columns: Sequence[str] = builder.DEFAULT_COLUMNS) -> tup
     found = sorted(path.parent for path in folder.glob(f"*/{MANIFEST}"))
     if not found:
         raise BenchError(f"{folder} holds no submissions: folders with a {MANIFEST} and their rows")
-    left_out, manifests, places = [], {}, []
+    wanted = tuple(column for column in columns if column != FPS) if FPS in columns else columns
+    left_out: list[str] = []
+    manifests: dict[str, Manifest] = {}
+    places: list[ResultPaths] = []
     for each in found:
-        wrong = [finding for finding in check(each) if finding.level == "error"]
-        if wrong:
-            left_out.append(f"{each.name} is left out: {wrong[0].text}")
-            continue
-        manifest = read(each)
-        if manifest.method.label in manifests:
-            left_out.append(f"{each.name} is left out: {manifest.method.label} is submitted twice")
+        try:
+            manifest, mine = _sound(each, wanted)
+            if manifest.method.label in manifests:
+                raise BenchError(f"{manifest.method.label} is submitted twice")
+            if same := [other for other in places if _twin(other, mine)]:
+                raise BenchError(f"its rows are those of {same[0].root.parent.name}")
+        except Exception as error:  # whatever somebody sent, the others are shown
+            left_out.append(
+                printable(f"{each.name} is left out: {str(error) or type(error).__name__}")[:LONGEST]
+            )
             continue
         manifests[manifest.method.label] = manifest
-        places += store.find_results(each / ROWS)
+        places += mine
     if not manifests:
         raise BenchError("no submission is sound. " + ". ".join(left_out))
-    wanted = tuple(column for column in columns if column != FPS) if FPS in columns else columns
     made = builder.tables(summary.split_summaries(places), wanted)
     about = [_credit(manifest) for _, manifest in sorted(manifests.items())]
     shown = [
@@ -63,6 +70,26 @@ def board(folder: Path, columns: Sequence[str] = builder.DEFAULT_COLUMNS) -> tup
         for each in made
     ]
     return shown, left_out
+
+
+def _sound(folder: Path, columns: Sequence[str]) -> tuple[Manifest, list[ResultPaths]]:
+    """A submission that can be shown: its table is made alone first. Raises BenchError for another."""
+    if folder.is_symlink():
+        raise BenchError("it is a link; a submission is a folder of its own")
+    if wrong := [finding for finding in check(folder) if finding.level == "error"]:
+        raise BenchError(wrong[0].text)
+    places = store.find_results(folder / ROWS)
+    builder.tables(summary.split_summaries(places), columns)
+    return read(folder), places
+
+
+def _twin(other: ResultPaths, mine: Sequence[ResultPaths]) -> bool:
+    """True where rows of one of the results are, byte by byte, those of another submission's."""
+    return any(
+        (one.dataset, one.split) == (other.dataset, other.split)
+        and one.rows.read_bytes() == other.rows.read_bytes()
+        for one in mine
+    )
 
 
 def _group(group: Group, manifests: Mapping[str, Manifest]) -> Group:

@@ -1,8 +1,8 @@
-"""Checks of a submission: complete, consistent, and of the right data."""
+"""Checks of a submission: complete, consistent, of the right data, and possible."""
 
 import json
-import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, pairwise
 from pathlib import Path
@@ -17,6 +17,8 @@ from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.timing import spread
 from retarget_bench.evaluation.worker import elsewhere
+from retarget_bench.exchange.submission import numbers
+from retarget_bench.exchange.submission.folder import faults
 from retarget_bench.exchange.submission.making import FILL_IN
 from retarget_bench.exchange.submission.manifest import (
     CARD,
@@ -27,15 +29,19 @@ from retarget_bench.exchange.submission.manifest import (
     Manifest,
     read,
 )
+from retarget_bench.files import slug
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.header import STATUSES, ResultHeader
+from retarget_bench.results.header import STATUSES, ResultHeader, parsed
 from retarget_bench.results.store import ResultPaths, Results
 from retarget_bench.tables.model import count
+from retarget_bench.tables.rendering.words import printable
 
 CLOSE = 1e-6
 """Relative difference up to which a value that is scored again is the one in the rows."""
+LONGEST = 1000
+"""Characters of a finding that are shown."""
 _HEADER = TypeAdapter(ResultHeader)
 
 
@@ -47,7 +53,8 @@ class Finding:
     text: str
 
     def __str__(self) -> str:
-        return f"{self.level}: {self.text}"
+        """One line for a terminal, whatever names the submission has."""
+        return f"{self.level}: {printable(self.text)[:LONGEST]}"
 
 
 def _error(text: str) -> Finding:
@@ -57,11 +64,13 @@ def _error(text: str) -> Finding:
 def check(folder: Path) -> list[Finding]:
     """Everything that is wrong with a submission; empty where nothing is.
 
-    A folder with predictions and no rows is scored first, which writes its rows.
-    Raises FileError where there is no folder.
+    A folder with predictions and no rows is scored first, which writes its rows. Nothing is opened where a
+    file is none to open: a link, a device, or too large. Raises FileError where there is no folder.
     """
     if not folder.is_dir():
         raise FileError(folder, "is no folder; a submission is one (bench submit --make writes it)")
+    if wrong := faults(folder):
+        return [_error(text) for text in wrong]
     found = list(_card(folder))
     try:
         manifest = read(folder)
@@ -90,7 +99,10 @@ def check(folder: Path) -> list[Finding]:
                 both = f"{one.method} and {other.method} are both of seed {_seed(one)}"
                 found.append(_error(f"{one.task} {split}: {both}; hand in one result per seed"))
         for place in listed:
-            found += _rows(place, manifest, data, first=place == listed[0])
+            try:
+                found += _rows(place, manifest, data, first=place == listed[0])
+            except BenchError as error:
+                found.append(_error(f"{place.task} {split}: {error}"))
     if missing := [split for split in data.card.splits if split not in {place.split for place in places}]:
         found.append(Finding("warning", f"no rows of {', '.join(missing)}: the data set has such cases"))
     return found
@@ -102,10 +114,15 @@ def _card(folder: Path) -> Iterator[Finding]:
     except (OSError, UnicodeDecodeError) as error:
         yield _error(f"{folder / CARD} cannot be read ({error}); it says what the method is")
         return
-    parts = re.split(r"(?m)^##\s+(.+?)\s*$", text)
-    sections = dict(zip(parts[1::2], parts[2::2], strict=True))
+    sections: dict[str, str] = {}
+    name = ""
+    for line in text.splitlines():
+        if line.startswith("## "):
+            name = line[3:].strip()
+        else:
+            sections[name] = sections.get(name, "") + line.strip()
     for name in CARD_SECTIONS:
-        body = sections.get(name, "").strip()
+        body = sections.get(name, "")
         if not body or FILL_IN in body:
             yield _error(f"{folder / CARD}: the section '## {name}' is missing or not filled in")
 
@@ -150,7 +167,10 @@ def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool)
     if strange := sorted(found - results.header.values.keys()):
         yield _error(f"{where}: the header does not say what {', '.join(strange[:3])} is")
         return
-    checks = [_header(results, manifest), _cases(results, data), _versions(results)]
+    checks = [
+        *(_header(results, manifest), _cases(results, data), _versions(results)),
+        map(_error, numbers.checks(results, data)),
+    ]
     if first:
         checks.append(_again(results, data, place.root.parent / PREDICTIONS))
     for finding in chain(*checks):
@@ -164,7 +184,10 @@ def mistakes(facts: dict[str, Any]) -> list[str]:
         header = _HEADER.validate_json(json.dumps(facts), strict=True)
     except ValidationError as error:
         return [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()]
-    return [
+    except RecursionError:
+        return ["it is nested too deeply"]
+    unknown = sorted({name for part in parsed(facts).parts() for name in part.extra})
+    return [f"{name}: no field of a header" for name in unknown] + [
         f"problems.{number}.status: Input should be one of {', '.join(STATUSES[1:])}"
         for number, each in enumerate(header.problems)
         if each.status not in STATUSES[1:]
@@ -173,6 +196,11 @@ def mistakes(facts: dict[str, Any]) -> list[str]:
 
 def _header(results: Results, manifest: Manifest) -> Iterator[Finding]:
     method, theirs = results.header.method, results.header.dataset.name
+    place, said = results.paths, (results.header.task, results.header.split)
+    if any(one not in ("", other) for one, other in zip(said, (place.task, place.split), strict=True)):
+        yield _error(f"the rows are of {' '.join(said)}")
+    if place.method.partition(".seed-")[0] not in _file_names(method.label):
+        yield _error(f"{place.rows.name} is no file of {method.label}, which its header names")
     if method.label != manifest.method.label:
         yield _error(f"the rows are of {method.label}, the manifest of {manifest.method.label}")
     if unsaid := sorted(set(method.privileged) - set(manifest.method.sees)):
@@ -183,19 +211,28 @@ def _header(results: Results, manifest: Manifest) -> Iterator[Finding]:
         yield _error(f"the rows are on {theirs}, not {Spec.parse(manifest.data.dataset).name}")
 
 
+def _file_names(label: str) -> set[str]:
+    """The names of a method's files: of one that runs here, and of predictions made elsewhere."""
+    with suppress(BenchError):
+        return {slug(label), Spec.parse(label).slug}
+    return {slug(label)}
+
+
 def _cases(results: Results, data: Dataset) -> Iterator[Finding]:
     counts, content = results.header.counts, results.header.dataset.content
     try:
-        wanted = {info.id for info in data.cases(results.paths.task, results.paths.split)}
+        infos = {info.id: info for info in data.cases(results.paths.task, results.paths.split)}
     except BenchError as error:
         yield Finding("warning", f"the case list cannot be compared with the data set's ({error})")
         return
     if content != data.content:
         yield _error(f"made on other data ({content}) than {data.label} has here ({data.content})")
-    listed = set(results.cases)
+    listed, wanted = set(results.cases), set(infos)
     for cases, what in ((wanted - listed, "missing"), (listed - wanted, "unknown to the data set")):
         if cases:
             yield _error(f"{count(len(cases), 'case')} {what}, first {min(cases)}")
+    if other := [case for case in sorted(listed & wanted) if results.cases[case] != infos[case]]:
+        yield _error(f"{count(len(other), 'case')} told otherwise than by the data set, first {other[0]}")
     status = {entry.case: entry.status for entry in results.entries}
     if silent := sorted(listed - status.keys()):
         yield _error(f"{len(silent)} cases have neither rows nor a reason, first {silent[0]}")

@@ -15,7 +15,9 @@ MANIFEST, CARD, ROWS, PREDICTIONS = "submission.toml", "CARD.md", "results", "pr
 CARD_SECTIONS = ("Method", "Data", "Training", "Cost", "Limits")
 """Headings that a card must have, each with something below it."""
 
-Text = Annotated[str, Field(min_length=1)]
+Text = Annotated[str, Field(min_length=1, max_length=1000)]
+Optional = Annotated[str, Field(max_length=1000)]
+Number = Annotated[float, Field(ge=0, le=1e12, strict=False)]
 
 
 class _Table(BaseModel):
@@ -30,10 +32,10 @@ class AboutMethod(_Table):
     authors: list[Text] = Field(min_length=1)
     licence: Text
     summary: Text
-    contact: str = ""
-    paper: str = ""
-    code: str = ""
-    sees: list[str] = []
+    contact: Optional = ""
+    paper: Optional = ""
+    code: Optional = ""
+    sees: list[Text] = []
 
 
 class AboutData(_Table):
@@ -53,12 +55,12 @@ class Cost(_Table):
     thread.
     """
 
-    parameters: int = Field(ge=0)
-    training_hours: float = Field(ge=0, strict=False)
-    hardware: str = ""
-    peak_memory_mb: float = Field(ge=0, strict=False)
-    lookahead_frames: int | Literal["clip"]
-    frames_per_second: float = Field(gt=0, strict=False)
+    parameters: int = Field(ge=0, le=10**15)
+    training_hours: Number
+    hardware: Optional = ""
+    peak_memory_mb: Number
+    lookahead_frames: Annotated[int, Field(ge=0, le=10**9)] | Literal["clip"]
+    frames_per_second: Annotated[Number, Field(gt=0)]
 
 
 class Manifest(_Table):
@@ -79,7 +81,7 @@ def read(folder: Path) -> Manifest:
         raise FileError(path, "is missing; bench submit --make writes one") from error
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # also numbers of thousands of digits
         raise FileError(path, f"is not TOML: {error}") from error
     if isinstance(newer := facts.get("schema"), int) and newer > SCHEMA:
         raise FileError(
@@ -88,10 +90,8 @@ def read(folder: Path) -> Manifest:
     try:
         return Manifest.model_validate(facts)
     except ValidationError as error:
-        mistakes = "".join(
-            f"\n  {'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()
-        )
-        raise FileError(path, f"is not a manifest of a submission:{mistakes}") from error
+        mistakes = [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()]
+        raise FileError(path, f"is not a manifest of a submission: {'; '.join(mistakes)}") from error
 
 
 def write(folder: Path, tables: dict[str, dict[str, Any]]) -> None:

@@ -117,10 +117,10 @@ def inspect(path: Path) -> CatalogueEntry:
     body = data[match.end() :].strip() if match else b""
     header = data[: match.start() if match else 0]
     hierarchy = hashlib.sha256(b" ".join(header.split())).hexdigest()[:16]
-    if match and _looks_whole(header, body, int(match[1])):
-        with suppress(ValueError):
-            if 1e-4 < (seconds := float(match[2])) < 10.0:
-                return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
+    with suppress(ValueError):  # numbers of thousands of digits among others
+        whole = match and _looks_whole(header, body, int(match[1]))
+        if match and whole and 1e-4 < (seconds := float(match[2])) < 10.0:
+            return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
     try:
         recording = bvh.read(path)
     except BenchError as error:

@@ -19,6 +19,7 @@ _FRAME_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*(\S+)\s*", re.IGNORECASE)
 _BRACE = re.compile("([{}])")
 _CHANNELS = {name.lower(): name for name in (*POSITIONS, *ROTATIONS)}
 _END_SITE = -1
+_LONGEST_NAME = 1000
 _MOST_JOINTS = 10_000
 """More than any body has; it bounds the work on a damaged or hostile file."""
 _LONGEST = 1 << 22
@@ -259,6 +260,8 @@ class _Reader:
             raise self._fault(
                 f"{keyword} {name[:_SHOWN]!r} has characters in its name that cannot be printed"
             )
+        if len(name) > _LONGEST_NAME:
+            raise self._fault(f"{keyword} {name[:_SHOWN]!r}... has a name of {len(name):,} characters")
         if keyword == "ROOT" and self.names:
             raise self._fault(f"a second ROOT {name[:_SHOWN]!r}: save each skeleton in a file of its own")
         if keyword == "JOINT" and not self.blocks:

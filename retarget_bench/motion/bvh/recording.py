@@ -48,7 +48,8 @@ def record(path: Path, document: Document, *, root: str, scale: float, fold: boo
     hierarchy, notes = document.hierarchy, list[str]()
     if len(hierarchy) > _MOST_JOINTS:
         raise FileError(path, f"has {len(hierarchy)} joints; bodies of up to {_MOST_JOINTS} are read")
-    if np.abs(hierarchy.offsets).max() > _LONGEST or np.abs(document.values).max() > _LONGEST:
+    tips = np.array([site.offset for site in hierarchy.end_sites])
+    if any(np.abs(each).max(initial=0.0) > _LONGEST for each in (hierarchy.offsets, tips, document.values)):
         raise FileError(path, f"holds numbers above {_LONGEST:g}: no body is that long in any unit")
     names = _unique_names(hierarchy.names)
     notes += [
@@ -237,7 +238,7 @@ def is_relative(
     """
     size = reach(skeleton)
     shift = (relative - absolute).mean(axis=0)
-    if np.abs(absolute[0] - shift).max() <= 1e-4 * size:
+    if not size or np.abs(absolute[0] - shift).max() <= 1e-4 * size:
         return False
     axes = (axis for axis in (1, 2) if _HIP_HEIGHT[0] * size <= shift[axis] <= _HIP_HEIGHT[1] * size)
     if (up := next(axes, None)) is None or np.median(absolute[:, up]) > 0.5 * shift[up]:

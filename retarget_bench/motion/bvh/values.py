@@ -77,7 +77,7 @@ def _parse(text: _Text, frames: int, columns: int) -> np.ndarray | None:
         return None
     rows = numbers.reshape(frames, columns + 1)
     values = rows[:, :columns]
-    with np.errstate(over="ignore"):  # numbers whose sum is too large take the slow way
+    with np.errstate(over="ignore", invalid="ignore"):  # whose sum is too large take the slow way
         finite = np.isfinite(values.sum())
     whole = filled == numbers.size and np.isinf(rows[:, columns]).all() and finite
     return values if whole else None

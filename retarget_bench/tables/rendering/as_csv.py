@@ -1,9 +1,9 @@
 """Tables as CSV, for other programs: full precision, with interval, mark and counts beside every number."""
 
 import csv
-import io
 from collections.abc import Sequence
 
+from retarget_bench.files import spreadsheet
 from retarget_bench.tables.model import Cell, Column, Table
 
 ASPECTS = ("low", "high", "mark", "n", "clips", "seeds_sd")
@@ -20,9 +20,7 @@ def comma_separated(tables: Sequence[Table]) -> str:
     about = ["value", parts] if parts else ["method", "not_ranked"]
     about = ["structure", *about] if structures else about
     aspects = [name for key in columns for name in (key, *(f"{key}:{each}" for each in ASPECTS))]
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n", quoting=csv.QUOTE_ALL)
-    writer.writerow(["dataset", "split", *about, *aspects, "n"])
+    lines: list[list[object]] = [["dataset", "split", *about, *aspects, "n"]]
     for table, group in groups:
         for row in group.rows:
             mark = f"on the cases of {row.beside}" if row.beside else row.mark
@@ -31,8 +29,8 @@ def comma_separated(tables: Sequence[Table]) -> str:
             named = [of, *named] if structures else named
             cells = {_id(c): cell for c, cell in zip(group.columns, row.cells, strict=True)}
             numbers = [each for key in columns for each in _parts(cells.get(key, NO_CELL))]
-            writer.writerow([table.title, group.split, *named, *numbers, row.n])
-    return out.getvalue()
+            lines.append([table.title, group.split, *named, *numbers, row.n])
+    return spreadsheet(lines, csv.QUOTE_ALL)
 
 
 def _id(column: Column) -> str:

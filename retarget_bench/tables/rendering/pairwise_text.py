@@ -1,13 +1,12 @@
 """A comparison of two methods as text, Markdown or comma-separated values."""
 
-import csv
-import io
 import math
 import textwrap
 from collections.abc import Callable, Sequence
 
 from retarget_bench.analysis.pairwise import Difference, PairwiseComparison
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, POWER, RARE, unseen
+from retarget_bench.files import spreadsheet
 from retarget_bench.tables.model import ARROWS, count
 from retarget_bench.tables.rendering.as_markdown import line, plain
 from retarget_bench.tables.rendering.as_text import WIDTH
@@ -118,19 +117,17 @@ def markdown(found: Sequence[PairwiseComparison]) -> str:
 
 def comma_separated(found: Sequence[PairwiseComparison]) -> str:
     """A line per split and value; full precision; empty where there is no interval."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     names = ("first_mean", "second_mean", "difference", "low", "high", "p", "p_holm")
     counts = ("cases", "clips", "first_won", "second_won", "verdict", "clips_needed")
-    writer.writerow(["dataset", "split", "first", "second", "value", *names, *counts])
+    lines: list[list[object]] = [["dataset", "split", "first", "second", "value", *names, *counts]]
     for each in found:
         for one in each.differences:
             ends = (one.interval.low, one.interval.high) if one.interval else (None, None)
             numbers = (one.first, one.second, one.difference, *ends, one.p, one.adjusted)
             shown = ["" if number is None else f"{number:.9g}" for number in numbers]
             words = [one.cases, one.clips, *one.won, verdict(each, one), one.clips_needed]
-            writer.writerow([each.dataset, each.split, each.first, each.second, one.value, *shown, *words])
-    return out.getvalue()
+            lines.append([each.dataset, each.split, each.first, each.second, one.value, *shown, *words])
+    return spreadsheet(lines)
 
 
 def verdict(found: PairwiseComparison, one: Difference) -> str:

@@ -61,6 +61,8 @@ class _Scored(Trial[M]):
                 return f"{value.id}: better is {value.better!r}; known are {', '.join(get_args(Direction))}"
             if not value.tolerance > 0:
                 return f"{value.id}: the tolerance must be positive"
+            if value.bounds[0] > value.bounds[1]:
+                return f"{value.id}: least {value.bounds[0]:g} is more than most {value.bounds[1]:g}"
         score.declared_values([self.plugin])
         return None
 
@@ -98,7 +100,7 @@ class _Scored(Trial[M]):
 class MetricTrial(_Scored[Metric]):
     """Checks of a metric of single cases."""
 
-    @demand("values are finite, declared, and curves where an index is declared")
+    @demand("values are finite, declared, within their bounds, and curves where an index is declared")
     def values(self) -> str | None:
         declared = {value.id: value for value in self.plugin.card.values}
         for case in self.cases:
@@ -111,6 +113,10 @@ class MetricTrial(_Scored[Metric]):
                     return (
                         f"{name} declares index {declared[name].index!r} but gave {type(number).__name__}"
                     )
+                each = number.values() if isinstance(number, Mapping) else [number]
+                if beyond := [one for one in each if not declared[name].allows(one)]:
+                    least, most = declared[name].bounds
+                    return f"{name} gave {beyond[0]:g}, outside {least:g} to {most:g}; say least and most"
             if unknown := set(self.plugin.compute(Comparison(case, wrong))) - set(declared):
                 return f"gave undeclared values: {', '.join(sorted(unknown))}"
         return None
