@@ -15,8 +15,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
 from typing import Literal
 
-from platformdirs import user_cache_path
-
 from retarget_bench.errors import FileError
 
 _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
@@ -117,6 +115,8 @@ def cache_folder() -> Path:
     """
     if chosen := os.environ.get("RETARGET_BENCH_CACHE"):
         return Path(chosen)
+    from platformdirs import user_cache_path  # not needed by methods in other environments
+
     earlier = Path.home() / ".cache" / "retarget-bench"
     usual = user_cache_path("retarget-bench", appauthor=False)
     return earlier if sys.platform != "linux" and earlier.exists() else usual

@@ -30,6 +30,7 @@ class MethodCard:
     variants:   sets of parameters with which it takes part a further time.
     uses:       inputs that are not privileged: ``training``, what the data set has to train on.
     tasks:      those whose plain runs it takes part in, if it is a default at all.
+    environment: the Python that answers, or the command that starts it; "": this one.
     """
 
     name: str
@@ -48,6 +49,7 @@ class MethodCard:
     stochastic: bool = False
     default: bool = True
     variants: tuple[Parameters, ...] = ()
+    environment: str = ""
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does and which values it takes."""
     reported: Mapping[str, float] = field(default_factory=dict)

@@ -14,12 +14,12 @@ import retarget_bench
 from retarget_bench.api import Metric, RealDataset, SetMetric, optional
 from retarget_bench.evaluation.plan import (
     EvaluationUnit,
-    method,
     metric_versions,
     metrics,
     set_metrics,
     without_location,
 )
+from retarget_bench.evaluation.prediction import environments
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.header import (
@@ -84,7 +84,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
     }
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
-    asked = method(unit.method)
+    asked = unit.built
     card, trained = optional.method_card(asked), optional.method_manifest(asked)
     manifest = None if trained is None else {key: tuple(map(str, each)) for key, each in trained.items()}
     return MethodInfo(
@@ -96,6 +96,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         control=bool(card.control),
         stochastic=bool(card.stochastic),
         trained_on=manifest,
+        environment=environments.facts(unit.environment) if unit.environment else {},
     )
 
 

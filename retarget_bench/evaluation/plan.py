@@ -12,6 +12,7 @@ from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.batches import RULE, batches
 from retarget_bench.evaluation.code_hash import code_hash, imports, package_code
+from retarget_bench.evaluation.prediction import environments
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import digest, slug
@@ -118,6 +119,11 @@ class EvaluationUnit:
     def infos(self) -> Sequence[CaseInfo]:
         return self.data.cases(Spec.parse(self.plan.task).name, self.split)
 
+    @cached_property
+    def built(self) -> Method:
+        """The method as it is built here, where it may not answer: what is known of it beforehand."""
+        return method(self.method.here)
+
     @property
     def known_as(self) -> Spec:
         """The method as results know it."""
@@ -136,7 +142,7 @@ class EvaluationUnit:
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
             "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
-            "weights": "" if self.plan.external else optional.weights_hash(method(self.method)),
+            "weights": "" if self.plan.external else optional.weights_hash(self.built),
             "dataset": self.dataset.name,
             "dataset_parameters": without_location(self.dataset),
             "content": self.data.content,
@@ -146,12 +152,19 @@ class EvaluationUnit:
         }
         if self.known_as.posts:
             facts["posts"] = [[post.name, dict(post.parameters)] for post in self.known_as.posts]
+        if self.environment:
+            facts["environment"] = environments.key_facts(self.environment)
         return facts | ({"batches": RULE} if self.in_batches else {})
+
+    @property
+    def environment(self) -> str:
+        """Where the method answers, if that is another environment than this one."""
+        return "" if self.plan.external else self.method.environment
 
     @property
     def in_batches(self) -> bool:
         """True if the method takes several cases at once."""
-        return self.plan.external is None and optional.takes_batches(method(self.method))
+        return self.plan.external is None and optional.takes_batches(self.built)
 
     @cached_property
     def batches(self) -> Sequence[tuple[str, ...]]:
@@ -190,7 +203,7 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
         raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
     methods = list(plan.methods)
     if not plan.external:  # in canonical form, each once, also where its weights are given by several paths
-        canonical = [registry.canonical("methods", each) for each in methods]
+        canonical = [placed(registry.canonical("methods", each)) for each in methods]
         methods = list({spec_by_weights(each): each for each in canonical}.values())
     found = []
     for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
@@ -207,24 +220,40 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
 
 def _seeds(plan: Plan, spec: Spec) -> int:
     """The number of seeds that a method runs with."""
-    stochastic = not plan.external and optional.method_card(method(spec)).stochastic
+    stochastic = not plan.external and optional.method_card(method(spec.here)).stochastic
     return plan.seeds if stochastic else 1
 
 
 @cache
 def spec_by_weights(spec: Spec) -> Spec:
     """A method with local weights goes by their hash: where they lie does not matter, what they hold does.
+    Likewise one of another environment by its lock.
 
-    Raises BenchError where there are no such weights.
+    Raises BenchError where there are no such weights, or no such environment.
     """
-    label = optional.weights_label(method(spec)) if "weights" in spec.parameters else ""
-    return spec.with_parameters(weights=label) if label else spec
+    label = optional.weights_label(method(spec.here)) if "weights" in spec.parameters else ""
+    known = spec.with_parameters(weights=label) if label else spec
+    return replace(known, environment=environments.label(spec.environment)) if spec.environment else known
+
+
+def placed(spec: Spec) -> Spec:
+    """The method with the paths of its environment in full; of its card's one, where none is given.
+
+    Raises BenchError where post-processors follow what is no plug-in there.
+    """
+    given = spec.environment or optional.method_card(method(spec)).environment
+    environment = environments.in_full(given)
+    if spec.posts and environments.own_worker(environment):
+        raise BenchError(
+            f"{spec}: post-processors work where the method does, and {given!r} is without this package"
+        )
+    return replace(spec, environment=environment)
 
 
 def located(spec: Spec) -> Spec:
     """The method with the path of its local weights in full, for processes that work in other folders."""
     path = Path(str(spec.parameters.get("weights", "")))
-    if path.is_absolute() or spec_by_weights(spec) == spec or not path.exists():
+    if path.is_absolute() or spec_by_weights(spec.here) == spec.here or not path.exists():
         return spec
     return spec.with_parameters(weights=str(path.resolve()))
 
@@ -262,7 +291,7 @@ def dataset_slug(spec: Spec) -> str:
 def forget() -> None:
     """Forget what was built and hashed: in a session that goes on, files may have changed since."""
     kept = (_dataset, method, _built, spec_by_weights, locations, method_code, metric_versions, folder_hash)
-    for each in kept:
+    for each in (*kept, environments.facts):
         each.cache_clear()
 
 

@@ -14,7 +14,6 @@ from retarget_bench.evaluation.plan import (
     dataset,
     evaluation_units,
     located,
-    method,
     set_metrics,
 )
 from retarget_bench.evaluation.predict import Inputs
@@ -156,7 +155,7 @@ def _part(unit: EvaluationUnit, wanted: Mapping[str, str]) -> JobPart:
     if unit.plan.external:
         return JobPart(unit.method, unit.paths, wanted, "", Inputs())
     seeded_as = str(unit.known_as.alone)  # post-processors follow the very answers of the method alone
-    return JobPart(located(unit.method), unit.paths, wanted, seeded_as, Inputs.of(method(unit.method)))
+    return JobPart(located(unit.method), unit.paths, wanted, seeded_as, Inputs.of(unit.built))
 
 
 def _answers(

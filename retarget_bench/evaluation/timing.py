@@ -16,7 +16,6 @@ from retarget_bench.evaluation.plan import (
     dataset,
     evaluation_units,
     located,
-    method,
 )
 from retarget_bench.evaluation.predict import Inputs, context_for
 from retarget_bench.evaluation.process_pool import LocalPool
@@ -60,7 +59,7 @@ def measure(plan: Plan, pool: LocalPool, scratch: Path, preload: tuple[str, ...]
             plan,
             unit.dataset,
             located(unit.method),
-            Inputs.of(method(unit.method)),
+            Inputs.of(unit.built),
             spread(unit.infos),
             scratch,
             preload,

@@ -40,9 +40,10 @@ def export(data: Dataset, name: str, infos: Sequence[CaseInfo], folder: Path) ->
         if (info.source, info.clip) not in sources or info.target not in targets:
             case = data.load(info)
             if (info.source, info.clip) not in sources:
-                sources[info.source, info.clip] = _source(folder, info, case.source)
+                named = f"{info.source}--{info.clip}"
+                sources[info.source, info.clip] = write_source(folder, named, case.source)
             if info.target not in targets:
-                targets[info.target] = _target(folder, case.target)
+                targets[info.target] = write_target(folder, case.target.name, case.target)
         source = sources[info.source, info.clip]
         length = {"frames": source["frames"], "fps": source["fps"]}
         names = {"source_file": source["file"], "target_file": targets[info.target]}
@@ -61,9 +62,9 @@ def export(data: Dataset, name: str, infos: Sequence[CaseInfo], folder: Path) ->
     write_text(folder / MANIFEST, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
 
 
-def _source(folder: Path, info: CaseInfo, source: Prediction) -> dict[str, Any]:
+def write_source(folder: Path, name: str, source: Prediction) -> dict[str, Any]:
     """Write a source motion; its file without suffix, relative to the folder, and its length."""
-    file = f"sources/{slug(f'{info.source}--{info.clip}')}"
+    file = f"sources/{slug(name)}"
     if isinstance(source, Motion):
         data = {"rotations": source.rotations, "root": source.root}
         bvh.write(folder / f"{file}.bvh", source)
@@ -73,9 +74,9 @@ def _source(folder: Path, info: CaseInfo, source: Prediction) -> dict[str, Any]:
     return {"file": file, "frames": source.frames, "fps": source.fps}
 
 
-def _target(folder: Path, target: Character) -> str:
-    """Write a target's body, standing in the reference pose in its BVH file."""
-    file = f"characters/{slug(target.name)}"
+def write_target(folder: Path, name: str, target: Character) -> str:
+    """Write a target's body, standing in the reference pose in its BVH file; the file without suffix."""
+    file = f"characters/{slug(name)}"
     _save(folder / f"{file}.npz", target, reference_pose=target.reference_pose, height=target.height)
     bvh.write(folder / f"{file}.bvh", standing(target))
     return file

@@ -139,7 +139,7 @@ def spelled(text: str, kinds: tuple[Kind, ...] = KINDS) -> str:
     Case, spaces, underscores and hyphens do not count, and a title may stand for the name. A text that is
     no plug-in's name is given back.
     """
-    name, parameters = re.fullmatch(r"([^\[+]*)(.*)", text.strip(), re.DOTALL).groups()  # type: ignore[union-attr]
+    name, parameters = re.fullmatch(r"([^\[+@]*)(.*)", text.strip(), re.DOTALL).groups()  # type: ignore[union-attr]
     entries = [entry for kind in kinds for entry in names(kind)]
     found = _matching(name, entries) or [e for e in entries if folded(e.title) == folded(name)]
     return f"{found[0].name}{parameters}" if found else text
@@ -306,9 +306,13 @@ def canonical(kind: Kind, spec: Spec | str) -> Spec:
         raise BenchError(
             f"{spec}: post-processors follow a method, and this is a {SINGULAR[kind]}{several}"
         )
+    if spec.environment and kind != "methods":
+        raise BenchError(f"{spec}: an environment is for methods, and this is a {SINGULAR[kind]}")
     name = find(kind, spec.name).name
     fitted = parameters.fit(Spec(name, spec.parameters), load(kind, name))
-    return Spec(fitted.name, fitted.parameters, tuple(canonical("posts", post) for post in spec.posts))
+    return replace(
+        fitted, posts=tuple(canonical("posts", post) for post in spec.posts), environment=spec.environment
+    )
 
 
 def create(kind: Kind, spec: Spec | str) -> Any:
@@ -318,6 +322,11 @@ def create(kind: Kind, spec: Spec | str) -> Any:
     raises, with its origin. A BenchError of the plug-in passes as it is.
     """
     spec = canonical(kind, spec)
+    if spec.environment:
+        raise BenchError(
+            f"{spec}: methods answer in other environments in bench run and bench predict alone; leave out "
+            "what follows the @"
+        )
     if spec.posts:
         from retarget_bench.plugins.post_processors import Composed
 

@@ -2,16 +2,21 @@
 
 The grammar::
 
-    spec   = plugin { "+" plugin }
-    plugin = name [ "[" pair { "," pair } "]" ]
-    pair   = key "=" value
-    value  = true | false | integer | number | text | "quoted text" | 'quoted text'
+    spec        = plugin [ "@" environment ] { "+" plugin }
+    plugin      = name [ "[" pair { "," pair } "]" ]
+    pair        = key "=" value
+    value       = true | false | integer | number | text | "quoted text" | 'quoted text'
+    environment = word | "quoted text" | 'quoted text'
 
 Bare text ends at a comma or a closing bracket; spaces around it do not count. Text that holds one of
 these, a quote or an equals sign, or that would read as a number or a truth value, is quoted; in quotes
 a backslash makes the next quote or backslash an ordinary character and is itself ordinary before
 anything else. A plus sign outside brackets belongs to no name: what follows it are post-processors, which
 work on the answers of the method before them, in this order.
+
+An environment is the Python that answers in place of this one: its path, a command that starts it
+(``pan@"docker run -i image python"``), or, in results, the version and lock hash that it goes by
+(``pan@python3.10-3f2a91c0``).
 """
 
 from __future__ import annotations
@@ -20,7 +25,7 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from retarget_bench import files
 from retarget_bench.errors import BenchError
@@ -35,6 +40,7 @@ _NUMBER = re.compile(r"[+-]?((0|[1-9][0-9]*)(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]
 """``007`` and ``00.5`` are names of something, not numbers."""
 _TRUTH = {"true": True, "True": True, "false": False, "False": False}
 _BARE = re.compile(r"[^\s\[\],='\"]([^\[\],='\"]*[^\s\[\],='\"])?")
+_WORD = re.compile(r"[^\s\[\],+='\"]+")
 _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
 
 
@@ -48,6 +54,7 @@ class Spec:
     """A plug-in's name and the parameters it is asked for with.
 
     posts: the post-processors of a method, in their order; they have none of their own.
+    environment: where a method answers, as it is written; "": here.
 
     Two are equal when they are written alike: ``a[n=1]``, ``a[n=1.0]`` and ``a[n=true]`` differ.
     """
@@ -55,6 +62,7 @@ class Spec:
     name: str
     parameters: Mapping[str, Scalar] = field(default_factory=dict)
     posts: tuple[Spec, ...] = ()
+    environment: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", dict(sorted(self.parameters.items())))
@@ -66,12 +74,17 @@ class Spec:
 
     def with_parameters(self, **parameters: Scalar) -> Spec:
         """The same plug-in with these parameters set on top of its own."""
-        return Spec(self.name, {**self.parameters, **parameters}, self.posts)
+        return replace(self, parameters={**self.parameters, **parameters})
 
     @property
     def alone(self) -> Spec:
-        """The method without its post-processors."""
+        """The method without its post-processors and its environment."""
         return Spec(self.name, self.parameters)
+
+    @property
+    def here(self) -> Spec:
+        """The method without its environment."""
+        return replace(self, environment="")
 
     @property
     def names(self) -> str:
@@ -81,19 +94,24 @@ class Spec:
     @property
     def slug(self) -> str:
         """A file name: the plug-in's name, and eight hex digits of its parameters where it has some, or of
-        everything where it has post-processors."""
-        if not (self.parameters or self.posts):
+        everything where it has post-processors or an environment."""
+        if not (self.parameters or self.posts or self.environment):
             return files.slug(self.name)
         facts = [[post.name, post.parameters] for post in self.posts]
-        told = [self.parameters, *facts] if facts else self.parameters
+        told: object = [self.parameters, *facts] if facts else self.parameters
+        if self.environment:
+            told = {"environment": self.environment, "method": told}
         text = json.dumps(told, sort_keys=True, separators=(",", ":"))
-        name = self.names.replace("+", "-")
+        name = "-".join((*self.names.split("+"), *filter(None, [self.environment])))
         return f"{files.slug(name)[:LONGEST_NAME]}-{files.digest(text)}"
 
     def __str__(self) -> str:
         """The canonical form, parameters sorted by name; ``Spec.parse`` of it is this spec again."""
         pairs = [f"{key}={write_value(value)}" for key, value in self.parameters.items()]
         own = f"{self.name}[{','.join(pairs)}]" if pairs else self.name
+        if self.environment:
+            whole = _WORD.fullmatch(self.environment)
+            own += f"@{self.environment if whole else _quoted(self.environment)}"
         return "+".join((own, *map(str, self.posts)))
 
     def __eq__(self, other: object) -> bool:
@@ -122,7 +140,11 @@ def write_value(value: Scalar) -> str:
         return repr(value)
     if _BARE.fullmatch(value) and isinstance(read_value(value), str):
         return value
-    escaped = re.sub(r'(["\\])', r"\\\1", value)
+    return _quoted(value)
+
+
+def _quoted(text: str) -> str:
+    escaped = re.sub(r'(["\\])', r"\\\1", text)
     return f'"{escaped}"'
 
 
@@ -134,13 +156,15 @@ class _Reader:
         self.at = 0
 
     def spec(self) -> Spec:
-        first, *posts = [self._plugin()]
+        first, posts = self._plugin(), list[Spec]()
+        if self._take("@"):
+            first = replace(first, environment=self._environment())
         while self._take("+"):
             posts.append(self._plugin())
         if self.at < len(self.text):
             last = posts[-1] if posts else first
             raise self._error("'+' or the end" if last.parameters else "'[', '+' or the end")
-        return Spec(first.name, first.parameters, tuple(posts))
+        return replace(first, posts=tuple(posts))
 
     def _plugin(self) -> Spec:
         name = self._match(NAME, "a name such as copy_rotations")[0]
@@ -162,12 +186,23 @@ class _Reader:
         return found
 
     def _value(self, key: str) -> Scalar:
-        self._spaces()
-        if self.text[self.at : self.at + 1] in ("'", '"'):
-            quoted = self._match(_QUOTED, f"the closing quote of {key}")
-            inside = quoted[1] if quoted[1] is not None else quoted[2]
-            return re.sub(r"\\(['\"\\])", r"\1", inside)
+        if self._at_quote():
+            return self._unquoted(key)
         return read_value(self._match(_BARE, f"a value for {key} (quote text that holds ,=[]'\")")[0])
+
+    def _environment(self) -> str:
+        if self._at_quote():
+            return self._unquoted("the environment")
+        return self._match(_WORD, "a Python (quote a command that holds spaces or +,=[]'\")")[0]
+
+    def _at_quote(self) -> bool:
+        self._spaces()
+        return self.text[self.at : self.at + 1] in ("'", '"')
+
+    def _unquoted(self, what: str) -> str:
+        quoted = self._match(_QUOTED, f"the closing quote of {what}")
+        inside = quoted[1] if quoted[1] is not None else quoted[2]
+        return re.sub(r"\\(['\"\\])", r"\1", inside)
 
     def _match(self, pattern: re.Pattern[str], wanted: str) -> re.Match[str]:
         self._spaces()

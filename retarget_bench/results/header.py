@@ -38,6 +38,8 @@ class MethodInfo(_Part):
 
     posts:      its post-processors, in order, each with ``name`` and ``parameters``.
     code:       the hash of the code that made the predictions.
+    environment: of a method of another environment its ``name``, ``lock`` (hash of all that is installed),
+                interpreter, platform, and the versions of a few ``packages``.
     trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained.
     """
 
@@ -52,6 +54,7 @@ class MethodInfo(_Part):
     privileged: tuple[str, ...]
     control: bool
     stochastic: bool = False
+    environment: Mapping[str, Any] = field(default_factory=dict)
     trained_on: Mapping[str, tuple[str, ...]] | None = None
 
     @property
@@ -194,6 +197,7 @@ def _plain(value: Any) -> Any:
 
 OPTIONAL: dict[str, Any] = {
     "posts": (),
+    "environment": {},
     "protocol": {},
     "set_values": {},
     "networks": {},

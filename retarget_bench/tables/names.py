@@ -169,7 +169,8 @@ def method_title(label: str) -> str:
     told = ", ".join(
         f"{key.replace('_', ' ')} {write_value(value)}" for key, value in spec.parameters.items()
     )
-    return " + ".join(each.title for each in parts) + (f" ({told})" if told else "")
+    where = f" in {spec.environment}" if spec.environment else ""
+    return " + ".join(each.title for each in parts) + (f" ({told})" if told else "") + where
 
 
 def _families(key: str, value: DeclaredValue) -> set[str]:

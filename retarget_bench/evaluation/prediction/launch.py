@@ -118,7 +118,10 @@ class Spawned:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self.pid = self._process.pid
-        self.channel = Channel(self._process.stdout.fileno(), self._process.stdin.fileno())
+        mine = (self._process.stdout, self._process.stdin)
+        self.channel = Channel(*(os.dup(each.fileno()) for each in mine))
+        for each in mine:
+            each.close()
 
     def ended(self) -> str:
         code = self._process.poll()
@@ -147,17 +150,16 @@ def new_mark() -> str:
     return f"{os.getpid()}-{next(_NUMBERS)}"
 
 
-def end_orphans(mark: str, keep: Sequence[int]) -> None:
+def end_orphans(mark: str, workers: Sequence[int], template: int = 0) -> None:
     """Kill what workers of this mark left behind.
 
-    keep: the template, which has all workers as children, and processes that may live, with what they
-    started.
+    workers: those that may live, with what they started. template: it lives, what it started may not.
     """
     for each in psutil.process_iter():
         with suppress(psutil.Error):
-            if each.pid in keep or each.environ().get(MARK) != mark:
+            if each.pid in (*workers, template) or each.environ().get(MARK) != mark:
                 continue
-            if not {parent.pid for parent in each.parents()} & set(keep[1:]):
+            if not {parent.pid for parent in each.parents()} & set(workers):
                 each.kill()
 
 

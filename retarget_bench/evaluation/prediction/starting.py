@@ -22,7 +22,7 @@ def begin(start: Mapping[str, Any], reading: int, writing: int) -> None:
     work in) and ``log`` (the file that takes what is printed).
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(os, "setsid"):
+    with suppress(AttributeError, PermissionError):  # where there is none, or it leads a group already
         os.setsid()  # whoever ends this process ends what it started
     _print_into(start["log"])
     channel = Channel(reading, writing)
@@ -57,9 +57,3 @@ def _print_into(log: str) -> None:
     sys.stdout = open(1, "w", encoding="utf-8", errors="replace", closefd=False)  # noqa: SIM115
     sys.stderr = open(2, "w", encoding="utf-8", errors="replace", closefd=False, buffering=1)  # noqa: SIM115
     faulthandler.enable(file=2)
-
-
-if __name__ == "__main__":  # where processes cannot be forked
-    import json
-
-    begin(json.loads(sys.argv[1]), os.dup(0), os.dup(1))

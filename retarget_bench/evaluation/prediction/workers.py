@@ -14,7 +14,7 @@ from typing import Any
 from retarget_bench.api import Case, Context
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation.predict import Outcome, read_prediction
-from retarget_bench.evaluation.prediction import launch
+from retarget_bench.evaluation.prediction import environments, launch
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
 from retarget_bench.plugins.prediction_check import Invalid, verified
@@ -82,18 +82,20 @@ class Crew:
             self._workers[method] = PredictionWorker(method, self, folder)
         return self._workers[method]
 
-    def start(self, start: Mapping[str, Any]) -> launch.Started:
-        """Raises OSError."""
+    def start(self, start: Mapping[str, Any], environment: str) -> launch.Started:
+        """Raises OSError and CannotStart."""
+        if environment:
+            started, _ = environments.start(environment, Path(start["log"]), self._mark)
+            started.channel.send({"start": start})
+            return started
         if self._template is None or not self._template.living:
             self._template = launch.Template(self._preload, self._mark)
         return self._template.start(start)
 
     def end_orphans(self) -> None:
         """Kill what workers that have ended left behind."""
-        template = [] if self._template is None else [self._template.pid]
-        launch.end_orphans(
-            self._mark, [*template, *(each.pid for each in self._workers.values() if each.pid)]
-        )
+        living = [each.pid for each in self._workers.values() if each.pid]
+        launch.end_orphans(self._mark, living, self._template.pid if self._template else 0)
 
     def close(self) -> None:
         for each in self._workers.values():
@@ -190,14 +192,18 @@ class PredictionWorker:
 
     def _start(self) -> None:
         start = {
-            "method": str(self.method),
+            "method": str(self.method.here),
+            "parameters": dict(self.method.parameters),
             "plugins": list(self.crew.plugins),
             "folder": str(self.folder / "work"),
             "log": str(self._printed),
         }
         try:
-            self._started = self.crew.start(start)
-        except OSError as error:
+            self._started = self.crew.start(start, self.method.environment)
+        except environments.CannotStart as error:
+            self._hopeless = str(error)
+            raise Trouble(self._hopeless) from error
+        except (OSError, Closed) as error:
             raise Trouble(f"the method's process cannot be started ({error})") from error
         try:
             said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")

@@ -1,0 +1,90 @@
+"""Other Python environments: the commands that start workers there, and what these tell of themselves."""
+
+import os
+import shlex
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.prediction import launch
+from retarget_bench.evaluation.prediction.channel import Closed
+from retarget_bench.files import digest
+
+STARTING = 180.0
+"""Seconds in which a worker must tell where it runs."""
+BOOT = Path(__file__).with_name("other_python.py")
+NOT_INHERITED = ("PYTHONPATH", "PYTHONHOME", "__PYVENV_LAUNCHER__")
+"""Variables that would bring packages of this environment into the other one."""
+FACTS = ("name", "lock", "python", "platform", "packages")
+
+
+class CannotStart(BenchError):
+    """No worker answers to a command."""
+
+
+def in_full(environment: str) -> str:
+    """An environment with the paths of its files in full, for processes that work in other folders."""
+    given = str(Path(environment).expanduser()) if environment.startswith("~") else environment
+    try:
+        words = [given] if Path(given).is_file() else shlex.split(given)
+    except ValueError as error:
+        raise BenchError(f"{environment!r} is no command ({error})") from None
+    return shlex.join(str(Path(word).absolute()) if Path(word).is_file() else word for word in words)
+
+
+def start(environment: str, log: Path, mark: str) -> tuple[launch.Spawned, Mapping[str, Any]]:
+    """A worker that waits to be told its method, and the facts of where it runs.
+
+    environment: of ``in_full``. A Python is started with this package; a command that names a ``.py`` file
+    is a worker of its own (``numpy_worker.py``). log: takes what it prints. mark: by which it is known. Raises CannotStart.
+    """
+    words = shlex.split(environment)
+    command = words if own_worker(environment) else [*words, str(BOOT)]
+    inherited = {name: value for name, value in os.environ.items() if name not in NOT_INHERITED}
+    try:
+        started = launch.Spawned(command, inherited, str(log), mark)
+    except OSError as error:
+        raise CannotStart(f"no worker can be started by {environment!r} ({error.strerror})") from error
+    try:
+        said = started.channel.receive(STARTING)
+        why = f"nothing was said within {STARTING:g} s" if said is None else ""
+        facts = said and said.get("environment")
+    except Closed as error:
+        facts, why = None, str(error)
+    if isinstance(facts, dict) and all(name in facts for name in FACTS):
+        return started, {name: facts[name] for name in FACTS}
+    launch.end(started)
+    printed = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    last = printed[-1].strip() if printed else why or "it does not tell its environment"
+    raise CannotStart(f"no worker can be started by {environment!r}: {last}")
+
+
+@cache
+def facts(environment: str) -> Mapping[str, Any]:
+    """Name, lock hash, interpreter, platform and packages of an environment. Raises CannotStart."""
+    with TemporaryDirectory(prefix="retarget-bench-", ignore_cleanup_errors=True) as folder:
+        started, found = start(environment, Path(folder) / "printed.txt", launch.new_mark())
+        launch.end(started)
+    return found
+
+
+def label(environment: str) -> str:
+    """What results call an environment, the same wherever it lies: ``python3.10-3f2a91c0``."""
+    found = facts(environment)
+    version = ".".join(str(found["python"]).split()[-1].split(".")[:2])
+    return f"python{version}-{found['lock'][:8]}"
+
+
+def key_facts(environment: str) -> dict[str, str]:
+    """What predictions depend on: the lock, and the text of a worker's own files."""
+    own = [Path(word) for word in shlex.split(environment) if word.endswith(".py")]
+    texts = "\n".join(path.read_bytes().hex() for path in own if path.is_file())
+    return {"lock": str(facts(environment)["lock"]), "files": digest(texts)}
+
+
+def own_worker(environment: str) -> bool:
+    """True for a command that starts a worker of its own."""
+    return any(word.endswith(".py") for word in shlex.split(environment))

@@ -1,0 +1,137 @@
+"""A prediction worker that needs numpy alone and Python 3.7: copy it beside code that runs nowhere else.
+
+    python numpy_worker.py my_code.py
+
+``my_code.py`` has a function ``retarget(source, target, context)``; docs/environments.md tells what it is
+given and returns. Questions are lines on the standard input, answers are lines on the standard output.
+"""
+
+from __future__ import annotations  # for Python 3.7 and 3.8
+
+import faulthandler
+import hashlib
+import importlib.util
+import json
+import os
+import platform
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+SHOWN = ("numpy", "scipy", "torch", "tensorflow", "jax")
+"""Packages whose versions results name; all of them are in the lock."""
+
+
+# --------------------------------------------------------------------------------------------- environment
+def environment() -> dict[str, Any]:
+    """The environment that this process runs in: its name, what it holds, and a hash of that (``lock``)."""
+    packages = dict(reversed(list(_distributions())))  # of several with one name the first is imported
+    python = f"{platform.python_implementation()} {platform.python_version()}"
+    machine = f"{sys.platform}-{platform.machine()}"
+    lines = [python, machine, *sorted(f"{name}=={version}" for name, version in packages.items())]
+    return {
+        "name": os.environ.get("CONDA_DEFAULT_ENV") or Path(sys.prefix).name,
+        "lock": hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16],
+        "python": python,
+        "platform": machine,
+        "packages": {name: packages[name] for name in SHOWN if name in packages},
+    }
+
+
+def _distributions() -> Iterator[tuple[str, str]]:
+    """(name, version) of everything installed, in the order in which it is found."""
+    try:
+        from importlib import metadata
+    except ImportError:  # Python 3.7
+        for each in importlib.import_module("pkg_resources").working_set:
+            yield each.key.replace("_", "-"), each.version
+        return
+    for found in metadata.distributions():
+        if found.metadata["Name"]:
+            yield found.metadata["Name"].lower().replace("_", "-"), found.version
+
+
+# --------------------------------------------------------------------------------------------------- files
+def body(path: str) -> dict[str, Any]:
+    """A body; what is numbers is arrays."""
+    found = json.loads(Path(path).read_text(encoding="utf-8"))
+    return {**found, **{name: np.array(found[name]) for name in ("parents", "offsets", "reference_pose")}}
+
+
+def motion(path: str, character: str) -> dict[str, Any]:
+    """A motion: ``rotations`` and ``root``, or ``positions``; ``fps`` and its ``body``."""
+    with np.load(path) as file:
+        found = {name: file[name] for name in file.files}
+    return {**found, "fps": float(found["fps"]), "body": body(character)}
+
+
+def write(path: str, answer: dict[str, Any]) -> None:
+    """The answer's ``rotations`` and ``root``, or its ``positions``, in single precision."""
+    names = ("positions",) if "positions" in answer else ("rotations", "root")
+    arrays: dict[str, Any] = {name: np.asarray(answer[name], dtype=np.float32) for name in names}
+    np.savez(path, **arrays)
+
+
+# ---------------------------------------------------------------------------------------------- the worker
+def answer(question: dict[str, Any], retarget: Callable, parameters: dict[str, Any]) -> dict[str, Any]:
+    """How one question went: ``ok`` with the answer written, ``unsupported``, or ``failed``."""
+    start, status, message = time.perf_counter(), "ok", ""
+    try:
+        context = {**question["context"], "parameters": parameters}
+        for name in ("reference", "second_reference"):
+            if context.get(name):
+                context[name] = motion(context[name]["motion"], context[name]["character"])
+        source = motion(question["source"], question["source_character"])
+        write(question["answer"], retarget(source, body(question["target_character"]), context))
+    except NotImplementedError as error:
+        status, message = "unsupported", str(error)
+    except Exception as error:
+        traceback.print_exc()
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(where.filename).name}:{where.lineno}"
+        status, message = "failed", f"{type(error).__name__}: {error} ({place})"
+    return {"status": status, "message": message, "seconds": time.perf_counter() - start}
+
+
+def code(path: Path) -> Any:
+    """The module in a file, imported in its own folder, where it finds its files."""
+    os.chdir(str(path.parent))
+    sys.path.insert(0, str(path.parent))
+    spec = importlib.util.spec_from_file_location("retarget_code", str(path))
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def main() -> None:
+    """Answer until the standard input ends."""
+    questions, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
+    os.dup2(2, 1)  # what the code prints goes to the log
+    faulthandler.enable()
+
+    def say(message: dict[str, Any]) -> None:
+        answers.write(json.dumps(message).encode() + b"\n")
+
+    retarget = code(Path(sys.argv[1]).absolute()).retarget
+    say({"environment": environment()})
+    parameters: dict[str, Any] = {}
+    for line in iter(questions.readline, b""):
+        said = json.loads(line)
+        if "start" in said:
+            parameters = said["start"]["parameters"]
+            say({"ready": True})
+        else:
+            rounds = [[answer(q, retarget, parameters) for q in said["ask"]] for _ in range(said["repeat"])]
+            say({"answers": rounds[-1]})
+
+
+if __name__ == "__main__":
+    main()
