@@ -239,11 +239,15 @@ def _indent(line: str) -> str:
 @click.argument("kind", type=click.Choice(list(KINDS)), metavar="|".join(KINDS))
 @click.argument("name", metavar="NAME")
 @click.option("--package", is_flag=True, help="Make a package that can be pip-installed and published.")
-def new(kind: str, name: str, package: bool) -> None:
+@click.option("--worker", is_flag=True, help="A method whose code runs in another Python, old or new.")
+def new(kind: str, name: str, package: bool, worker: bool) -> None:
     """Start a method, metric, data set or post-processor from a template that already runs.
 
-    Writes NAME.py here; with --package a folder NAME. Nothing that exists is overwritten.
+    Writes NAME.py here; with --package a folder NAME; with --worker also NAME_code.py, which needs numpy
+    alone, and NAME_worker.py, which runs it. Nothing that exists is overwritten.
     """
+    if worker and (package or kind != "method"):
+        raise BenchError("--worker is for methods, and not for packages")
     if not _NAME.fullmatch(name):
         raise BenchError(
             f"{name!r} is no name for a plug-in: use small letters, digits and _, a letter first"
@@ -253,6 +257,9 @@ def new(kind: str, name: str, package: bool) -> None:
     if package:
         _write_package(kind, name)
         steps = [f"pip install -e {name}", f"bench test {name}"]
+    elif worker:
+        _write_worker(name)
+        steps = []
     else:
         _write_all({Path(f"{name}.py"): plugin_source(kind, name)})
         steps = [f"bench test {name} --plugin {name}.py"]
@@ -268,6 +275,15 @@ def plugin_source(kind: str, name: str) -> str:
     text = (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8")
     class_name = "".join(part.capitalize() for part in name.split("_"))
     return text.replace(f"my_{kind}", name).replace(f"My{kind.capitalize()}", class_name)
+
+
+def _write_worker(name: str) -> None:
+    from retarget_bench.evaluation import prediction
+
+    loop = Path(prediction.__file__).with_name("numpy_worker.py")
+    texts = {"": plugin_source("worker", name), "_code": plugin_source("worker_code", name)}
+    texts["_worker"] = loop.read_text(encoding="utf-8")
+    _write_all({Path(f"{name}{part}.py"): text for part, text in texts.items()})
 
 
 def _write_package(kind: str, name: str) -> None:

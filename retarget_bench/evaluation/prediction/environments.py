@@ -1,8 +1,9 @@
 """Other Python environments: the commands that start workers there, and what these tell of themselves."""
 
+import hashlib
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -80,9 +81,16 @@ def label(environment: str) -> str:
 
 def key_facts(environment: str) -> dict[str, str]:
     """What predictions depend on: the lock, and the text of a worker's own files."""
-    own = [Path(word) for word in shlex.split(environment) if word.endswith(".py")]
-    texts = "\n".join(path.read_bytes().hex() for path in own if path.is_file())
-    return {"lock": str(facts(environment)["lock"]), "files": digest(texts)}
+    own = [word for word in shlex.split(environment) if word.endswith(".py")]
+    return {"lock": str(facts(environment)["lock"]), "files": files_hash(own)}
+
+
+def files_hash(words: Sequence[str]) -> str:
+    """Sixteen hex digits of the contents of those words of a command that are files; "" where none is."""
+    files = [Path(word) for word in words if Path(word).is_file()]
+    return digest(
+        "\n".join(hashlib.sha256(path.read_bytes()).hexdigest() for path in files), 16 * bool(files)
+    )
 
 
 def own_worker(environment: str) -> bool:

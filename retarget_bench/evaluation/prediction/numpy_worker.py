@@ -34,8 +34,10 @@ def environment() -> dict[str, Any]:
     python = f"{platform.python_implementation()} {platform.python_version()}"
     machine = f"{sys.platform}-{platform.machine()}"
     lines = [python, machine, *sorted(f"{name}=={version}" for name, version in packages.items())]
+    prefix = Path(sys.prefix)
+    folder = prefix.parent if prefix.name in (".venv", "venv", "env") else prefix
     return {
-        "name": os.environ.get("CONDA_DEFAULT_ENV") or Path(sys.prefix).name,
+        "name": os.environ.get("CONDA_DEFAULT_ENV") or folder.name,
         "lock": hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16],
         "python": python,
         "platform": machine,
