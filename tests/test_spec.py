@@ -49,6 +49,29 @@ def test_so_does_a_method_with_post_processes(method, posts):
     assert re.fullmatch(r"[a-z0-9_.-]{1,60}", spec.slug)
 
 
+@given(PLUGINS, st.text(min_size=1, max_size=30), st.lists(PLUGINS, max_size=1))
+def test_so_does_a_method_of_another_environment(method, environment, posts):
+    spec = Spec(method.name, method.parameters, tuple(posts), environment)
+    again = Spec.parse(str(spec))
+    assert (again, again.environment, again.alone) == (spec, environment, method)
+    assert str(again.here) == str(Spec(method.name, method.parameters, tuple(posts)))
+    assert again.slug != again.here.slug
+    assert re.fullmatch(r"[a-z0-9_.-]{1,60}", spec.slug)
+
+
+@pytest.mark.parametrize(
+    ("text", "environment"),
+    [
+        ("pan@/usr/bin/python3.10", "/usr/bin/python3.10"),
+        ("pan[a=1]@python3.10-3f2a91c0+fix", "python3.10-3f2a91c0"),
+        ("pan @ 'conda run -n old python' + fix", "conda run -n old python"),
+        ("pan@C:\\old\\python.exe", "C:\\old\\python.exe"),
+    ],
+)
+def test_an_environment_follows_an_at_sign(text, environment):
+    assert Spec.parse(text).environment == environment
+
+
 def test_compositions_that_differ_have_slugs_that_differ():
     texts = "a", "a+b", "a+c", "a+b+c", "a+c+b", "a[x=1]+b", "a+b[x=1]", "a[x=1]", "a-b", "a-b+c", "a+b-c"
     slugs = {Spec.parse(text).slug for text in texts}

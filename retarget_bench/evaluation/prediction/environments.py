@@ -40,7 +40,8 @@ def start(environment: str, log: Path, mark: str) -> tuple[launch.Spawned, Mappi
     """A worker that waits to be told its method, and the facts of where it runs.
 
     environment: of ``in_full``. A Python is started with this package; a command that names a ``.py`` file
-    is a worker of its own (``numpy_worker.py``). log: takes what it prints. mark: by which it is known. Raises CannotStart.
+    is a worker of its own (``numpy_worker.py``). log: takes what it prints. mark: of ``launch.new_mark``.
+    Raises CannotStart.
     """
     words = shlex.split(environment)
     command = words if own_worker(environment) else [*words, str(BOOT)]
