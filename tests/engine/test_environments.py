@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from in_process import InThisProcess
 from small_plans import asked
@@ -182,6 +183,30 @@ def test_methods_that_are_asked_here_have_no_environment():
 def test_limits_hold_there(ask, other):
     (outcome,) = ask(f'toy_method[does=die]@"{other}"')
     assert "SIGKILL" in outcome.message
+
+
+def test_a_worker_behind_another_program_lives_and_ends_with_it(tmp_path):
+    """As with ``conda run``: the Python is a child of what was started."""
+    shim = tmp_path / "run"
+    shim.write_text(f'#!/bin/sh\n"{sys.executable}" "$@"\nexit $?\n')
+    shim.chmod(0o755)
+    data = plan.dataset(Spec.parse("toy_cases"))
+    asked = [(data.load(data.cases("retarget", "intra")[0]), Context())]
+    crew = Crew(tmp_path / "crew", registry.files(), Limits())
+    try:
+        good, dying = (
+            crew.worker(Spec("toy_method", parameters, environment=str(shim)))
+            for parameters in ({}, {"does": "die"})
+        )
+        assert good.ask(asked)[0].status == "ok"
+        processes = [psutil.Process(good.pid), *psutil.Process(good.pid).children(recursive=True)]
+        assert dying.ask(asked)[0].status == "failed"
+        assert good.ask(asked)[0].status == "ok"
+        assert good.pid == processes[0].pid
+    finally:
+        crew.close()
+    assert len(processes) == 2
+    assert not psutil.wait_procs(processes, timeout=5)[1]
 
 
 def _other_pythons() -> list[str]:
