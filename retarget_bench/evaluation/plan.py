@@ -162,6 +162,10 @@ class EvaluationUnit:
         return "" if self.plan.external else self.method.environment
 
     @property
+    def lock(self) -> str:
+        return str(environments.facts(self.environment)["lock"]) if self.environment else ""
+
+    @property
     def in_batches(self) -> bool:
         """True if the method takes several cases at once."""
         return self.plan.external is None and optional.takes_batches(self.built)

@@ -155,7 +155,8 @@ def _part(unit: EvaluationUnit, wanted: Mapping[str, str]) -> JobPart:
     if unit.plan.external:
         return JobPart(unit.method, unit.paths, wanted, "", Inputs())
     seeded_as = str(unit.known_as.alone)  # post-processors follow the very answers of the method alone
-    return JobPart(located(unit.method), unit.paths, wanted, seeded_as, Inputs.of(unit.built))
+    given = Inputs.of(unit.built)
+    return JobPart(located(unit.method), unit.paths, wanted, seeded_as, given, unit.lock)
 
 
 def _answers(

@@ -46,7 +46,8 @@ class JobPart:
     """A method and what it lacks of a job's cases.
 
     keys: case id -> key of its prediction. seeded_as: the name that its seeds are made from.
-    inputs: what it is given beside source and target.
+    inputs: what it is given beside source and target. lock: of the environment that it answers in, if that
+    is another one.
     """
 
     method: Spec
@@ -54,6 +55,7 @@ class JobPart:
     keys: Mapping[str, str]
     seeded_as: str
     inputs: Inputs
+    lock: str = ""
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,7 @@ def _predicted(job: CaseJob, part: JobPart, cases: Mapping[str, Case]) -> dict[s
         for case in cases.values()
     ]
     worker = prediction_worker(job.plan, part.method, job.scratch, job.preload)
-    worker.log = part.paths.log
+    worker.log, worker.lock = part.paths.log, part.lock
     asked = list(zip(cases.values(), contexts, strict=True))
     try:
         return dict(zip(cases, worker.ask(asked), strict=True))

@@ -2,11 +2,12 @@
 
 import shlex
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.header import MethodInfo, ResultHeader
 from retarget_bench.tables.model import Provenance
 
 
@@ -34,18 +35,31 @@ def _entry(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:
         seeds=tuple(header.seeds),
         date=max(each.date for each in headers.values())[:10],
         revision=header.revision,
-        versions=", ".join(f"{name} {which}" for name, which in header.versions.items()),
+        versions=", ".join(f"{name} {which}" for name, which in header.versions.items()) + _there(method),
         command=_command(header, list(headers)),
     )
 
 
+def _there(method: MethodInfo) -> str:
+    """The environment that a method answered in, where it was another one."""
+    if not (found := method.environment):
+        return ""
+    packages = (f"{name} {version}" for name, version in found["packages"].items())
+    return (
+        f"; answered in {found['name']} (lock {found['lock']}): {', '.join((found['python'], *packages))}"
+    )
+
+
 def _command(header: ResultHeader, splits: Sequence[str]) -> str:
-    """The command that makes the rows again, without the path of the data."""
+    """The command that makes the rows again, without the paths of the data and of another Python."""
     method, dataset = header.method, header.dataset
     if method.external:
         return "bench score FOLDER"
     data = Spec(dataset.name, dataset.parameters)
-    words = ["bench", "run", method.label, "-d", str(data), "-s", ",".join(splits)]
+    label = method.label
+    if method.environment:
+        label = str(replace(Spec.parse(label), environment="PYTHON"))
+    words = ["bench", "run", label, "-d", str(data), "-s", ",".join(splits)]
     if seeds := header.seeds:
         words += ["--seed", str(seeds[0]), *(["--seeds", str(len(seeds))] if len(seeds) > 1 else [])]
     return shlex.join(words)

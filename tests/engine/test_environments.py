@@ -16,6 +16,7 @@ import pytest
 from in_process import InThisProcess
 from small_plans import asked
 
+from retarget_bench.analysis import summary
 from retarget_bench.api import Context
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
@@ -25,6 +26,7 @@ from retarget_bench.evaluation.prediction.workers import Crew, Limits
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from retarget_bench.tables import builder
 
 HERE = Path(__file__).parent
 LOOP = Path(numpy_worker.__file__)
@@ -130,6 +132,10 @@ def test_results_of_another_environment_are_their_own_and_the_same_numbers(tmp_p
     assert not here.header.method.environment
     assert here.header.keys != there.header.keys
     assert runner.run(asked(tmp_path, "copy_rotations", methods[0], clips=1), _never)
+    (made,) = builder.tables(summary.split_summaries([there.paths]), ["mpjpe_h.world"])
+    (origin,) = made.provenance
+    assert f"(lock {facts['lock']}): {facts['python']}, numpy {np.__version__}" in origin.versions
+    assert "copy_rotations@PYTHON" in origin.command
 
 
 def _never(done: int, total: int) -> None:
@@ -166,6 +172,17 @@ def test_an_environment_that_is_gone_later_fails_its_rows(ask, tmp_path):
     shim.chmod(0o755)
     (outcome,) = ask(f"copy_rotations@{shim}")
     assert (outcome.status, "gone" in outcome.message) == ("failed", True)
+
+
+def test_an_environment_that_changes_during_a_run_answers_no_more(tmp_path, other):
+    data = plan.dataset(Spec.parse("toy_cases"))
+    crew = Crew(tmp_path / "crew", registry.files(), Limits())
+    worker = crew.worker(Spec("toy_method", environment=other))
+    worker.lock = "another"
+    (outcome,) = worker.ask([(data.load(data.cases("retarget", "intra")[0]), Context())])
+    crew.close()
+    assert outcome.status == "failed"
+    assert "not the environment that the run began with" in outcome.message
 
 
 def test_parameters_are_checked_on_this_side(tmp_path):

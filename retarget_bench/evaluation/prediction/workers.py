@@ -82,10 +82,15 @@ class Crew:
             self._workers[method] = PredictionWorker(method, self, folder)
         return self._workers[method]
 
-    def start(self, start: Mapping[str, Any], environment: str) -> launch.Started:
+    def start(self, start: Mapping[str, Any], environment: str, lock: str) -> launch.Started:
         """Raises OSError and CannotStart."""
         if environment:
-            started, _ = environments.start(environment, Path(start["log"]), self._mark)
+            started, facts = environments.start(environment, Path(start["log"]), self._mark)
+            if lock not in ("", facts["lock"]):
+                launch.end(started)
+                raise environments.CannotStart(
+                    f"{environment!r} is not the environment that the run began with ({lock}); run again"
+                )
             started.channel.send({"start": start})
             return started
         if self._template is None or not self._template.living:
@@ -111,12 +116,14 @@ class PredictionWorker:
     """The process of one method. It is started when it is asked, and again when it has ended.
 
     folder: for questions, answers and what the method writes. log: takes what it prints; None: nobody asks.
+    lock: of another environment, if it is known.
     """
 
     method: Spec
     crew: Crew
     folder: Path
     log: Path | None = None
+    lock: str = ""
     seconds: float = field(default=0.0, init=False)
     """Of the last answer, as the worker measured it, for each case."""
 
@@ -199,7 +206,7 @@ class PredictionWorker:
             "log": str(self._printed),
         }
         try:
-            self._started = self.crew.start(start, self.method.environment)
+            self._started = self.crew.start(start, self.method.environment, self.lock)
         except environments.CannotStart as error:
             self._hopeless = str(error)
             raise Trouble(self._hopeless) from error
