@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
 from retarget_bench.evaluation.worker import CaseJob, JobPart, Stop, work
+from retarget_bench.files import LOCK, locked
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
@@ -23,8 +25,15 @@ Progress = Callable[[int, int], None]
 def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPaths]:
     """Compute what a plan lacks and return the paths of its results. timed: measure speeds, too.
 
-    Interrupted at any moment, it keeps what was finished; the next run goes on from there.
+    Interrupted at any moment, it keeps what was finished; the next run goes on from there. Raises
+    BenchError where another run is writing to the same folder.
     """
+    busy = f"another run is writing to {plan.root}; wait until it has ended, or give another folder"
+    with nullcontext() if plan.redo == "never" else locked(plan.root / LOCK, busy):
+        return _run(plan, progress, timed)
+
+
+def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
     wanted = _with_cases(plan, evaluation_units(plan))
     todo = {unit: cases for unit in wanted if (cases := _wanted_cases(unit))}
     keep = plan.stage != "predict"
@@ -88,6 +97,7 @@ def _wanted_cases(unit: EvaluationUnit) -> list[str]:
         return wanted
     try:
         header = store.read_header(unit.paths.header)
+        store.verify(unit.paths, header)
     except FileError:
         return wanted
     counts = header.counts

@@ -15,7 +15,7 @@ from retarget_bench.errors import FileError
 from retarget_bench.results import store
 from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.header import ResultHeader
-from retarget_bench.results.store import CaseResult, ResultPaths
+from retarget_bench.results.paths import CASES, ROWS, SETS, CaseResult, ResultPaths
 
 LARGE = 1_000_000
 """Bytes from which importing pandas pays."""
@@ -45,6 +45,7 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
     """
     if newest.why_outdated(header):  # the case list beside the rows is that of the newer data
         return Columns(paths, header, (), {})
+    store.verify(paths, header, ROWS, CASES, SETS)
     cases = tuple(store.read_cases(paths.cases, paths.task, paths.split))
     position = {info.id: number for number, info in enumerate(cases)}
     if paths.header.exists():

@@ -4,7 +4,7 @@ Under a results root, one folder per data set, task and split holds for every me
 
     <method>.csv       rows: case, value id, index, value (nine significant digits, sorted)
     <method>.npz       values per joint or frame, too many for rows
-    <method>.json      the header: what ran, on what, with which versions, and what went wrong
+    <method>.json      the header: what ran, on what, with which versions, what went wrong, and checksums
     <method>/          the predictions, one file per case; disposable
     cases.csv          what is known of every case: source, target, clip, kind, frames
 
@@ -16,7 +16,7 @@ import csv
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -25,77 +25,18 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, digest, slug, write_csv, write_text
+from retarget_bench.files import atomic, digest, write_csv, write_text
+from retarget_bench.results import checksums
 from retarget_bench.results.header import SCHEMA, DeclaredValue, Problem, ResultHeader, parsed
+from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, ROWS, SETS
+from retarget_bench.results.paths import CaseResult as CaseResult
+from retarget_bench.results.paths import ResultPaths as ResultPaths
+from retarget_bench.results.paths import Values as Values
+from retarget_bench.results.paths import case_file as case_file
 
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
 UNFINISHED = "not finished yet"
-ARRAY_INDICES = ("joint", "frame")
-"""Values with one of these indices are stored in the ``.npz``, not in rows."""
-
-Values = dict[str, float | dict[str, float]]
-
-
-@dataclass(frozen=True)
-class ResultPaths:
-    """Paths of the results of one method on one split of a data set."""
-
-    root: Path
-    dataset: str
-    task: str
-    split: str
-    method: str
-
-    @property
-    def folder(self) -> Path:
-        return self.root / self.dataset / self.task / self.split
-
-    @property
-    def rows(self) -> Path:
-        return self.folder / f"{self.method}.csv"
-
-    @property
-    def arrays(self) -> Path:
-        return self.folder / f"{self.method}.npz"
-
-    @property
-    def header(self) -> Path:
-        return self.folder / f"{self.method}.json"
-
-    @property
-    def timing(self) -> Path:
-        return self.folder / f"{self.method}.timing.csv"
-
-    @property
-    def journal(self) -> Path:
-        return self.folder / f"{self.method}.journal"
-
-    @property
-    def begun(self) -> Path:
-        return self.folder / f"{self.method}.begun"
-
-    @property
-    def any_header(self) -> Path:
-        """The header; of results that are not finished the one that their run began with."""
-        return self.begun if self.begun.exists() and not self.header.exists() else self.header
-
-    @property
-    def cases(self) -> Path:
-        return self.folder / "cases.csv"
-
-    def prediction(self, case_id: str) -> Path:
-        return self.folder / self.method / f"{case_file(case_id)}.npz"
-
-
-@dataclass
-class CaseResult:
-    """The result of one case."""
-
-    case: str
-    status: str
-    message: str = ""
-    values: Values = field(default_factory=dict)
 
 
 @dataclass
@@ -106,11 +47,6 @@ class Results:
     header: ResultHeader
     entries: list[CaseResult]
     cases: dict[str, CaseInfo]
-
-
-def case_file(case_id: str) -> str:
-    """The file name, without suffix, of a case's prediction."""
-    return slug(case_id.replace("/", "--").replace(">", "-to-"))
 
 
 def key(facts: Mapping[str, Any]) -> str:
@@ -189,13 +125,18 @@ def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -
 def write_results(
     paths: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
-    """Rows, arrays and case list, then the header (whose presence says that all is there)."""
+    """Rows, arrays and case list, then the header, which says that all is there and what it holds.
+
+    Values of sets, if there are any, have to be there already.
+    """
     write_cases(paths, infos)
     rows, arrays = _flatten(entries, header.values)
     texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     write_csv(paths.rows, ROW_FIELDS, texts)
     write_npz(paths.arrays, arrays, compressed=True)
-    _write_header(paths.header, header)
+    there = {end: paths.file(end) for end in (ROWS, ARRAYS, SETS, CASES) if paths.file(end).exists()}
+    files = {end: checksums.stored_file(path) for end, path in there.items()}
+    _write_header(paths.header, replace(header, files=files))
     paths.journal.unlink(missing_ok=True)
     paths.begun.unlink(missing_ok=True)
 
@@ -236,6 +177,18 @@ def _flatten(
 
 
 # --------------------------------------------------------------------------------------------- reading
+def verify(paths: ResultPaths, header: ResultHeader, *ends: str) -> None:
+    """Check files (none: all that the header lists) against the header. Raises FileError for the first that
+    is missing, or not as it was written."""
+    for end in ends or header.files:
+        if end in header.files and (problem := checksums.problem(paths.file(end), header.files[end])):
+            raise FileError(
+                paths.file(end),
+                f"{problem}; numbers made of it could be wrong. Restore it, or have bench run, with the "
+                "same options, write it anew",
+            )
+
+
 def read_header(path: Path) -> ResultHeader:
     """The header at a path. Raises FileError on damage or a newer schema."""
     facts = read_header_facts(path)
@@ -265,8 +218,11 @@ def read_results(paths: ResultPaths) -> Results:
     Raises FileError when a file is missing, damaged or from a newer version.
     """
     header = read_header(paths.any_header)
+    finished = paths.any_header != paths.begun
+    if finished:
+        verify(paths, header, ROWS, CASES)
     cases = {info.id: info for info in read_cases(paths.cases, paths.task, paths.split)}
-    if paths.any_header == paths.begun:
+    if not finished:
         header, entries = read_unfinished(paths, header, list(cases.values()))
     else:
         entries = read_rows(paths.rows)
@@ -347,9 +303,10 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
 
 def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
+    header = read_header(paths.any_header)
     if paths.any_header == paths.begun:
-        header = read_header(paths.begun)
         return _flatten(_read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
+    verify(paths, header, ARRAYS)
     return read_npz(paths.arrays, "cannot be read; run the method again")
 
 
