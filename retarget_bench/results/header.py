@@ -135,10 +135,14 @@ class Problem(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class StoredFile(_Part):
-    """A file beside the header as it was written: see ``checksums``. rows: of a table, else None."""
+    """A file beside the header as it was written: see ``checksums``.
+
+    rows: of a table, else None. footer: the hash of the size and of the end of a Parquet file.
+    """
 
     sha256: str
     rows: int | None = None
+    footer: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,7 +192,7 @@ class ResultHeader(_Part):
         kept = [replace(each, cases=tuple(sorted(ids & set(each.cases)))) for each in self.problems]
         problems = tuple(each for each in kept if each.cases)
         status = {case: each.status for each in problems for case in each.cases}
-        counts = Counts.of(status.get(case, "ok") for case in ids)
+        counts = replace(Counts.of(status.values()), asked=len(ids), ok=len(ids) - len(status))
         return replace(self, counts=counts, problems=problems)
 
 
@@ -209,6 +213,7 @@ OPTIONAL: dict[str, Any] = {
     "not_applicable": {},
     "files": {},
     "rows": None,
+    "footer": "",
 }
 """Fields that are not written while they hold this."""
 

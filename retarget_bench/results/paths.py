@@ -5,7 +5,7 @@ from pathlib import Path
 
 from retarget_bench.files import slug
 
-CASES, ROWS, ARRAYS, SETS = "cases.csv", "csv", "npz", "sets.csv"
+CASES, ROWS, LARGE, ARRAYS, SETS = "cases.csv", "csv", "parquet", "npz", "sets.csv"
 """Ends of the names of the files that headers list."""
 ARRAY_INDICES = ("joint", "frame")
 """Values with one of these indices are stored in the ``.npz``, not in rows."""
@@ -30,6 +30,11 @@ class ResultPaths:
     @property
     def rows(self) -> Path:
         return self.file(ROWS)
+
+    @property
+    def large(self) -> Path:
+        """Rows and arrays of results of many cases, which have neither of the two others."""
+        return self.file(LARGE)
 
     @property
     def arrays(self) -> Path:

@@ -4,6 +4,7 @@ Under a results root, one folder per data set, task and split holds for every me
 
     <method>.csv       rows: case, value id, index, value (nine significant digits, sorted)
     <method>.npz       values per joint or frame, too many for rows
+    <method>.parquet   in place of both where there are many cases (``large_rows``)
     <method>.json      the header: what ran, on what, with which versions, what went wrong, and checksums
     <method>/          the predictions, one file per case; disposable
     cases.csv          what is known of every case: source, target, clip, kind, frames
@@ -26,9 +27,10 @@ import numpy as np
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, digest, write_csv, write_text
-from retarget_bench.results import checksums
+from retarget_bench.results import checksums, large_rows
 from retarget_bench.results.header import SCHEMA, DeclaredValue, Problem, ResultHeader, parsed
-from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, ROWS, SETS
+from retarget_bench.results.large_rows import Batch, LargeRows
+from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, LARGE, ROWS, SETS
 from retarget_bench.results.paths import CaseResult as CaseResult
 from retarget_bench.results.paths import ResultPaths as ResultPaths
 from retarget_bench.results.paths import Values as Values
@@ -114,8 +116,11 @@ def append_journal(paths: ResultPaths, entry: CaseResult) -> None:
 def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -> None:
     """Write what ``read_unfinished`` needs beside the journal.
 
-    A case list that is there stays until results are complete, since older ones are read with it.
+    A case list that is there stays until results are complete, since older ones are read with it. Raises
+    BenchError where results of so many cases could not be written.
     """
+    if len(infos) > large_rows.MANY:
+        large_rows.parquet()
     if not paths.cases.exists():
         write_cases(paths, infos)
     _write_header(paths.begun, header)
@@ -129,14 +134,39 @@ def write_results(
 
     Values of sets, if there are any, have to be there already.
     """
+    if len(infos) > large_rows.MANY:
+        found = {entry.case: entry for entry in entries}
+        ids = sorted(info.id for info in infos)
+        ordered = (found.get(case, CaseResult(case, "missing")) for case in ids)
+        write_large(paths, header, large_rows.batches(ordered, header.values), infos)
+        return
     write_cases(paths, infos)
     rows, arrays = _flatten(entries, header.values)
     texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     write_csv(paths.rows, ROW_FIELDS, texts)
     write_npz(paths.arrays, arrays, compressed=True)
-    there = {end: paths.file(end) for end in (ROWS, ARRAYS, SETS, CASES) if paths.file(end).exists()}
-    files = {end: checksums.stored_file(path) for end, path in there.items()}
+    _write_last(paths, header, (ROWS, ARRAYS, SETS, CASES))
+
+
+def write_large(
+    paths: ResultPaths, header: ResultHeader, batches: Iterable[Batch], infos: Sequence[CaseInfo]
+) -> None:
+    """The same for results of many cases, of which every one is in a batch, in the order of their ids."""
+    write_cases(paths, infos)
+    count = large_rows.write(paths.large, batches, header.values)
+    _write_last(paths, header, (LARGE, SETS, CASES), count)
+
+
+def _write_last(
+    paths: ResultPaths, header: ResultHeader, ends: Sequence[str], count: int | None = None
+) -> None:
+    """The header, with checksums of the files that it lists; then what it replaces goes."""
+    files = {end: checksums.stored_file(paths.file(end)) for end in ends if paths.file(end).exists()}
+    if count is not None:
+        files[LARGE] = replace(files[LARGE], rows=count)
     _write_header(paths.header, replace(header, files=files))
+    for end in {ROWS, ARRAYS, LARGE}.difference(ends):
+        paths.file(end).unlink(missing_ok=True)
     paths.journal.unlink(missing_ok=True)
     paths.begun.unlink(missing_ok=True)
 
@@ -178,10 +208,12 @@ def _flatten(
 
 # --------------------------------------------------------------------------------------------- reading
 def verify(paths: ResultPaths, header: ResultHeader, *ends: str) -> None:
-    """Check files (none: all that the header lists) against the header. Raises FileError for the first that
-    is missing, or not as it was written."""
-    for end in ends or header.files:
-        if end in header.files and (problem := checksums.problem(paths.file(end), header.files[end])):
+    """Check files (none: all that the header lists, as a whole) against the header.
+
+    Raises FileError for the first that is missing, or not as it was written.
+    """
+    for end in [each for each in header.files if each in ends or not ends]:
+        if problem := checksums.problem(paths.file(end), header.files[end], whole=not ends):
             raise FileError(
                 paths.file(end),
                 f"{problem}; numbers made of it could be wrong. Restore it, or have bench run, with the "
@@ -220,10 +252,12 @@ def read_results(paths: ResultPaths) -> Results:
     header = read_header(paths.any_header)
     finished = paths.any_header != paths.begun
     if finished:
-        verify(paths, header, ROWS, CASES)
+        verify(paths, header, ROWS, LARGE, CASES)
     cases = {info.id: info for info in read_cases(paths.cases, paths.task, paths.split)}
     if not finished:
         header, entries = read_unfinished(paths, header, list(cases.values()))
+    elif LARGE in header.files:
+        entries = LargeRows(paths.large).entries()
     else:
         entries = read_rows(paths.rows)
     for problem in header.problems:
@@ -279,9 +313,11 @@ def read_rows(path: Path) -> dict[str, CaseResult]:
 def read_cases(path: Path, task: str, split: str) -> list[CaseInfo]:
     """The case list beside the rows."""
     found = []
-    for line, (case, source, target, clip, kind, frames) in enumerate(read_csv(path, CASE_FIELDS), 2):
+    once: dict[str, str] = {}  # names recur in a million cases
+    for line, (case, *names, frames) in enumerate(read_csv(path, CASE_FIELDS), 2):
         if not frames.isdecimal():
             raise FileError(path, f"{frames!r} is not a number of frames", line)
+        source, target, clip, kind = (once.setdefault(name, name) for name in names)
         found.append(CaseInfo(case, task, split, source, target, clip, kind, int(frames)))
     return found
 
@@ -306,7 +342,14 @@ def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     header = read_header(paths.any_header)
     if paths.any_header == paths.begun:
         return _flatten(_read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
-    verify(paths, header, ARRAYS)
+    verify(paths, header, ARRAYS, LARGE)
+    if LARGE in header.files:
+        rows = LargeRows(paths.large)
+        return {
+            f"{value}:{name}": array
+            for value in rows.per_index()
+            for name, array in zip(("cases", "index", "values"), rows.pairs(value), strict=True)
+        }
     return read_npz(paths.arrays, "cannot be read; run the method again")
 
 

@@ -67,7 +67,7 @@ def test_what_is_not_as_it_was_written_is_named_and_made_again(tmp_path, monkeyp
 def test_rows_that_lost_some_are_told_in_numbers(tmp_path):
     place = made_up(tmp_path, "intra", "m", [("a>b", f"c{n}", {"mpjpe_h.world": n}) for n in range(5)])
     cut(place.rows)
-    with pytest.raises(FileError, match=r"m\.csv: has 4 rows instead of the 5 that were written"):
+    with pytest.raises(FileError, match=r"m\.csv: has 4 rows instead of the 5 written"):
         split_summaries([place])
 
 

@@ -40,6 +40,7 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
         for ours, theirs in (
             (place.rows, there.rows),
             (place.arrays, there.arrays),
+            (place.large, there.large),
             (place.timing, there.timing),
             (place.sets, there.sets),
             *((path, there.folder / path.name) for path in place.folder.glob("cases*.csv")),
