@@ -85,21 +85,20 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseRe
     """Entries, and the length in bytes of the whole lines (0: stale or none)."""
     done: dict[str, CaseResult] = {}
     length = 0
-    try:
-        lines = path.read_bytes().split(b"\n")
-    except FileNotFoundError:
+    if not path.exists():
         return done, 0
-    for number, line in enumerate(lines[:-1]):  # the last piece is torn, or empty
-        try:
-            record = json.loads(line)
-            entry = CaseResult(**record) if number else None
-        except (ValueError, TypeError):
-            break
-        if entry is not None:
-            done[entry.case] = entry
-        elif record != {"schema": SCHEMA, **keys}:
-            return done, 0
-        length += len(line) + 1
+    with path.open("rb") as file:
+        for number, line in enumerate(file):
+            try:
+                record: Any = json.loads(line) if line.endswith(b"\n") else None  # else it is torn
+                entry = CaseResult(**record) if number else None
+            except (ValueError, TypeError):
+                break
+            if entry is not None:
+                done[entry.case] = entry
+            elif record != {"schema": SCHEMA, **keys}:
+                return done, 0
+            length += len(line)
     return done, length
 
 
