@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from pathlib import Path
 
 
@@ -41,3 +42,10 @@ class Unusable(BenchError):
 
     def __reduce__(self) -> tuple[type[Unusable], tuple[str, str]]:
         return type(self), (self.clip, self.why)
+
+
+def one_line(error: BaseException) -> str:
+    """An error of a plug-in, with the line that raised it."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    text = " ".join(str(error).split()) or "no message"
+    return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"

@@ -5,11 +5,13 @@ import hashlib
 import os
 import re
 import secrets
+import shutil
 import sys
 from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
+from tempfile import TemporaryDirectory, gettempdir
 
 from platformdirs import user_cache_path
 
@@ -19,6 +21,7 @@ _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
 _LONGEST = 60
 LOCK = ".lock"
 """The lock file of a folder that one process alone may write to."""
+_SCRATCH = "retarget-bench-"
 
 
 @contextmanager
@@ -99,6 +102,19 @@ def cache_folder() -> Path:
     earlier = Path.home() / ".cache" / "retarget-bench"
     usual = user_cache_path("retarget-bench", appauthor=False)
     return earlier if sys.platform != "linux" and earlier.exists() else usual
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """A folder for files between processes, gone afterwards; those of processes that were killed go now."""
+    import psutil
+
+    for left in Path(gettempdir()).glob(f"{_SCRATCH}*"):
+        owner = left.name.removeprefix(_SCRATCH).partition("-")[0]
+        if owner.isdecimal() and not psutil.pid_exists(int(owner)):
+            shutil.rmtree(left, ignore_errors=True)
+    with TemporaryDirectory(prefix=f"{_SCRATCH}{os.getpid()}-", ignore_cleanup_errors=True) as folder:
+        yield Path(folder)
 
 
 def slug(name: str) -> str:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import pickle
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from retarget_bench.evaluation import plan, runner, worker
+from retarget_bench.api import Case, Context
+from retarget_bench.evaluation import plan, runner, timing, worker
+from retarget_bench.evaluation.predict import Outcome, predict_all
 from retarget_bench.evaluation.process_pool import Done
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
 
@@ -37,6 +42,21 @@ class InThisProcess:
                 yield Done(number, error=f"{type(error).__name__}: {error}")
 
 
+class AskedHere:
+    """A prediction worker that asks its method here."""
+
+    def __init__(self, plan_: plan.Plan, method: Spec, scratch: Path, preload: Sequence[str]) -> None:
+        del plan_, scratch, preload
+        self.method, self.seconds = method, 0.0
+
+    def ask(self, asked: Sequence[tuple[Case, Context]], repeat: int = 1) -> list[Outcome]:
+        start = time.perf_counter()
+        for _ in range(repeat):
+            found = predict_all(plan.method(self.method), *map(list, zip(*asked, strict=True)))
+        self.seconds = (time.perf_counter() - start) / repeat / len(asked)
+        return found
+
+
 @contextmanager
 def without_processes() -> Iterator[None]:
     """Runs in here start no process, and know no plug-in from before, as a new process would not."""
@@ -45,7 +65,7 @@ def without_processes() -> Iterator[None]:
             if hasattr(each, "cache_clear"):
                 each.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runner, "LocalPool", InThisProcess)
+        _patch(patch)
         yield
 
 
@@ -59,5 +79,11 @@ def in_process(request: pytest.FixtureRequest) -> Iterator[None]:
 def run_here(wanted: plan.Plan) -> list[ResultPaths]:
     """The results of a run without worker processes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runner, "LocalPool", InThisProcess)
+        _patch(patch)
         return runner.run(wanted, lambda done, total: None)
+
+
+def _patch(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(runner, "LocalPool", InThisProcess)
+    for module in (worker, timing):
+        patch.setattr(module, "prediction_worker", AskedHere)

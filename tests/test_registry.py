@@ -65,9 +65,9 @@ def test_built_in_names_are_the_files_of_the_room(kind):
 def test_a_file_is_known_by_its_stem_and_by_what_it_does(tmp_path, idle):
     (entry,) = (e for e in registry.names("methods") if e.name == "idle")
     assert (entry.kind, entry.summary) == ("methods", "Turns nothing into nothing.")
-    assert registry.files() == (str(idle),)
+    assert registry.files() == ((str(idle), "methods"),)
     assert registry.add_file(idle) == entry
-    assert registry.files() == (str(idle),)
+    assert registry.files() == ((str(idle), "methods"),)
     metric = write(tmp_path, "odd", "class M:\n    def compute(self, c): ...\nplugin = M\n")
     data = write(tmp_path, "set", "class D:\n    def cases(self, task, split): ...\nplugin = D\n")
     assert registry.add_file(metric).kind == "metrics"
@@ -283,3 +283,19 @@ def test_helpers_with_an_underscore_are_no_plug_ins(tmp_path, monkeypatch):
     entries = registry.names("metrics")
     assert [e.name for e in entries] == ["good", "torn"]
     assert entries[1].summary.startswith("cannot be read")
+
+
+def test_prints_of_a_plugin_stay_out_of_standard_output(tmp_path, capfd, monkeypatch):
+    monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
+    file = tmp_path / "loud.py"
+    file.write_text(
+        "print('imported')\n"
+        "class Loud:\n"
+        "    card = None\n"
+        "    def __init__(self): print('built')\n"
+        "    def retarget(self): pass\n"
+        "plugin = Loud\n"
+    )
+    registry.add_file(file)
+    registry.create("methods", "loud")
+    assert capfd.readouterr() == ("", "imported\nbuilt\n")

@@ -38,6 +38,12 @@ def drift(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
     return (apart.square().sum(-1) * real).sum()
 
 
+def ends(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
+    """The sum over real frames and joints of squared differences of places ``(frames, rows, joints, 3)``,
+    in lengths of the chains that lead to them. Not in the paper."""
+    return ((a - b).square().sum((-1, -2)) * real).sum()
+
+
 def twist(turns: Tensor, real: Tensor) -> Tensor:
     """The mean over joints, summed over real frames, of the squared angle beyond the limit, radians.
 

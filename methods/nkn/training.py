@@ -62,13 +62,41 @@ class Fake:
     logits: Tensor
 
 
+class Ends:
+    """Joints by roles that two bodies have, and the lengths of the chains from the hips to them.
+
+    reaches: character -> role -> (joint, length of its chain in the body's unit).
+    """
+
+    def __init__(self, weight: float, reaches: Mapping[str, Mapping[str, tuple[int, float]]]) -> None:
+        self.weight, self._reaches = weight, reaches
+
+    def shares(self, cast: Sequence[str], names: Sequence[str]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of both bodies of every row: joints ``(n,)`` and chain lengths ``(rows, n, 1)``."""
+        bodies = [self._reaches[name] for name in (*cast, *names)]
+        roles = [role for role in bodies[0] if all(role in body for body in bodies)]
+        found = []
+        for mine in (bodies[: len(cast)], bodies[len(cast) :]):
+            joints = np.array([mine[0][role][0] for role in roles])
+            lengths = np.array([[body[role][1] for role in roles] for body in mine], dtype=np.float32)
+            found.append((joints, lengths[..., None]))
+        return found
+
+    def seen(self, poses: Tensor, shared: Sequence[tuple[Tensor, Tensor]], which: int) -> Tensor:
+        """``(frames, rows, n, 3)`` of plain poses ``(frames, rows, channels)``."""
+        joints, lengths = shared[which]
+        places = poses[..., :-MOVES].reshape(*poses.shape[:2], -1, 3)
+        return places[:, :, joints] / lengths
+
+
 class NknTraining:
     """Rows go in groups of one source and one target structure; NKN itself knows one structure only.
 
     material: the clips, with ``poses`` as ``features.see`` gives them. casts: structure -> its characters.
     skeletons: of each structure. bones: character -> ``(joints, 3)``. lacks: character -> ``(joints,)``
     bool, which of these are of no length. build: a method with the tensors that it is given.
-    ``signatures``: structure -> its joints, where exported tensors are to tell.
+    ``signatures``: structure -> its joints, where exported tensors are to tell. ``ends``: what answers to
+    bodies of another structure are held to, if anything.
     """
 
     def __init__(
@@ -97,6 +125,7 @@ class NknTraining:
             self._discriminators[name] = TemporalDiscriminator(3 * joints + MOVES, 3 * (joints - 1))
             self._fit(self._generators[name].scale, mine)
         self.signatures: Mapping[str, Signature] = {}
+        self.ends: Ends | None = None
         self._rule = NknUpdateRule(len(self._names))
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
         if choices.losses == "adversarial":
@@ -141,6 +170,8 @@ class NknTraining:
             group["target_lacks"] = np.stack([self._lacks[name] for name in names])
             for key in ("", "target_"):
                 group[f"{key}lacking"] = np.flatnonzero(group[f"{key}lacks"].any(0)).tolist()
+        if self.ends is not None and source != target:
+            group["ends"] = self.ends.shares(cast, names)
         if self._choices.losses == "adversarial":
             group["real"] = self._windows(self._material.draw(numbers, names, self._window))
         return group
@@ -193,6 +224,11 @@ class NknTraining:
         outputs = [(answers, raw, target)]
         nothing = answers.new_zeros(())
         terms, drifts = {"same_places": nothing, "same_moves": nothing}, []
+        if self.ends is not None and "ends" in group:
+            seen = self.ends.seen(source.scale.plain(poses), group["ends"], 0)
+            terms["ends"] = self.ends.weight * losses.ends(
+                seen, self.ends.seen(target.scale.plain(answers), group["ends"], 1), real
+            )
         if names[0] == names[1]:
             kept = real * group["same"]
             terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)

@@ -6,19 +6,24 @@ from functools import cached_property, lru_cache
 from typing import ClassVar
 from zlib import crc32
 
+import numpy as np
+
 from retarget_bench.api import MethodCard
 from retarget_bench.api.comparison import body_joints
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.roles import SIDES
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 
-from ..nkn import DIFFERS, PARAMETERS, Nkn
+from ..nkn import DIFFERS, PARAMETERS, Nkn, features
 from ..nkn.features import SIGNATURE, Signature
 from ..nkn.inference import Retargeter, common_reasons
-from ..nkn.training import NknTraining
+from ..nkn.training import Ends, NknTraining
 
+ENDS = ("head", *(f"{side}_{part}" for side in SIDES for part in ("forearm", "hand", "leg", "foot")))
+"""Roles of the joints that the loss ``ends`` watches."""
 TWO_LEGGED, ALL = "two_legged", "all"
 
 
@@ -35,6 +40,9 @@ class NknCross(Retargeter):
     structures: what is trained on: ``two_legged``, ``all``, or names of structures joined by ``+``. Weights
     know the structures that they were trained on, with any bodies of these.
     hidden: narrower than NKN's, since there are as many networks as structures.
+    ends: weight of a term of our own (PAN's NKN*: 0): on another structure, hands, feet, head, elbows and
+    knees are to be where the source's are, in lengths of the chains from the hips to them. Without it,
+    going there and back does not tell what a motion should look like in between.
     """
 
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
@@ -46,6 +54,7 @@ class NknCross(Retargeter):
 
     hidden: int = 256
     structures: str = TWO_LEGGED
+    ends: float = 30.0
     card = MethodCard(
         name="nkn_cross",
         title="NKN*",
@@ -53,11 +62,15 @@ class NknCross(Retargeter):
         version="1",
         paper="Hu, Zhang, Zhong, Jiang, Wang, Zhang: Pose-Aware Attention Network for Flexible Motion "
         "Retargeting by Body Part, TVCG 2023 (NKN*)",
-        published=({"drift": 0.0, "lengths": "world", "path": "integrated"},),
-        differs=DIFFERS,
+        published=({"drift": 0.0, "ends": 0.0, "lengths": "world", "path": "integrated"},),
+        differs={**DIFFERS, "ends": "loss on ends of limbs"},
         accepts=("motion", "positions"),
         default=False,
-        parameters={**PARAMETERS, "structures": "trained on: two_legged, all, or names joined by +"},
+        parameters={
+            **PARAMETERS,
+            "ends": "weight of where hands, feet, head, elbows and knees are on others (published: 0)",
+            "structures": "trained on: two_legged, all, or names joined by +",
+        },
     )
 
     # ------------------------------------------------------------------------------------------ bodies
@@ -113,8 +126,26 @@ class NknCross(Retargeter):
                     "different joints; give one of them another structure"
                 )
         module = super().training_module(training_data, config)
+        if self.ends:
+            bodies = {name: training_data.characters[name] for name in sorted(training_data.clips)}
+            reaches = {name: self._reaches(body) for name, body in bodies.items()}
+            module.ends = Ends(self.ends, reaches)
         module.signatures = {name: joints for name, (_, joints) in known.items()}
         return module
+
+    def _reaches(self, character: Character) -> dict[str, tuple[int, float]]:
+        """Role -> its joint among those that the networks see, and the length of its chain."""
+        body, unit = self.body(character), features.unit(character, self.lengths)
+        parents = body.skeleton.parents
+        lengths = np.linalg.norm(body.skeleton.offsets, axis=-1) / unit
+        found = {}
+        for joint, role in enumerate(body.roles):
+            if role in ENDS:
+                chain, at = 0.0, joint
+                while at > 0:
+                    chain, at = chain + float(lengths[at]), int(parents[at])
+                found[role] = joint, chain
+        return found
 
 
 @lru_cache(maxsize=1024)

@@ -175,6 +175,21 @@ seeds_option = click.option(
     metavar="N",
     help="Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
 )
+limit_options = together(
+    click.option(
+        "--timeout",
+        type=click.FloatRange(min=0, min_open=True),
+        metavar="SECONDS",
+        help="A method that has not answered a case by then has failed on it. [default: a minute, and a "
+        "second for each frame]",
+    ),
+    click.option(
+        "--memory",
+        type=click.FloatRange(min=0, min_open=True),
+        metavar="GB",
+        help="A method that takes more while it answers a case has failed on it. [default: no limit]",
+    ),
+)
 roots_argument = click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=PATH)
 only_dataset_option = click.option(
     "-d", "--dataset", help="Only results of this data set (a folder name in that of results)."

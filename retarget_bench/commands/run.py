@@ -82,6 +82,7 @@ common_options = options.together(
     options.jobs_option,
     options.seed_option,
     options.seeds_option,
+    options.limit_options,
     options.plugin_option,
 )
 """All options of a plan."""
@@ -202,6 +203,7 @@ _task_options = options.together(
     options.jobs_option,
     options.seed_option,
     options.seeds_option,
+    options.limit_options,
     options.plugin_option,
 )
 
@@ -276,13 +278,16 @@ def make_plan(
     root: str | None,
     out: Path,
     metric: Sequence[str] = (),
+    timeout: float | None = None,
+    memory: float | None = None,
     **others: Any,
 ) -> Any:
     """A Plan. Without methods or metrics: those that take part in the task by default."""
     from retarget_bench.python import plans
 
     data = options.dataset_spec(dataset, root)
-    return plans.make_plan(list(map(Spec.parse, methods)), [data], metric, _left_out, root=out, **others)
+    others |= {"root": out, "timeout": timeout or 0.0, "memory": memory or 0.0}
+    return plans.make_plan(list(map(Spec.parse, methods)), [data], metric, _left_out, **others)
 
 
 def _left_out(problem: str) -> None:

@@ -41,6 +41,8 @@ class Plan:
               parameters; failed: also what failed; always: everything.
     external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
     seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
+    timeout:  seconds in which a method answers a case; 0: a minute, and a second for each frame.
+    memory:   gigabytes that a method may take; 0: as the machine has.
     """
 
     methods: tuple[Spec, ...]
@@ -55,7 +57,9 @@ class Plan:
     stage: Stage = "run"
     redo: Redo = "missing"
     external: Path | None = None
-    plugin_files: tuple[str, ...] = field(default_factory=registry.files)
+    timeout: float = 0.0
+    memory: float = 0.0
+    plugin_files: tuple[tuple[str, registry.Kind], ...] = field(default_factory=registry.files)
 
 
 def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
@@ -227,6 +231,14 @@ def spec_by_weights(spec: Spec) -> Spec:
     """
     label = optional.weights_label(method(spec)) if "weights" in spec.parameters else ""
     return spec.with_parameters(weights=label) if label else spec
+
+
+def located(spec: Spec) -> Spec:
+    """The method with the path of its local weights in full, for processes that work in other folders."""
+    path = Path(str(spec.parameters.get("weights", "")))
+    if path.is_absolute() or spec_by_weights(spec) == spec or not path.exists():
+        return spec
+    return spec.with_parameters(weights=str(path.resolve()))
 
 
 def _network(metric: SetMetric, target: Character) -> str:

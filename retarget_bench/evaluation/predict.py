@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from zipfile import BadZipFile
 
 import numpy as np
@@ -24,7 +23,7 @@ from retarget_bench.api import (
     optional,
 )
 from retarget_bench.api.optional import method_card, takes_batches
-from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.errors import BenchError, FileError, NotSupported, one_line
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
@@ -130,13 +129,6 @@ def _single(values: np.ndarray) -> np.ndarray:
     return values.astype(np.float32).astype(np.float64)
 
 
-def one_line(error: BaseException) -> str:
-    """An error of a plug-in, with the line that raised it."""
-    where = traceback.extract_tb(error.__traceback__)[-1]
-    text = " ".join(str(error).split()) or "no message"
-    return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"
-
-
 # --------------------------------------------------------------------------------------------- context
 class ReferenceClips(Sequence[Prediction]):
     """Reference motions of other cases, loaded when they are indexed."""
@@ -157,18 +149,33 @@ class ReferenceClips(Sequence[Prediction]):
         return reference.copy()
 
 
-def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Context:
+@dataclass(frozen=True)
+class Inputs:
+    """The inputs beside source and target that a method is given: the needs and uses of its card, and the
+    floor for post-processors."""
+
+    needs: tuple[str, ...] = ()
+    uses: tuple[str, ...] = ()
+    ground: bool = False
+
+    @classmethod
+    def of(cls, method: Method) -> Self:
+        card = method_card(method)
+        return cls(tuple(card.needs), tuple(card.uses), isinstance(method, Composed))
+
+
+def context_for(asked: Method | Inputs, dataset: Dataset, case: Case, seed: int) -> Context:
     """The context of a case, with only those privileged inputs that the method's card declares."""
-    card, given = method_card(method), dict[str, Any](seed=seed)
-    if isinstance(method, Composed):
+    inputs, given = asked if isinstance(asked, Inputs) else Inputs.of(asked), dict[str, Any](seed=seed)
+    if inputs.ground:
         given["ground"] = case.ground
-    if "training" in card.uses:
+    if "training" in inputs.uses:
         given["training"] = _training(dataset)
-    if "reference" in card.needs:
+    if "reference" in inputs.needs:
         given["reference"] = case.reference and case.reference.copy()
-    if "second_reference" in card.needs:
+    if "second_reference" in inputs.needs:
         given["second_reference"] = case.alternative and case.alternative.copy()
-    if "other_clips" in card.needs or "target_motions" in card.needs:
+    if "other_clips" in inputs.needs or "target_motions" in inputs.needs:
         own = _clips_of_target(dataset, case.info, (case.info.split,))
         others = [info for info in own if info.clip != case.info.clip]
         if case.reference is None and (real := _real_clips(dataset, case)):
@@ -177,7 +184,7 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
             anywhere = _clips_of_target(dataset, case.info, dataset.card.splits)
             others = [info for info in anywhere if info.clip != case.info.clip]
         clips = {"target_motions": own, "other_clips": others}
-        given |= {k: ReferenceClips(dataset.load, each) for k, each in clips.items() if k in card.needs}
+        given |= {k: ReferenceClips(dataset.load, each) for k, each in clips.items() if k in inputs.needs}
     return Context(**given)
 
 

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from types import ModuleType
@@ -31,7 +31,8 @@ class Done:
 
 
 class LocalPool:
-    """``workers`` spawned processes, one thread each. A worker that dies costs its job, not the run.
+    """``workers`` spawned processes, one thread each. A worker that dies costs its job, not the run; since
+    somebody else may have killed it, the job is given to another one first.
 
     They start when jobs need them, and serve every run until the ``with`` block ends: what a process has
     imported and loaded for one run is there for the next.
@@ -56,13 +57,19 @@ class LocalPool:
         count = min(workers or self.workers, len(payloads))
         self._crew += [_Worker() for _ in range(len(self._crew), count)]
         crew, waiting = self._crew[:count], iter(enumerate(payloads))
+        repeated: set[int] = set()
         try:
             for worker in crew:
                 worker.give(function, *next(waiting))
             while busy := {worker.pipe: worker for worker in crew if worker.job is not None}:
                 for pipe in wait(list(busy)):
                     worker = busy[pipe]  # type: ignore[index]
-                    yield worker.take()
+                    done = worker.take()
+                    if worker.died and done.job not in repeated:
+                        repeated.add(done.job)
+                        worker.give(function, done.job, payloads[done.job])
+                        continue
+                    yield done
                     if (following := next(waiting, None)) is not None:
                         worker.give(function, *following)
         finally:
@@ -151,6 +158,7 @@ def _without_main() -> Iterator[None]:
 def _serve(pipe: Connection) -> None:
     """Loop of a worker process: (function, payload) in, (result, error) out, until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     while True:
         try:
             function, payload = pipe.recv()
@@ -164,3 +172,11 @@ def _serve(pipe: Connection) -> None:
             pipe.send(answer)
         except (BrokenPipeError, ConnectionResetError):
             return
+
+
+def _end_with_parent() -> None:
+    """End this process, whatever it is at, when its parent has ended."""
+    parent = parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)

@@ -1,7 +1,7 @@
 """Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
 
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
@@ -9,12 +9,21 @@ from typing import Any
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.header_builder import header_of
-from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
+from retarget_bench.evaluation.plan import (
+    EvaluationUnit,
+    Plan,
+    dataset,
+    evaluation_units,
+    located,
+    method,
+    set_metrics,
+)
+from retarget_bench.evaluation.predict import Inputs
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
 from retarget_bench.evaluation.worker import CaseJob, JobPart, Stop, work
-from retarget_bench.files import LOCK, locked
+from retarget_bench.files import LOCK, locked, scratch_folder
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
@@ -44,7 +53,9 @@ def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
         if not unit.paths.cases.exists():
             case_metadata.write(unit.paths, unit.data, unit.infos)
         store.begin(unit.paths, header_of(unit, ()), unit.infos)
-    with LocalPool(plan.jobs) as pool:
+    with scratch_folder() as scratch, LocalPool(plan.jobs) as pool:
+        preload = _preload(todo)
+        jobs = [replace(job, scratch=scratch, preload=preload) for job in jobs]
         for paths, entry in _answers(pool, jobs, progress):
             if keep:
                 store.append_journal(paths, entry)
@@ -52,7 +63,7 @@ def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
         if keep:
             _finish(pool, done)
         if timed and plan.redo != "never":
-            timing.measure(plan, pool)
+            timing.measure(plan, pool, scratch, preload)
     return [unit.paths for unit in wanted]
 
 
@@ -137,17 +148,30 @@ def _jobs(
                 continue
             shared = (unit.dataset, unit.split, batch, unit.plan.seed)
             job = jobs.get(shared, CaseJob(unit.plan, unit.dataset, unit.split, batch))
-            jobs[shared] = replace(job, parts=(*job.parts, JobPart(unit.method, unit.paths, wanted)))
+            jobs[shared] = replace(job, parts=(*job.parts, _part(unit, wanted)))
             lengths[shared] = sum(frames[case] for case in batch) if len(batch) > 1 else 0
     alone = [shared for shared in jobs if not lengths[shared]]
     together = sorted((shared for shared in jobs if lengths[shared]), key=lengths.__getitem__, reverse=True)
     return [jobs[shared] for shared in (*alone, *together)]
 
 
+def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
+    """What prediction workers import once for all of them."""
+    return ("torch",) if any(unit.prediction_facts["weights"] for unit in units) else ()
+
+
+def _part(unit: EvaluationUnit, wanted: Mapping[str, str]) -> JobPart:
+    """What a scoring process needs to know of a method, which it never imports."""
+    if unit.plan.external:
+        return JobPart(unit.method, unit.paths, wanted, "", Inputs())
+    seeded_as = str(unit.known_as.alone)  # post-processors follow the very answers of the method alone
+    return JobPart(located(unit.method), unit.paths, wanted, seeded_as, Inputs.of(method(unit.method)))
+
+
 def _answers(
     pool: LocalPool, jobs: Sequence[CaseJob], progress: Progress
 ) -> Iterator[tuple[ResultPaths, CaseResult]]:
-    """Entries as they come. A job that killed its worker is tried again, one method at a time, and then
+    """Entries as they come. A job whose process died twice is tried again, one method at a time, and then
     one case at a time, so that it costs the method and the case that did it and no other."""
     count, total = 0, sum(map(_size, jobs))
     progress(0, total)

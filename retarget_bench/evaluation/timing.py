@@ -1,19 +1,26 @@
-"""Speed of methods: measured alone, in one process and one thread, after a warm-up.
+"""Speed of methods: measured alone, in one process and one thread, after a warm-up, without files.
 
 Times stand in files of their own, never in rows or keys: they differ from run to run and machine to
 machine, and rows must not.
 """
 
-import time
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, method
-from retarget_bench.evaluation.predict import context_for, predict
+from retarget_bench.evaluation.plan import (
+    EvaluationUnit,
+    Plan,
+    dataset,
+    evaluation_units,
+    located,
+    method,
+)
+from retarget_bench.evaluation.predict import Inputs, context_for
 from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.worker import register_plugins
+from retarget_bench.evaluation.worker import prediction_worker, register_plugins
 from retarget_bench.files import write_csv
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths, case_seed, read_cases, read_csv
@@ -26,15 +33,18 @@ FIELDS = ("case", "frames", "seconds")
 
 @dataclass(frozen=True)
 class TimingJob:
-    """A method that is to be timed on some cases of a data set."""
+    """A method that is to be timed on some cases of a data set; scratch, preload: as in ``CaseJob``."""
 
     plan: Plan
     dataset: Spec
     method: Spec
+    inputs: Inputs
     cases: tuple[CaseInfo, ...]
+    scratch: Path
+    preload: tuple[str, ...] = ()
 
 
-def measure(plan: Plan, pool: LocalPool) -> None:
+def measure(plan: Plan, pool: LocalPool, scratch: Path, preload: tuple[str, ...] = ()) -> None:
     """Write times for every method of a plan that has results but no times newer than them.
 
     They are taken on the last split, one method after the other while the other workers have nothing to do,
@@ -45,7 +55,18 @@ def measure(plan: Plan, pool: LocalPool) -> None:
         if not unit.seed_number and unit.paths.header.exists():
             units.setdefault((unit.dataset, unit.method), []).append(unit)
     wanted = [mine[-1] for mine in units.values() if _stale([unit.paths for unit in mine])]
-    jobs = [TimingJob(plan, unit.dataset, unit.method, spread(unit.infos)) for unit in wanted]
+    jobs = [
+        TimingJob(
+            plan,
+            unit.dataset,
+            located(unit.method),
+            Inputs.of(method(unit.method)),
+            spread(unit.infos),
+            scratch,
+            preload,
+        )
+        for unit in wanted
+    ]
     for done in pool.run(time_method, jobs, workers=1):
         if done.result is not None:
             paths = wanted[done.job].paths
@@ -65,7 +86,9 @@ def spread(infos: Sequence[CaseInfo]) -> tuple[CaseInfo, ...]:
 def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
     """(case, frames, median seconds) for a few cases, the first of which was run once before."""
     register_plugins(job.plan.plugin_files)
-    asked, data = method(job.method), dataset(job.dataset)
+    data = dataset(job.dataset)
+    worker = prediction_worker(job.plan, job.method, job.scratch, job.preload)
+    worker.log = None
     times: list[tuple[str, int, float]] = []
     spent = 0.0
     for info in job.cases:
@@ -75,17 +98,14 @@ def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
             case = data.load(info)
         except BenchError:
             continue
-        context = context_for(asked, data, case, case_seed(job.plan.seed, str(job.method), info.id))
-        if not times and predict(asked, case, context).prediction is None:
+        seed = case_seed(job.plan.seed, str(job.method), info.id)
+        asked = [(case, context_for(job.inputs, data, case, seed))]
+        if not times and worker.ask(asked)[0].prediction is None:
             continue
-        seconds = []
-        for _ in range(REPEATS):
-            start = time.perf_counter()
-            outcome = predict(asked, case, context)
-            seconds.append(time.perf_counter() - start)
-        spent += sum(seconds)
+        (outcome,) = worker.ask(asked, REPEATS)
+        spent += REPEATS * worker.seconds
         if outcome.prediction is not None:
-            times.append((info.id, case.source.frames, sorted(seconds)[REPEATS // 2]))
+            times.append((info.id, case.source.frames, worker.seconds))
     return times
 
 

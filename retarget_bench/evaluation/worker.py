@@ -1,6 +1,12 @@
-"""Jobs of the worker processes: predict a case or a batch with every method that lacks it, and score."""
+"""Jobs of the scoring processes: have a case or a batch predicted by every method that lacks it, and score.
 
+They hold data sets and right answers, and import no method: each is asked in a process of its own
+(``prediction/``).
+"""
+
+import atexit
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
@@ -9,8 +15,9 @@ from pathlib import Path
 from retarget_bench.api import Case, CaseInfo, Prediction, RealDataset
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict as stage_one
-from retarget_bench.evaluation.plan import Plan, dataset, method, metrics, set_metrics, spec_by_weights
-from retarget_bench.evaluation.predict import Outcome
+from retarget_bench.evaluation.plan import Plan, dataset, metrics, set_metrics
+from retarget_bench.evaluation.predict import Inputs, Outcome
+from retarget_bench.evaluation.prediction.workers import Crew, Limits, PredictionWorker
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.files import write_text
@@ -36,11 +43,17 @@ class Stop:
 
 @dataclass(frozen=True)
 class JobPart:
-    """A method and what it lacks of a job's cases. keys: case id -> key of its prediction."""
+    """A method and what it lacks of a job's cases.
+
+    keys: case id -> key of its prediction. seeded_as: the name that its seeds are made from.
+    inputs: what it is given beside source and target.
+    """
 
     method: Spec
     paths: ResultPaths
     keys: Mapping[str, str]
+    seeded_as: str
+    inputs: Inputs
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,7 @@ class CaseJob:
     """Cases that are loaded once, and the methods that lack some of them.
 
     A method is given all ``cases`` at once, because how a batch is composed decides how results round.
+    scratch: a folder for questions and answers. preload: modules that prediction workers begin with.
     """
 
     plan: Plan
@@ -55,6 +69,8 @@ class CaseJob:
     split: str
     cases: tuple[str, ...]
     parts: tuple[JobPart, ...] = ()
+    scratch: Path = Path()
+    preload: tuple[str, ...] = ()
 
 
 def work(job: CaseJob) -> list[tuple[ResultPaths, CaseResult]] | Stop:
@@ -107,7 +123,7 @@ def _outcomes(job: CaseJob, part: JobPart, cases: Mapping[str, Case]) -> dict[st
     plan, paths = job.plan, part.paths
     found = {case: _kept(plan, paths, key, cases[case]) for case, key in part.keys.items() if case in cases}
     new = [case for case, outcome in found.items() if outcome is None]
-    made = _predicted(plan, job.dataset, part.method, cases) if new else {}
+    made = _predicted(job, part, cases) if new else {}
     for case in new:
         _store(paths, part.keys[case], cases[case], made[case])
     return {case: outcome or made[case] for case, outcome in found.items()}
@@ -124,14 +140,21 @@ def _kept(plan: Plan, paths: ResultPaths, key: str, case: Case) -> Outcome | Non
     return MISSING if plan.stage == "score" else None
 
 
-def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-    # post-processors follow the very answers that the method gives alone
-    asked, source, name = method(spec), dataset(data, plan.task), str(spec_by_weights(spec).alone)
+def _predicted(job: CaseJob, part: JobPart, cases: Mapping[str, Case]) -> dict[str, Outcome]:
+    data = dataset(job.dataset, job.plan.task)
     contexts = [
-        stage_one.context_for(asked, source, case, store.case_seed(plan.seed, name, case.info.id))
+        stage_one.context_for(
+            part.inputs, data, case, store.case_seed(job.plan.seed, part.seeded_as, case.info.id)
+        )
         for case in cases.values()
     ]
-    return dict(zip(cases, stage_one.predict_all(asked, list(cases.values()), contexts), strict=True))
+    worker = prediction_worker(job.plan, part.method, job.scratch, job.preload)
+    worker.log = part.paths.log
+    asked = list(zip(cases.values(), contexts, strict=True))
+    try:
+        return dict(zip(cases, worker.ask(asked), strict=True))
+    except OSError as error:
+        raise CannotStore(f"{job.scratch}: cannot be written ({error.strerror})") from error
 
 
 # ------------------------------------------------------------------------------------- stored outcomes
@@ -186,10 +209,31 @@ def _checked(path: Path, case: Case) -> Outcome:
 
 # ---------------------------------------------------------------------------------- process-wide state
 @cache
-def register_plugins(files: Sequence[str]) -> None:
-    """Register the plug-in files that the run was started with."""
-    for file in files:
-        registry.add_file(file)
+def register_plugins(files: Sequence[tuple[str, registry.Kind]]) -> None:
+    """Make the plug-in files known that the run was started with."""
+    registry.know_files(files)
+
+
+_CREWS: dict[tuple[object, ...], Crew] = {}
+
+
+def prediction_worker(plan: Plan, method: Spec, scratch: Path, preload: Sequence[str]) -> PredictionWorker:
+    """The worker of a method, which this process keeps for all jobs of a run."""
+    limits = Limits(plan.timeout, int(plan.memory * 2**30))
+    key = (plan.plugin_files, limits, scratch)
+    if key not in _CREWS:
+        end_predictions()  # those of an earlier run
+        _CREWS[key] = Crew(scratch / str(os.getpid()), plan.plugin_files, limits, preload)
+    return _CREWS[key].worker(method)
+
+
+def end_predictions() -> None:
+    """End all prediction workers of this process."""
+    while _CREWS:
+        _CREWS.popitem()[1].close()
+
+
+atexit.register(end_predictions)
 
 
 @lru_cache(maxsize=8)

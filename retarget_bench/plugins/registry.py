@@ -15,7 +15,8 @@ import importlib
 import importlib.util
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import accumulate
@@ -26,6 +27,7 @@ import retarget_bench
 from retarget_bench import files as files_
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import parameters
+from retarget_bench.plugins.own_files import own_files
 from retarget_bench.plugins.spec import NAME, Spec, folded
 
 Kind = Literal["methods", "metrics", "datasets", "posts"]
@@ -202,14 +204,13 @@ def add_file(path: str | Path) -> PluginEntry:
     path = Path(path).resolve()
     if path in _FILES:
         return _FILES[path]
-    file = path / "__init__.py" if path.is_dir() else path
-    if not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
+    entry = _file_entry(path)
+    file = entry.path
+    if file is None or not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
         raise BenchError(
             f"{path}: no such plug-in file; --plugin takes a .py file or a package folder, "
             "named with letters, digits and _.-"
         )
-    module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
-    entry = PluginEntry(path.stem, "methods", str(path), module, path=file)
     factory = _attribute(entry, _import_file(entry))
     kind = next((k for k, marks in _MARKS.items() if any(hasattr(factory, mark) for mark in marks)), None)
     if kind is None:
@@ -220,6 +221,13 @@ def add_file(path: str | Path) -> PluginEntry:
     _FILES[path] = replace(entry, kind=kind)
     _CODE[path] = _code(entry)
     return _FILES[path]
+
+
+def _file_entry(path: Path) -> PluginEntry:
+    """The plug-in in a file or folder; its kind is not known yet."""
+    module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
+    file = path / "__init__.py" if path.is_dir() else path
+    return PluginEntry(path.stem, "methods", str(path), module, path=file)
 
 
 def refresh_files() -> None:
@@ -241,9 +249,17 @@ def _code(entry: PluginEntry) -> str:
     return files_.digest("".join(f"{name}\0{file.read_bytes()!r}" for name, file in _code_files(entry)))
 
 
-def files() -> tuple[str, ...]:
-    """The plug-in files that were added, for handing on to other processes."""
-    return tuple(map(str, _FILES))
+def files() -> tuple[tuple[str, Kind], ...]:
+    """The plug-in files that were added, with the kind of each, for handing on to other processes."""
+    return tuple((str(path), entry.kind) for path, entry in _FILES.items())
+
+
+def know_files(files: Iterable[tuple[str, Kind]]) -> None:
+    """Make plug-in files known that another process has added; they are imported when they are used."""
+    for file, kind in files:
+        path = Path(file)
+        if path not in _FILES:
+            _FILES[path] = replace(_file_entry(path), kind=kind)
 
 
 def _import_file(entry: PluginEntry) -> Any:
@@ -259,7 +275,8 @@ def _import_file(entry: PluginEntry) -> Any:
     module = importlib.util.module_from_spec(spec)
     sys.modules[entry.module] = module
     try:
-        spec.loader.exec_module(module)
+        with redirect_stdout(sys.stderr):  # what plug-ins print is no part of a table
+            spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         del sys.modules[entry.module]
         raise _broken(entry, "imported", error) from error
@@ -270,8 +287,11 @@ def _import_file(entry: PluginEntry) -> Any:
 def load(kind: Kind, name: str) -> Callable[..., Any]:
     """The factory of a plug-in, imported now; raises BenchError naming the plug-in and its origin."""
     entry = find(kind, name)
+    if entry.module.startswith(_FILE_MODULE):
+        return _attribute(entry, _import_file(entry))
     try:
-        module = importlib.import_module(entry.module)
+        with redirect_stdout(sys.stderr):
+            module = importlib.import_module(entry.module)
     except (Exception, SystemExit) as error:
         raise _broken(entry, "imported", error) from error
     return _attribute(entry, module)
@@ -304,7 +324,8 @@ def create(kind: Kind, spec: Spec | str) -> Any:
         return Composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
     factory = load(kind, spec.name)
     try:
-        built = factory(**spec.parameters)
+        with redirect_stdout(sys.stderr):
+            built = factory(**spec.parameters)
     except BenchError:
         raise
     except Exception as error:
@@ -363,36 +384,5 @@ def code_files(kind: Kind, name: str) -> list[tuple[str, Path]]:
 def _code_files(entry: PluginEntry) -> list[tuple[str, Path]]:
     if entry.path is None:
         raise BenchError(f"{entry}: no source file of module {entry.module} was found")
-    home = entry.path.parent
-    own = _tree(home) if entry.path.name == "__init__.py" else [entry.path]
-    if entry.origin != BUILT_IN and not entry.module.startswith(_FILE_MODULE):
-        above = entry.module.count(".") - (entry.path.name != "__init__.py")
-        reached = set(_tree(entry.path.parents[above]) if above >= 0 else [entry.path])
-    else:
-        reached = set()
-        while own:
-            file = own.pop()
-            if file not in reached:
-                reached.add(file)
-                own.extend(_relative_imports(file))
-    return [
-        (file.relative_to(home).as_posix() if file.is_relative_to(home) else file.name, file)
-        for file in sorted(reached)
-    ]
-
-
-def _tree(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.rglob("*.py") if "__pycache__" not in path.parts)
-
-
-def _relative_imports(file: Path) -> Iterator[Path]:
-    """The files that a file's relative imports name."""
-    try:
-        nodes = list(ast.walk(ast.parse(file.read_bytes())))
-    except SyntaxError:
-        return
-    for node in nodes:
-        if isinstance(node, ast.ImportFrom) and node.level:
-            base = file.parents[node.level - 1].joinpath(*(node.module or "").split("."))
-            for place in (base, *(base / alias.name for alias in node.names)):
-                yield from (p for p in (place.with_suffix(".py"), place / "__init__.py") if p.is_file())
+    installed = entry.origin != BUILT_IN and not entry.module.startswith(_FILE_MODULE)
+    return own_files(entry.path, entry.module if installed else "")

@@ -40,6 +40,8 @@ class Suite(BaseModel):
     )
     out: str | None = None
     plugin: Names | None = None
+    timeout: float | None = Field(default=None, gt=0)
+    memory: float | None = Field(default=None, gt=0)
 
 
 def read(path: Path) -> dict[str, Any]:

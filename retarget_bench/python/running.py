@@ -35,6 +35,8 @@ def run(
     workers: int | None = None,
     seed: int = 0,
     seeds: int = 1,
+    timeout: float | None = None,
+    memory: float | None = None,
     timed: bool = True,
     progress: bool = True,
 ) -> Results:
@@ -52,6 +54,8 @@ def run(
     overwrite: what to compute: ``never`` nothing, ``missing``, ``failed`` (also failed cases), ``always``.
     workers:   number of processes; one per core by default, at most eight.
     seeds:     stochastic methods run with so many seeds, from ``seed`` on.
+    timeout:   seconds in which a method answers a case; by default a minute, and a second for each frame.
+    memory:    gigabytes that a method may take while it answers; by default there is no limit.
     timed:     measure the speed of methods, which takes a few seconds.
     progress:  show a progress bar.
 
@@ -62,6 +66,9 @@ def run(
     for name, number in (("workers", workers), ("seeds", seeds)):
         if number is not None and number < 1:
             raise BenchError(f"{name} is {number}; at least 1 is needed")
+    for name, limit in (("timeout", timeout), ("memory", memory)):
+        if limit is not None and not limit > 0:
+            raise BenchError(f"{name} is {limit:g}; it must be above 0")
     if not isinstance(methods, tuple) and not len(list(_several(methods))):
         raise BenchError(
             "methods is empty, so that nothing is to be run; name some, or leave it out for all that are "
@@ -83,6 +90,8 @@ def run(
         jobs=workers or defaults.jobs(),
         seed=seed,
         seeds=seeds,
+        timeout=timeout or 0.0,
+        memory=memory or 0.0,
     )
     with progress_bar("run", "answers", progress) as told:
         places = runner.run(plan, told, timed=timed)

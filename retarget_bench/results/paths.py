@@ -49,6 +49,10 @@ class ResultPaths:
         return self.folder / f"{self.method}.timing.csv"
 
     @property
+    def log(self) -> Path:
+        return self.folder / f"{self.method}.log"
+
+    @property
     def journal(self) -> Path:
         return self.folder / f"{self.method}.journal"
 

@@ -7,6 +7,7 @@ Under a results root, one folder per data set, task and split holds for every me
     <method>.parquet   in place of both where there are many cases (``large_rows``)
     <method>.json      the header: what ran, on what, with which versions, what went wrong, and checksums
     <method>/          the predictions, one file per case; disposable
+    <method>.log       what the method printed, where it printed anything
     cases.csv          what is known of every case: source, target, clip, kind, frames
 
 and, while a run is going on, ``<method>.journal``, which a re-run continues from, and ``<method>.begun``, a

@@ -6,13 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.plan import Plan, dataset, method
-from retarget_bench.evaluation.predict import context_for, predict
+from retarget_bench.evaluation.plan import Plan, dataset, located, method
+from retarget_bench.evaluation.predict import Inputs, context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.timing import TimingJob, spread, time_method
-from retarget_bench.evaluation.worker import register_plugins
+from retarget_bench.evaluation.worker import end_predictions, register_plugins
 from retarget_bench.exchange.submission.manifest import CARD, CARD_SECTIONS, ROWS, write
-from retarget_bench.files import write_text
+from retarget_bench.files import scratch_folder, write_text
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import ResultPaths, case_seed
@@ -120,7 +120,10 @@ def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
     for info, case in cases:
         predict(built, case, context_for(built, data, case, case_seed(0, str(asked), info.id)))
     grown = _peak_mb() - before
-    times = time_method(TimingJob(plan, spec, asked, tuple(info for info, _ in cases)))
+    with scratch_folder() as folder:
+        few = tuple(info for info, _ in cases)
+        times = time_method(TimingJob(plan, spec, located(asked), Inputs.of(built), few, folder))
+        end_predictions()
     seconds = sum(second for _, _, second in times)
     return (grown, sum(frames for _, frames, _ in times) / seconds) if seconds > 0 else None
 

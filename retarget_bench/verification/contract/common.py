@@ -7,8 +7,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import numpy as np
 
 from retarget_bench.api import Case, Dataset, Prediction
-from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.predict import one_line
+from retarget_bench.errors import BenchError, one_line
 from retarget_bench.plugins import parameters, registry
 from retarget_bench.plugins.spec import Spec
 

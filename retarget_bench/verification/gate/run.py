@@ -149,7 +149,7 @@ def value_facts(metrics: Sequence[Metric | SetMetric]) -> dict[str, dict[str, An
 def own_metrics() -> tuple[str, ...]:
     """The built-in metrics and those of ``--plugin`` files; what else is installed does not matter, nor do
     those of derived tasks, which no case here is of."""
-    own = (registry.BUILT_IN, *registry.files())
+    own = (registry.BUILT_IN, *(path for path, _ in registry.files()))
     return tuple(e.name for e in registry.names("metrics") if e.origin in own and _retargets(e.name))
 
 

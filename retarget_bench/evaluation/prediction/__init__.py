@@ -1,0 +1,5 @@
+"""Methods in processes of their own, which are asked by files and hold no right answer.
+
+``question_files`` writes and reads what travels, ``channel`` carries the lines between two processes,
+``answering`` is the loop of a prediction worker, and ``workers`` starts, limits and ends such processes.
+"""

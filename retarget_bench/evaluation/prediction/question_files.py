@@ -1,0 +1,155 @@
+"""Files of a question: bodies as JSON, motions as ``.npz`` in double precision, so that nothing is lost."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api.datasets import Cast
+from retarget_bench.files import atomic, digest, write_text
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.ground import Ground
+from retarget_bench.motion.measures import Measures
+from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.motion import Motion, Positions, Prediction
+from retarget_bench.motion.skeleton import EndSite, Skeleton
+
+INDEX = "index.json"
+
+
+# ---------------------------------------------------------------------------------------------- bodies
+def character_facts(body: Character) -> dict[str, Any]:
+    """All of a body but its skin, as JSON: field -> value, arrays as lists."""
+    skeleton = body.skeleton
+    return {
+        "name": body.name,
+        "structure": body.structure,
+        "names": list(skeleton.names),
+        "parents": skeleton.parents.tolist(),
+        "offsets": skeleton.offsets.tolist(),
+        "end_sites": [[site.parent, list(map(float, site.offset))] for site in skeleton.end_sites],
+        "roles": list(body.roles),
+        "reference_pose": body.reference_pose.tolist(),
+        "measures": asdict(body.measures),
+        "hinges": {role: np.asarray(axis).tolist() for role, axis in body.hinges.items()},
+        "whole": body.whole and character_facts(body.whole),
+        "skinned": body.skin is not None,
+    }
+
+
+def character(facts: Mapping[str, Any], skin: Callable[[], Mesh] | None = None) -> Character:
+    """The body of these facts. skin: makes its mesh, if the facts say that it has one."""
+    tips = tuple(EndSite(parent, tuple(offset)) for parent, offset in facts["end_sites"])
+    offsets = np.array(facts["offsets"], dtype=np.float64)
+    return Character(
+        name=facts["name"],
+        structure=facts["structure"],
+        skeleton=Skeleton(tuple(facts["names"]), np.array(facts["parents"]), offsets, tips),
+        roles=tuple(facts["roles"]),
+        reference_pose=np.array(facts["reference_pose"], dtype=np.float64),
+        measures=Measures(**facts["measures"]),
+        hinges={role: np.array(axis) for role, axis in facts["hinges"].items()},
+        whole=facts["whole"] and character(facts["whole"]),
+        skin=skin if facts["skinned"] else None,
+    )
+
+
+def write_character(folder: Path, body: Character) -> Path:
+    """The file of a body, named after what it holds; written if it is not there."""
+    text = json.dumps(character_facts(body))
+    path = folder / f"{digest(text, 24)}.json"
+    if not path.exists():
+        write_text(path, text)
+    return path
+
+
+# --------------------------------------------------------------------------------------------- motions
+def write_motion(path: Path, motion: Prediction) -> Path:
+    arrays = {name: getattr(motion, name) for name in motion.arrays}
+    with path.open("wb") as stream:  # no rename: nobody is told of the file before it is whole
+        np.savez(stream, fps=np.float64(motion.fps), **arrays)
+    return path
+
+
+def read_motion(path: Path, body: Character) -> Prediction:
+    with np.load(path) as file:
+        fps = float(file["fps"])
+        if "rotations" in file.files:
+            return Motion(body, file["rotations"], file["root"], fps)
+        return Positions(body, file["positions"], fps)
+
+
+def write_mesh(path: Path, mesh: Mesh) -> Path:
+    arrays = {name: each for name, each in vars(mesh).items() if isinstance(each, np.ndarray)}
+    with path.open("wb") as stream:
+        np.savez(stream, **arrays)  # type: ignore[arg-type]
+    return path
+
+
+def read_mesh(path: Path) -> Mesh:
+    with np.load(path) as file:
+        return Mesh(**{name: file[name] for name in file.files})
+
+
+def ground_facts(ground: Ground) -> dict[str, Any]:
+    heights = None if ground.heights is None else np.asarray(ground.heights).tolist()
+    return {**asdict(ground), "heights": heights}
+
+
+def ground(facts: Mapping[str, Any]) -> Ground:
+    heights = None if facts["heights"] is None else np.array(facts["heights"], dtype=np.float64)
+    return Ground(**{**facts, "heights": heights, "origin": tuple(facts["origin"])})
+
+
+# -------------------------------------------------------------------------------------------- training
+def write_training(folder: Path, cast: Cast) -> Path:
+    """All training clips of a data set: a folder with a file for each, and an index."""
+    if (folder / INDEX).exists():
+        return folder
+    index: dict[str, dict[str, Any]] = {}
+    for structure, members in cast.items():
+        for name, clips in members.items():
+            motions = [clips[number] for number in range(len(clips))]
+            bodies = [str(write_character(folder, motion.character)) for motion in motions]
+            files = []
+            for number, motion in enumerate(motions):
+                path = folder / f"{digest(f'{structure}/{name}/{number}', 24)}.npz"
+                with atomic(path) as temporary:
+                    write_motion(temporary, motion)
+                files.append(str(path))
+            index.setdefault(structure, {})[name] = [list(clips.names), bodies, files]
+    write_text(folder / INDEX, json.dumps(index))
+    return folder
+
+
+class StoredClips:
+    """Training motions of one character, each read when it is asked for."""
+
+    def __init__(self, names: list[str], bodies: list[Character], files: list[str]) -> None:
+        self.names, self._bodies, self._files = names, bodies, files
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __getitem__(self, index: int, /) -> Motion:
+        motion = read_motion(Path(self._files[index]), self._bodies[index])
+        assert isinstance(motion, Motion)
+        return motion
+
+    def __iter__(self) -> Iterator[Motion]:
+        return (self[number] for number in range(len(self)))
+
+
+def read_training(folder: Path, body_of: Callable[[str], Character]) -> Cast:
+    """What ``write_training`` wrote. body_of: the body in a file."""
+    index = json.loads((folder / INDEX).read_text(encoding="utf-8"))
+    return {
+        structure: {
+            name: StoredClips(names, [body_of(body) for body in bodies], files)
+            for name, (names, bodies, files) in members.items()
+        }
+        for structure, members in index.items()
+    }

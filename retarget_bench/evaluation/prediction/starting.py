@@ -1,0 +1,65 @@
+"""The first steps of a prediction worker: on its own, with what it prints in a log, and with its method."""
+
+import faulthandler
+import os
+import signal
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from retarget_bench.errors import BenchError, one_line
+from retarget_bench.evaluation.prediction.answering import Desk
+from retarget_bench.evaluation.prediction.channel import Channel, Closed
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+
+
+def begin(start: Mapping[str, Any], reading: int, writing: int) -> None:
+    """Build the method and answer until the channel closes; never returns.
+
+    start: ``method`` (its spec), ``plugins`` (files and kinds of plug-ins), ``folder`` (an empty one to
+    work in) and ``log`` (the file that takes what is printed).
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "setsid"):
+        os.setsid()  # whoever ends this process ends what it started
+    _print_into(start["log"])
+    channel = Channel(reading, writing)
+    with suppress(Closed):
+        channel.send(_ready(start, channel))
+    os._exit(0)
+
+
+def _ready(start: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
+    """Serve; what keeps the method from that, as a line."""
+    try:
+        registry.know_files(start["plugins"])
+        method = registry.create("methods", Spec.parse(start["method"]))
+        os.chdir(start["folder"])  # what a method writes or deletes by relative paths is its own
+        channel.send({"ready": True})
+        Desk(method, channel).serve()
+    except Closed:
+        return {}
+    except BenchError as error:
+        return {"broken": str(error)}
+    except (Exception, KeyboardInterrupt, SystemExit) as error:
+        return {"broken": one_line(error)}
+    return {}
+
+
+def _print_into(log: str) -> None:
+    """Standard output and errors of this process, and of what it starts, go to a file; input is empty."""
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    printed = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+    for target, source in ((0, nothing), (1, printed), (2, printed)):
+        os.dup2(source, target)
+    sys.stdout = open(1, "w", encoding="utf-8", errors="replace", closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", encoding="utf-8", errors="replace", closefd=False, buffering=1)  # noqa: SIM115
+    faulthandler.enable(file=2)
+
+
+if __name__ == "__main__":  # where processes cannot be forked
+    import json
+
+    begin(json.loads(sys.argv[1]), os.dup(0), os.dup(1))

@@ -1,0 +1,377 @@
+"""Prediction workers as the scoring side sees them: asked by files, limited in time and memory, ended."""
+
+import os
+import stat
+import time
+import zipfile
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from retarget_bench.api import Case, Context
+from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.evaluation.predict import Outcome, read_prediction
+from retarget_bench.evaluation.prediction import launch
+from retarget_bench.evaluation.prediction import question_files as files
+from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
+from retarget_bench.plugins.prediction_check import Invalid, verified
+from retarget_bench.plugins.spec import Spec
+
+STARTING = 180.0
+"""Seconds in which a method must be built: weights are read, large packages are imported."""
+BASE, PER_FRAME = 60.0, 1.0
+"""Seconds for a case where no limit is given, and for each of its frames."""
+PATIENCE = 3
+"""So many cases without an answer in time, one after the other, and a method is asked no more."""
+LOOK = 0.1
+"""Seconds between two looks at the memory of a process that is answering."""
+LONGEST_LOG = 2**20
+"""Bytes that are kept of what a method prints in a run."""
+NONSENSE = "the method's process does not answer as it should"
+LONGEST_MESSAGE = 1000
+"""Characters of a reason."""
+PRELOAD = ("retarget_bench.evaluation.prediction.starting",)
+"""What all workers import; ``torch`` is added where a method of the plan has weights."""
+
+Asked = tuple[Case, Context]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """timeout: seconds for a case; 0: ``BASE`` and ``PER_FRAME``. memory: bytes of a worker; 0: none."""
+
+    timeout: float = 0.0
+    memory: int = 0
+
+    def seconds(self, cases: Sequence[Case]) -> float:
+        return sum(self.timeout or BASE + PER_FRAME * case.source.frames for case in cases)
+
+
+class Trouble(BenchError):
+    """A worker that did not answer: it ended, was too slow, or took too much memory."""
+
+
+class Beyond(Trouble):
+    """A limit that would be passed again: time, memory, or an answer that makes no sense."""
+
+
+class Late(Beyond):
+    """No answer in time."""
+
+
+class Crew:
+    """The workers of one scoring process, one for every method, and the process that they are forked from.
+
+    folder: of their questions and answers. preload: modules that all of them begin with.
+    """
+
+    def __init__(
+        self, folder: Path, plugins: Sequence[tuple[str, str]], limits: Limits, preload: Sequence[str] = ()
+    ) -> None:
+        self.folder, self.plugins, self.limits = folder, plugins, limits
+        self._preload, self._mark = (*PRELOAD, *preload), launch.new_mark()
+        self._template: launch.Template | None = None
+        self._workers: dict[Spec, PredictionWorker] = {}
+
+    def worker(self, method: Spec) -> "PredictionWorker":
+        if method not in self._workers:
+            folder = self.folder / str(len(self._workers))
+            self._workers[method] = PredictionWorker(method, self, folder)
+        return self._workers[method]
+
+    def start(self, start: Mapping[str, Any]) -> launch.Started:
+        """Raises OSError."""
+        if self._template is None or not self._template.living:
+            self._template = launch.Template(self._preload, self._mark)
+        return self._template.start(start)
+
+    def end_orphans(self) -> None:
+        """Kill what workers that have ended left behind."""
+        template = [] if self._template is None else [self._template.pid]
+        launch.end_orphans(
+            self._mark, [*template, *(each.pid for each in self._workers.values() if each.pid)]
+        )
+
+    def close(self) -> None:
+        for each in self._workers.values():
+            each.end()
+        if self._template is not None:
+            self._template.close()
+        self._workers, self._template = {}, None
+        self.end_orphans()
+
+
+@dataclass(eq=False)
+class PredictionWorker:
+    """The process of one method. It is started when it is asked, and again when it has ended.
+
+    folder: for questions, answers and what the method writes. log: takes what it prints; None: nobody asks.
+    """
+
+    method: Spec
+    crew: Crew
+    folder: Path
+    log: Path | None = None
+    seconds: float = field(default=0.0, init=False)
+    """Of the last answer, as the worker measured it, for each case."""
+
+    def __post_init__(self) -> None:
+        self.limits = self.crew.limits
+        self._started: launch.Started | None = None
+        self._hopeless = ""
+        self._late = 0  # cases in a row without an answer in time
+        self._starts = 0  # attempts in a row that ended before the method was built
+        self._numbers = count()
+        self._questions: Sequence[Asked] = ()
+        (self.folder / "work").mkdir(parents=True)
+        self._printed = self.folder / "printed.txt"
+
+    def ask(self, asked: Sequence[Asked], repeat: int = 1) -> list[Outcome]:
+        """The verified outcome of every case; never an exception but OSError, where the disk is full.
+
+        A process that ends is asked once more, since somebody else may have killed it. Where several are
+        asked together and that ends badly, each is asked on its own.
+        """
+        trouble = None
+        for _ in range(2):
+            if self._hopeless:
+                return [Outcome("failed", self._hopeless) for _ in asked]
+            try:
+                outcomes = self._exchange(asked, repeat)
+            except Trouble as error:
+                trouble = error
+                self.end()
+                self._keep_log()
+                if isinstance(error, Beyond):
+                    break
+            else:
+                self._late = 0
+                self._keep_log()
+                return outcomes
+        if len(asked) > 1 and not self._hopeless:
+            return [outcome for each in asked for outcome in self.ask([each], repeat)]
+        return [Outcome("failed", str(trouble)) for _ in asked]
+
+    def end(self) -> None:
+        if self._started is not None:
+            launch.end(self._started)
+            self._started = None
+            self.crew.end_orphans()
+
+    @property
+    def pid(self) -> int:
+        """Of the process; 0 while there is none."""
+        return self._started.pid if self._started else 0
+
+    # ------------------------------------------------------------------------------------ asking
+    def _exchange(self, asked: Sequence[Asked], repeat: int) -> list[Outcome]:
+        if self._started is None:
+            self._start()
+        self._questions = asked
+        questions = [self._question(*each) for each in asked]
+        cases = [case for case, _ in asked]
+        self._send({"ask": questions, "repeat": repeat})
+        said = self._reply(repeat * self.limits.seconds(cases), len(cases))["answers"]
+        if not isinstance(said, list) or len(said) != len(cases):
+            raise Beyond(NONSENSE)
+        try:
+            each = zip(cases, questions, said, strict=True)
+            return [
+                self._outcome(case, Path(question["answer"]), answer) for case, question, answer in each
+            ]
+        finally:
+            for question in questions:
+                for name in ("source", "answer"):
+                    with suppress(OSError):
+                        Path(question[name]).unlink()
+
+    def _start(self) -> None:
+        start = {
+            "method": str(self.method),
+            "plugins": list(self.crew.plugins),
+            "folder": str(self.folder / "work"),
+            "log": str(self._printed),
+        }
+        try:
+            self._started = self.crew.start(start)
+        except OSError as error:
+            raise Trouble(f"the method's process cannot be started ({error})") from error
+        try:
+            said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
+        except Trouble as trouble:
+            self._starts += 1
+            if isinstance(trouble, Beyond) or self._starts > 1:
+                self._hopeless = str(trouble)
+            raise
+        self._starts = 0
+        if "ready" not in said:
+            self._hopeless = str(said.get("broken", NONSENSE))
+            raise Beyond(self._hopeless)
+
+    def _question(self, case: Case, context: Context) -> dict[str, Any]:
+        number = next(self._numbers)
+        source = files.write_motion(self.folder / f"{number}.npz", case.source)
+        return {
+            "source": str(source),
+            "source_character": str(files.write_character(self.folder, case.source.character)),
+            "target_character": str(files.write_character(self.folder, case.target)),
+            "answer": str(self.folder / f"{number}-answer.npz"),
+            "context": self._context(number, context),
+        }
+
+    def _context(self, number: int, context: Context) -> dict[str, Any]:
+        """What a method may know, as JSON; clips and training motion are handed over when asked for."""
+        said: dict[str, Any] = {
+            "seed": context.seed,
+            "device": context.device,
+            "precision": context.precision,
+        }
+        if context.training is not None:
+            said["training"] = True
+        if context.ground is not None:
+            said["ground"] = files.ground_facts(context.ground)
+        for kind in ("reference", "second_reference"):
+            if (motion := getattr(context, kind)) is not None:
+                said[kind] = self._place(self.folder / f"{number}-{kind}.npz", motion)
+        for kind in ("other_clips", "target_motions"):
+            if (clips := getattr(context, kind)) is not None:
+                said[kind] = len(clips)
+        return said
+
+    def _place(self, path: Path, motion: Any) -> dict[str, str]:
+        body = files.write_character(self.folder, motion.character)
+        return {"motion": str(files.write_motion(path, motion)), "character": str(body)}
+
+    # ---------------------------------------------------------------------------------- answers
+    def _reply(self, seconds: float, cases: int) -> dict[str, Any]:
+        """The line with the answers; until it comes, what the method looks at is handed over."""
+        until = time.monotonic() + seconds
+        late = f"no answer within {seconds / cases:g} s a case (--timeout sets the limit)"
+        while True:
+            try:
+                said = self._receive(until - time.monotonic(), late)
+            except Late:
+                self._late += 1
+                if self._late >= PATIENCE:
+                    self._hopeless = f"not asked: {PATIENCE} cases before this got {late}"
+                raise
+            if "answers" in said:
+                return said
+            self._send(self._given(said))
+
+    def _given(self, wish: Mapping[str, Any]) -> dict[str, Any]:
+        try:
+            kind, (case, context) = wish["give"], self._questions[int(wish.get("question", 0))]
+            if kind == "training":
+                if context.training is None:
+                    return {"folder": None}
+                return {"folder": str(files.write_training(self.folder / "training", context.training))}
+            if kind == "mesh":
+                bodies = (case.source.character, case.target)
+                here = {str(files.write_character(self.folder, body)): body for body in bodies}
+                mesh = here[wish["character"]].mesh
+                assert mesh is not None
+                path = Path(wish["character"]).with_suffix(".mesh.npz")
+                return {"mesh": str(files.write_mesh(path, mesh))}
+            if kind not in ("other_clips", "target_motions"):
+                raise KeyError(kind)
+            clip = getattr(context, kind)[int(wish["index"])]
+            return self._place(self.folder / f"{next(self._numbers)}.npz", clip)
+        except NotSupported as error:
+            return {"why": str(error)}
+        except (KeyError, IndexError, TypeError, ValueError, AssertionError) as error:
+            raise Beyond(f"the method's process asks for what there is not ({error})") from error
+
+    def _outcome(self, case: Case, path: Path, said: Any) -> Outcome:
+        """The answer in a file, if it is a motion that fits the case."""
+        try:
+            status, message = str(said["status"]), str(said["message"])
+            self.seconds = float(said["seconds"])
+        except (KeyError, TypeError, ValueError):
+            raise Beyond(NONSENSE) from None
+        if status != "ok":
+            known = status if status in ("unsupported", "invalid") else "failed"
+            return Outcome(known, message[:LONGEST_MESSAGE])
+        try:
+            _check_file(path, case)
+            return Outcome(
+                "ok", prediction=verified(read_prediction(path, case.target, case.source.fps), case)
+            )
+        except (Invalid, FileError) as error:
+            return Outcome("invalid", str(error).replace(str(path), "the answer"))
+
+    # ----------------------------------------------------------------------------------- limits
+    def _send(self, message: dict[str, Any]) -> None:
+        assert self._started is not None
+        with suppress(Closed):  # told with its reason by what is received next
+            self._started.channel.send(message)
+
+    def _receive(self, seconds: float, late: str) -> dict[str, Any]:
+        """The next line. Raises Late after so many seconds, and Trouble."""
+        started, until = self._started, time.monotonic() + seconds
+        assert started is not None
+        while True:
+            left = until - time.monotonic()
+            try:
+                said = started.channel.receive(max(0.0, min(LOOK, left)))
+            except Nonsense as error:
+                raise Beyond(f"the method's process cannot be understood: {error}") from error
+            except Closed as error:
+                raise Trouble(self._how(started, str(error))) from error
+            if said is not None:
+                return said
+            if how := started.ended():
+                with suppress(Closed):  # its last words
+                    if (said := started.channel.receive(0.0)) is not None:
+                        return said
+                raise Trouble(f"the method's process ended ({how})")
+            if self.limits.memory and launch.memory_of(started.pid) > self.limits.memory:
+                allowed = self.limits.memory / 2**30
+                raise Beyond(
+                    f"the method took more than {allowed:.3g} GB of memory (--memory sets the limit)"
+                )
+            if left <= 0:
+                raise Late(late)
+
+    @staticmethod
+    def _how(started: launch.Started, closed: str) -> str:
+        for _ in range(20):
+            if how := started.ended():
+                return f"the method's process ended ({how})"
+            time.sleep(0.05)
+        return f"the method's process cannot be talked to: {closed}"
+
+    def _keep_log(self) -> None:
+        """Bring what was printed to the log, up to its limit."""
+        with suppress(OSError):
+            if not (length := self._printed.stat().st_size):
+                return
+            kept = self.log.stat().st_size if self.log is not None and self.log.exists() else 0
+            if self.log is not None and kept < LONGEST_LOG:
+                self.log.parent.mkdir(parents=True, exist_ok=True)
+                with self._printed.open("rb") as printed, self.log.open("ab") as log:
+                    log.write(printed.read(LONGEST_LOG - kept))
+                    if length > LONGEST_LOG - kept:
+                        log.write(b"\n... what came after this is not kept\n")
+            os.truncate(self._printed, 0)
+
+
+def _check_file(path: Path, case: Case) -> None:
+    """Raises FileError for what is no ordinary file of about the size of an answer."""
+    try:
+        found = path.lstat()
+    except OSError:
+        raise FileError(path, "is not there, although the method's process says so") from None
+    most = 64 * max(case.source.frames, 1) * max(len(case.target.skeleton), 1) + 2**16
+    if not stat.S_ISREG(found.st_mode):
+        raise FileError(path, "is not an ordinary file")
+    try:
+        with zipfile.ZipFile(path) as packed:
+            size = sum(each.file_size for each in packed.infolist())
+    except (OSError, zipfile.BadZipFile) as error:
+        raise FileError(path, f"is not a readable .npz file ({error})") from error
+    if max(size, found.st_size) > most:
+        raise FileError(path, f"holds {size} bytes; {most} are plenty for {case.source.frames} frames")

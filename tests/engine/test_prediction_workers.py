@@ -1,0 +1,256 @@
+"""Prediction workers: what travels by files arrives as it was; whatever comes back is looked at first."""
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from retarget_bench.api import Case, CaseInfo, Context
+from retarget_bench.errors import NotSupported
+from retarget_bench.evaluation.plan import dataset
+from retarget_bench.evaluation.predict import Inputs, context_for, predict
+from retarget_bench.evaluation.prediction import question_files as files
+from retarget_bench.evaluation.prediction.channel import Channel, Closed
+from retarget_bench.evaluation.prediction.workers import PATIENCE, Crew, Limits
+from retarget_bench.motion.ground import Ground
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _plugins():
+    for file in ("toys/toy_cases.py", "toys/toy_method.py", "red_team/impostor.py", "red_team/hostile.py"):
+        registry.add_file(HERE / file)
+
+
+@pytest.fixture
+def crew(tmp_path):
+    found = Crew(tmp_path / "crew", registry.files(), Limits(timeout=10.0))
+    yield found
+    found.close()
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    data = dataset(Spec("toy_cases"))
+    return data.load(data.cases("retarget", "intra")[0])
+
+
+def asked(case: Case, **inputs) -> tuple[Case, Context]:
+    data = dataset(Spec("toy_cases"))
+    return case, context_for(Inputs(**{"needs": ("other_clips",), **inputs}), data, case, seed=5)
+
+
+# ------------------------------------------------------------------------------------------ what travels
+def puppet_case() -> Case:
+    data = dataset(Spec("puppets"))
+    return data.load(data.cases("retarget", "cross")[0])
+
+
+def test_a_body_arrives_as_it_was(tmp_path):
+    body = replace(puppet_case().target, hinges={"left_leg": np.array([1.0, 0.0, 1e-17])})
+    body = replace(body, whole=puppet_case().source.character)
+    path = files.write_character(tmp_path, body)
+    assert files.write_character(tmp_path, body) == path
+    again = files.character(json.loads(path.read_text()))
+    assert files.character_facts(again) == {
+        **files.character_facts(body),
+        "skinned": False,
+        "whole": None,
+    } | {"whole": files.character_facts(again)["whole"]}
+    for name in ("offsets", "parents"):
+        assert np.array_equal(getattr(again.skeleton, name), getattr(body.skeleton, name))
+    assert np.array_equal(again.reference_pose, body.reference_pose)
+    assert again.measures == body.measures
+    assert again.whole is not None
+    assert again.whole.skeleton.same_as(body.whole.skeleton)
+    assert np.array_equal(again.hinge("left_leg"), body.hinge("left_leg"))
+    assert again.skeleton.end_sites == body.skeleton.end_sites
+
+
+@pytest.mark.parametrize("kind", ["motion", "positions"])
+def test_a_motion_arrives_to_the_last_bit(tmp_path, kind):
+    source = puppet_case().source
+    if kind == "positions":
+        source = source.character.positions(source.positions, 59.94)
+    again = files.read_motion(files.write_motion(tmp_path / "a.npz", source), source.character)
+    assert type(again) is type(source)
+    assert again.fps == source.fps
+    for name in source.arrays:
+        assert np.array_equal(getattr(again, name), getattr(source, name))
+
+
+def test_a_ground_arrives_as_it_was():
+    uneven = Ground(heights=np.array([[0.0, 1 / 3], [2.0, 3.0]]), origin=(0.5, -1.0), spacing=0.25)
+    for ground in (Ground(), Ground(0.1), uneven):
+        again = files.ground(json.loads(json.dumps(files.ground_facts(ground))))
+        assert (again.height, again.origin, again.spacing) == (ground.height, ground.origin, ground.spacing)
+        assert (
+            again.heights is None
+            if ground.heights is None
+            else np.array_equal(again.heights, uneven.heights)
+        )
+
+
+def test_training_motion_arrives_as_it_was(tmp_path):
+    data = dataset(Spec("puppets"))
+    structure, members = next(iter(data.training().items()))
+    name = next(iter(members))
+    cast = {structure: {name: members[name]}}
+    folder = files.write_training(tmp_path / "training", cast)
+    again = files.read_training(folder, lambda body: files.character(json.loads(Path(body).read_text())))
+    clips = again[structure][name]
+    assert list(clips.names) == list(members[name].names)
+    assert len(clips) == len(members[name])
+    for one, two in zip(clips, (members[name][n] for n in range(len(clips))), strict=True):
+        assert np.array_equal(one.rotations, two.rotations)
+        assert np.array_equal(one.root, two.root)
+
+
+@settings(max_examples=30)
+@given(
+    st.recursive(
+        st.none() | st.integers() | st.text(), lambda x: st.lists(x) | st.dictionaries(st.text(), x)
+    )
+)
+def test_lines_arrive_as_they_were(said):
+    reading, writing = os.pipe()
+    channel = Channel(reading, writing)
+    try:
+        channel.send({"said": said})
+        channel.send({"next": 1})
+        assert channel.receive(1.0) == {"said": said}
+        assert channel.receive(1.0) == {"next": 1}
+        assert channel.receive(0.0) is None
+    finally:
+        channel.close()
+
+
+def test_a_line_that_is_cut_is_no_line():
+    reading, writing = os.pipe()
+    os.write(writing, b'{"said": 1')
+    channel = Channel(reading, writing)
+    assert channel.receive(0.05) is None
+    os.close(writing)
+    with pytest.raises(Closed):
+        channel.receive(1.0)
+    os.close(reading)
+
+
+# ------------------------------------------------------------------------------------------ what comes back
+@pytest.mark.parametrize("name", ["copy_rotations", "toy_method[does=noise]", "toy_method[does=positions]"])
+def test_an_answer_is_that_of_the_method_here(crew, case, name):
+    (found,) = crew.worker(Spec.parse(name)).ask([asked(case)])
+    here = predict(registry.create("methods", name), *asked(case)).prediction
+    for array in here.arrays:
+        assert np.array_equal(getattr(found.prediction, array), getattr(here, array).astype(np.float32))
+    assert found.prediction.character is case.target
+
+
+def test_privileged_motions_are_handed_over_when_they_are_looked_at(crew, case):
+    (peeked,) = crew.worker(Spec.parse("toy_method[does=peek]")).ask([asked(case, needs=("reference",))])
+    assert np.allclose(peeked.prediction.root, case.reference.root, atol=1e-6)
+    (other,) = crew.worker(Spec("other_clip")).ask([asked(case)])
+    assert other.status == "ok"
+    (far,) = crew.worker(Spec.parse("impostor[does=far]")).ask([asked(case)])
+    assert far.status == "failed"
+    assert "IndexError" in far.message
+
+
+@pytest.mark.parametrize(
+    ("does", "status", "words"),
+    [
+        ("link", "invalid", "not an ordinary file"),
+        ("pipe", "invalid", "not an ordinary file"),
+        ("folder", "invalid", "not an ordinary file"),
+        ("nothing", "invalid", "is not there"),
+        ("pickle", "invalid", "Object arrays"),
+        ("bomb", "invalid", "are plenty for 12 frames"),
+        ("babble", "failed", "where an answer is due"),
+        ("array", "failed", "where an answer is due"),
+        ("short", "failed", "does not answer as it should"),
+        ("wishes", "failed", "asks for what there is not"),
+        ("unbuilt", "failed", "no such thing"),
+        ("leaves_at_once", "failed", "exit code 4"),
+    ],
+)
+def test_whatever_else_comes_is_a_status(crew, case, tmp_path, does, status, words):
+    secret = tmp_path / "secret.npz"
+    np.savez(secret, rotations=case.reference.rotations, root=case.reference.root, fps=30.0)
+    worker = crew.worker(Spec("impostor", {"does": does, "note": str(secret)}))
+    (found,) = worker.ask([asked(case)])
+    assert (found.status, found.prediction) == (status, None)
+    assert words in found.message
+    assert secret.exists()
+
+
+def test_a_process_that_somebody_killed_is_asked_again(crew, case, tmp_path):
+    worker = crew.worker(Spec("impostor", {"does": "once", "note": str(tmp_path / "died")}))
+    assert [each.status for each in worker.ask([asked(case)])] == ["ok"]
+    assert (tmp_path / "died").exists()
+
+
+def test_a_method_that_never_answers_is_given_up(tmp_path, case):
+    crew = Crew(tmp_path / "crew", registry.files(), Limits(timeout=0.3))
+    try:
+        worker = crew.worker(Spec("impostor", {"does": "slow_once", "note": str(tmp_path / "times")}))
+        messages = [worker.ask([asked(case)])[0].message for _ in range(3)]
+        assert [message.startswith("no answer within 0.3 s") for message in messages] == [True, True, False]
+        hanging = crew.worker(Spec.parse("hostile[does=hang]"))
+        messages = [hanging.ask([asked(case)])[0].message for _ in range(PATIENCE + 1)]
+        assert all(message.startswith("no answer within 0.3 s") for message in messages[:-1])
+        assert messages[-1].startswith("not asked: 3 cases before this got no answer within 0.3 s")
+    finally:
+        crew.close()
+
+
+def test_time_limits_grow_with_the_frames(case):
+    assert Limits().seconds([case]) == 60.0 + case.source.frames
+    assert Limits(timeout=2.0).seconds([case, case]) == 4.0
+
+
+def test_what_a_data_set_cannot_give_is_unsupported(crew, case):
+    class Nothing:
+        def __len__(self):
+            return 1
+
+        def __getitem__(self, index):
+            raise NotSupported("needs reference motions, and this data set has none")
+
+    given = replace(asked(case)[1], other_clips=Nothing())
+    (found,) = crew.worker(Spec("other_clip")).ask([(case, given)])
+    assert (found.status, found.message) == (
+        "unsupported",
+        "needs reference motions, and this data set has none",
+    )
+
+
+def test_a_method_is_not_told_which_case_it_is_asked(crew, case, tmp_path, monkeypatch):
+    monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
+    spy = tmp_path / "spy.py"
+    spy.write_text(
+        "import json, os, sys\n"
+        "from retarget_bench.api import MethodCard\n"
+        "class Spy:\n"
+        "    card = MethodCard(name='spy', summary='tells', version='1')\n"
+        "    def supports(self, source, target): return None\n"
+        "    def retarget(self, source, target, *, context):\n"
+        "        frame, seen = sys._getframe(), []\n"
+        "        while frame:\n"
+        "            seen += [repr(each) for each in frame.f_locals.values()]\n"
+        "            frame = frame.f_back\n"
+        "        raise RuntimeError(str(any('clip 0' in each for each in seen)))\n"
+        "plugin = Spy\n"
+    )
+    registry.add_file(spy)
+    crew.plugins = registry.files()
+    info = CaseInfo("toy/tall>small/clip 0", "retarget", "intra", "tall", "small", "clip 0")
+    (found,) = crew.worker(Spec("spy")).ask([asked(replace(case, info=info))])
+    assert found.message.startswith("RuntimeError: False")

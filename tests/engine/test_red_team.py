@@ -1,0 +1,138 @@
+"""Methods that cheat, hang, crash and litter: each costs its own rows, and nothing else changes."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from small_plans import asked
+
+from retarget_bench import files
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.prediction import launch
+from retarget_bench.evaluation.prediction.workers import LONGEST_LOG
+from retarget_bench.plugins import registry
+from retarget_bench.results import store
+
+HERE = Path(__file__).parent
+HONEST = ("copy_rotations", "toy_method")
+ATTACKS = {
+    "frame": ("failed", "no answer in any frame"),
+    "gc": ("failed", "no answer in memory"),
+    "setflags": ("ok", ""),
+    "patch": ("ok", ""),
+    "hang": ("failed", "no answer within 2 s"),
+    "fork": ("ok", ""),
+    "hold": ("failed", "exit code 0"),
+    "leak": ("failed", "more than 0.5 GB"),
+    "print": ("ok", ""),
+    "folders": ("ok", ""),
+    "leave": ("failed", "exit code 7"),
+    "crash": ("failed", "signal SIGSEGV"),
+}
+LIMITS = {"timeout": 2.0, "memory": 0.5, "clips": 1, "jobs": 2}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _plugins():
+    for file in (HERE / "toys" / "toy_cases.py", HERE / "toys" / "toy_method.py"):
+        registry.add_file(file)
+    registry.add_file(HERE / "red_team" / "hostile.py")
+
+
+@pytest.fixture(scope="module")
+def battle(tmp_path_factory):
+    """(folder of a run with all attacks, folder of one without, files of the folder that it was run in)"""
+    folder = tmp_path_factory.mktemp("red-team")
+    before = Path.cwd()
+    (folder / "at-home").mkdir()
+    os.chdir(folder / "at-home")
+    Path("precious.txt").write_text("mine")
+    try:
+        attacks = [f"hostile[does={does}]" for does in ATTACKS]
+        runner.run(asked(folder / "with", *attacks, *HONEST, **LIMITS), lambda done, total: None)
+        runner.run(asked(folder / "without", *HONEST, **LIMITS), lambda done, total: None)
+    finally:
+        os.chdir(before)
+    return folder
+
+
+def _results(root: Path) -> dict[str, store.Results]:
+    read = [store.read_results(place) for place in store.find_results(root)]
+    return {each.header.method.label: each for each in read}
+
+
+@pytest.mark.parametrize("does", ATTACKS)
+def test_an_attack_has_its_own_status(battle, does):
+    status, words = ATTACKS[does]
+    entries = _results(battle / "with")[f"hostile[does={does}]"].entries
+    assert {each.status for each in entries} == {status}
+    assert all(words in each.message for each in entries)
+
+
+@pytest.mark.parametrize("method", HONEST)
+@pytest.mark.parametrize("suffix", [".csv", ".npz"])
+def test_honest_rows_are_the_same_bytes_as_alone(battle, method, suffix):
+    with_, without = (_results(battle / name)[method].paths.rows for name in ("with", "without"))
+    assert with_.with_suffix(suffix).read_bytes() == without.with_suffix(suffix).read_bytes()
+
+
+@pytest.mark.parametrize("does", ["setflags", "patch"])
+def test_tampering_gains_nothing(battle, does):
+    """Their answers are those of ``toy_method``, and so are their errors."""
+    results = _results(battle / "with")
+    honest = {each.case: each.values for each in results["toy_method"].entries}
+    assert {e.case: e.values for e in results[f"hostile[does={does}]"].entries} == honest
+
+
+def test_prints_are_in_a_log_of_limited_length(battle):
+    log = _results(battle / "with")["hostile[does=print]"].paths.log
+    assert LONGEST_LOG <= log.stat().st_size < LONGEST_LOG + 100
+    assert log.read_bytes().startswith(b"xxxx")
+    assert not _results(battle / "with")["copy_rotations"].paths.log.exists()
+
+
+def test_a_crash_leaves_its_traceback_in_the_log(battle):
+    log = _results(battle / "with")["hostile[does=crash]"].paths.log.read_text()
+    assert "Segmentation fault" in log
+    assert "hostile.py" in log
+
+
+def test_files_of_the_user_stay(battle):
+    assert [each.name for each in (battle / "at-home").iterdir()] == ["precious.txt"]
+
+
+@pytest.mark.usefixtures("battle")
+def test_no_process_stays():
+    deadline = time.monotonic() + 10
+    while (left := _orphans()) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not left
+
+
+def _orphans() -> list[psutil.Process]:
+    """Processes that prediction workers left behind and whose scoring process is gone."""
+    found = []
+    for each in psutil.process_iter():
+        try:
+            owner = each.environ().get(launch.MARK)
+        except psutil.Error:
+            continue
+        if owner and not psutil.pid_exists(int(owner.partition("-")[0])):
+            found.append(each)
+    return found
+
+
+def test_folders_of_killed_runs_are_removed_by_the_next(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        pass
+    for owner in (gone.pid, os.getpid(), "somebody"):
+        (tmp_path / f"retarget-bench-{owner}-x").mkdir()
+    with files.scratch_folder() as mine:
+        assert mine.is_dir()
+    left = {each.name for each in tmp_path.iterdir()}
+    assert left == {f"retarget-bench-{os.getpid()}-x", "retarget-bench-somebody-x"}
