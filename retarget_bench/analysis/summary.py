@@ -204,7 +204,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         split=matrix.split,
         notes=list(matrix.rows[0].header.dataset.notes),
         scores=section.scores,
-        pairs=len({info.pair for info in own}),
+        pairs=len({(info.source, info.target) for info in own}),
         clips=len({info.clip for info in own}),
         frames=sum(info.frames for info in own),
         values=dict(matrix.values),
@@ -328,10 +328,10 @@ def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     A value that the header does not declare is left from earlier results that had other metrics.
     """
     found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
-    structures = case_metadata.read_structures(row.paths) if matrix.bodies else None
+    structures = case_metadata.read_structures(row.paths) if matrix.bodies and found else None
     if structures is None:
         return found
-    here = {structures.get(info.target, "") for info in matrix.cases}
+    here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
     return [each for each in found if each.structure in here]
 

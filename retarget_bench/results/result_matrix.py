@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,10 @@ class ResultMatrix:
         return np.cumsum(np.concatenate([[False], names[1:] != names[:-1]])) if len(names) else names
 
     @cached_property
+    def targets(self) -> frozenset[str]:
+        return frozenset(info.target for info in self.cases)
+
+    @cached_property
     def keys(self) -> list[Key]:
         """Every value, and point of a curve, that any method has."""
         return list(dict.fromkeys(key for row in self.rows for run in row.runs for key in run))
@@ -101,9 +106,10 @@ class ResultMatrix:
         for number, (row, keep) in enumerate(zip(self.rows, each, strict=True)):
             if not number or kept.ndim > 1:
                 ids = {info.id for info, mine in zip(self.cases, keep & self.own, strict=True) if mine}
-            runs = tuple(derived(run, partial(_kept, run, keep, some)) for run in row.runs)
+            kept_runs = (derived(run, partial(_kept, run, keep, some)) for run in row.runs)
+            runs = row.runs if keep.all() else tuple(kept_runs)
             rows.append(replace(row, header=row.header.counted(ids), runs=runs))
-        cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
+        cases = self.cases if some.all() else tuple(compress(self.cases, some.tolist()))
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
     def narrowed(self, value: str) -> ResultMatrix:
@@ -151,22 +157,26 @@ def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> 
     split = found[0].paths.split
     extra = selves if pooled and split == "intra" else ()
     lists = {id(each.cases): each.cases for each in found}  # mostly one
-    infos = {info.id: info for each in lists.values() for info in each}
-    mine = len(infos)
-    infos |= {i.id: i for each in extra for i in each.cases if i.id not in infos}
-    order = sorted(enumerate(infos.values()), key=lambda pair: (pair[1].clip, pair[1].id))
-    position = {info.id: number for number, (_, info) in enumerate(order)}
+    once = {info.id: info for each in lists.values() for info in each}
+    mine = len(once)
+    lists |= {id(each.cases): each.cases for each in extra}
+    once |= {i.id: i for each in extra for i in each.cases if i.id not in once}
+    ids, infos = list(once), list(once.values())
+    names = [info.clip for info in infos]
+    order = sorted(sorted(range(len(ids)), key=ids.__getitem__), key=names.__getitem__)
+    place = np.empty(len(ids), dtype=np.int64)
+    place[order] = np.arange(len(ids))
+    number = {case: n for n, case in enumerate(ids)} if len(lists) > 1 else {}
     places = {
-        key: np.fromiter((position[info.id] for info in each), np.int64, len(each))
-        for key, each in (lists | {id(each.cases): each.cases for each in extra}).items()
+        key: place[[number[info.id] for info in each]] if number else place for key, each in lists.items()
     }
     own_self = {replace(each.paths, split=split): each for each in extra}
     runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(order))) for each in found]
     return ResultMatrix(
         dataset=label,
         split=split,
-        cases=tuple(info for _, info in order),
-        own=np.array([number < mine for number, _ in order]),
+        cases=tuple(map(infos.__getitem__, order)),
+        own=np.array(order, dtype=np.int64) < mine,
         rows=_rows(runs),
         values=with_current_labels(values),
     )

@@ -313,11 +313,9 @@ def read_rows(path: Path) -> dict[str, CaseResult]:
 def read_cases(path: Path, task: str, split: str) -> list[CaseInfo]:
     """The case list beside the rows."""
     found = []
-    once: dict[str, str] = {}  # names recur in a million cases
-    for line, (case, *names, frames) in enumerate(read_csv(path, CASE_FIELDS), 2):
+    for line, (case, source, target, clip, kind, frames) in enumerate(read_csv(path, CASE_FIELDS), 2):
         if not frames.isdecimal():
             raise FileError(path, f"{frames!r} is not a number of frames", line)
-        source, target, clip, kind = (once.setdefault(name, name) for name in names)
         found.append(CaseInfo(case, task, split, source, target, clip, kind, int(frames)))
     return found
 

@@ -35,6 +35,7 @@ sys.path.insert(0, str(ROOT))
 from retarget_bench.api import Case, CaseInfo, DatasetCard  # noqa: E402
 from retarget_bench.evaluation import runner  # noqa: E402
 from retarget_bench.evaluation.header_builder import header_of  # noqa: E402
+from retarget_bench.evaluation.jobs import Jobs  # noqa: E402
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units  # noqa: E402
 from retarget_bench.files import write_csv, write_text  # noqa: E402
 from retarget_bench.motion.character import Character  # noqa: E402
@@ -122,8 +123,9 @@ def units(root: Path, cases: int, methods: int) -> list[EvaluationUnit]:
 # --------------------------------------------------------------------------------------------- measures
 def plan(root: Path, cases: int, methods: int) -> str:
     asked = units(root, cases, methods)
-    todo = {unit: runner._wanted_cases(unit) for unit in asked}
-    return f"{len(runner._jobs(todo, {unit: {} for unit in todo}))} jobs"
+    todo = {unit: {} for unit in asked if runner._wanted_cases(unit)}
+    jobs = Jobs(todo)
+    return f"{jobs.answers:,} answers in {len(jobs):,} jobs, the first with {len(jobs[0].parts)} methods"
 
 
 def write(root: Path, cases: int, methods: int) -> str:
