@@ -289,10 +289,11 @@ def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared:
 
 
 def _present(found: Sequence[SplitSummary], wanted: Iterable[str]) -> set[str]:
-    """Those of the values, and of what may stand in for them, that any method has."""
+    """Those of the values that any method has, and of what stands in for those that none has."""
     means = [score.means for section in found for score in section.scores]
-    either = (each for key in wanted for each in (key, f"{key}_src"))
-    return {key for key in either if any(key in each for each in means)}
+    either = ((key, f"{key}_src") for key in wanted)
+    first = (next((k for k in both if any(k in each for each in means)), None) for both in either)
+    return {key for key in first if key is not None}
 
 
 # --------------------------------------------------------------------------------------------- numbers
