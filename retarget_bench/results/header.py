@@ -187,11 +187,9 @@ class ResultHeader(_Part):
         """Every value id -> declaration."""
         return {**self.values, **self.set_values}
 
-    def counted(self, ids: Collection[str]) -> ResultHeader:
+    def counted(self, ids: set[str]) -> ResultHeader:
         """The header with the counts and problems of these cases only."""
-        kept = [
-            replace(each, cases=tuple(sorted(set(each.cases).intersection(ids)))) for each in self.problems
-        ]
+        kept = [replace(each, cases=tuple(sorted(ids & set(each.cases)))) for each in self.problems]
         problems = tuple(each for each in kept if each.cases)
         status = {case: each.status for each in problems for case in each.cases}
         counts = replace(Counts.of(status.values()), asked=len(ids), ok=len(ids) - len(status))
