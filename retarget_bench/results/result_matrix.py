@@ -16,7 +16,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key, Numbers, derived
-from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.header import Counts, DeclaredValue, ResultHeader
 from retarget_bench.results.store import ResultPaths
 
 Run = tuple[Columns, Numbers]
@@ -102,15 +102,20 @@ class ResultMatrix:
         each = np.array(np.broadcast_to(kept, (len(self.rows), len(self.cases))))
         some: np.ndarray = np.logical_or.reduce(each, axis=0)
         rows = []
-        ids: set[str] = set()
-        for number, (row, keep) in enumerate(zip(self.rows, each, strict=True)):
-            if not number or kept.ndim > 1:
-                ids = {info.id for info, mine in zip(self.cases, keep & self.own, strict=True) if mine}
+        for row, keep in zip(self.rows, each, strict=True):
+            counted = self._counted(row.header, keep & self.own)
             kept_runs = (derived(run, partial(_kept, run, keep, some)) for run in row.runs)
             runs = row.runs if keep.all() else tuple(kept_runs)
-            rows.append(replace(row, header=row.header.counted(ids), runs=runs))
+            rows.append(replace(row, header=counted, runs=runs))
         cases = self.cases if some.all() else tuple(compress(self.cases, some.tolist()))
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
+
+    def _counted(self, header: ResultHeader, mine: np.ndarray) -> ResultHeader:
+        """The header with the counts and problems of these cases; ``mine`` is ``(cases,)`` bool."""
+        if not header.problems:
+            number = int(mine.sum())
+            return replace(header, counts=Counts(asked=number, ok=number))
+        return header.counted({info.id for info in compress(self.cases, mine.tolist())})
 
     def narrowed(self, value: str) -> ResultMatrix:
         """The matrix with one value and nothing else."""

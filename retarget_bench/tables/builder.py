@@ -230,9 +230,9 @@ def _columns(
     section: SplitSummary, wanted: Sequence[str], declared: Values, whole: Collection[str]
 ) -> tuple[list[str], list[str]]:
     """The columns that a split has, and sentences about those it lacks."""
-    if not any(score.means for score in section.scores):
-        return [key for key in wanted if key == FPS or key in declared], []
     present = _present([section], wanted)
+    if not present and not any(score.means for score in section.scores):
+        return [key for key in wanted if key == FPS or key in declared], []
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
     for key in wanted:
