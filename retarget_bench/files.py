@@ -9,16 +9,18 @@ import secrets
 import shutil
 import sys
 from collections.abc import Container, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
 from typing import Literal
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import BenchError, FileError
 
 _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
 _LONGEST = 60
+LOCK = ".lock"
+"""The lock file of a folder that one process alone may write to."""
 _SCRATCH = "retarget-bench-"
 _SEAL = hashlib.blake2b().digest_size
 _FORMULA = ("=", "+", "-", "@")
@@ -105,6 +107,39 @@ def _cell(text: str) -> str:
     except ValueError:
         return f"'{shown}"
     return shown
+
+
+@contextmanager
+def locked(path: Path, busy: str) -> Iterator[None]:
+    """A lock file that only this process holds, in a folder that is made where there is none; what was made
+    in vain is removed again.
+
+    The system lets go of the lock when the process ends, however it ends. Raises BenchError that says
+    ``busy`` where another process has it, FileError where the folder cannot be written.
+    """
+    from filelock import FileLock, Timeout  # imports asyncio, which most commands do without
+
+    made = [each for each in path.parents if not each.exists()]
+    lock = FileLock(path)
+    try:
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            lock.acquire(timeout=0)
+        except Timeout as error:
+            raise BenchError(busy) from error
+        except OSError as error:
+            raise FileError(path, f"cannot be written ({error.strerror or error})") from error
+        try:
+            yield
+        finally:
+            # while it is still locked, or the next process's lock would be removed
+            with suppress(OSError):  # Windows removes no open file
+                path.unlink(missing_ok=True)
+            lock.release()
+    finally:
+        with suppress(OSError):  # not empty
+            for each in made:
+                each.rmdir()
 
 
 def cache_folder() -> Path:

@@ -152,8 +152,8 @@ def bodies_of_cases(matrix: ResultMatrix) -> np.ndarray:
             return np.full(len(matrix.cases), "", dtype=object)
         legs |= mine
     kinds = {"2": PEOPLE, "4": FOUR_LEGGED}
-    names = []
-    for info in matrix.cases:
-        both = {legs[name] for name in (info.source, info.target) if name in legs}
-        names.append(kinds[both.pop()] if len(both) == 1 else MIXED)
-    return np.array(names, dtype=object)
+    pairs: dict[tuple[str, str], str] = {}
+    for pair in {(info.source, info.target) for info in matrix.cases}:
+        both = {legs[name] for name in pair if name in legs}
+        pairs[pair] = kinds[both.pop()] if len(both) == 1 else MIXED
+    return np.array([pairs[info.source, info.target] for info in matrix.cases], dtype=object)

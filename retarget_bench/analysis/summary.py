@@ -1,12 +1,13 @@
 """Means, rankings and ties: values averaged per source clip, then over clips, by method and split."""
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By, breakdown, lasting
+from retarget_bench.analysis.on_demand import OnDemand
 from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.api import TWO_LEGS
@@ -83,10 +84,10 @@ class MethodSummary:
 
     label: str
     header: ResultHeader
-    means: dict[str, Mean]
-    curves: dict[str, dict[str, Mean]]
+    means: Mapping[str, Mean]
+    curves: Mapping[str, Mapping[str, Mean]]
     fps: float | None
-    spread: dict[str, float] = field(default_factory=dict)
+    spread: Mapping[str, float] = field(default_factory=dict)
     sets: list[set_metrics.SetValue] = field(default_factory=list)
 
     @property
@@ -123,15 +124,15 @@ class SplitSummary:
     clips: int
     frames: int
     values: dict[str, DeclaredValue] = field(default_factory=dict)
-    rankings: dict[str, Ranking] = field(default_factory=dict)
+    rankings: Mapping[str, Ranking] = field(default_factory=dict)
     part: str = ""
     bodies: str = ""
     unfinished: str = ""
     variants: tuple[str, ...] = ()
     matrix: ResultMatrix | None = field(default=None, repr=False)
 
-    def on_cases_of(self, label: str, other: str) -> dict[str, tuple[Mean, Mean]]:
-        """Value id -> means of two methods over the cases that both have a number for."""
+    def on_cases_of(self, label: str, other: str, values: Iterable[str]) -> dict[str, tuple[Mean, Mean]]:
+        """Id of these values -> means of two methods over the cases that both have a number for."""
         if self.matrix is None:
             return {}
         labels = [row.label for row in self.matrix.rows]
@@ -139,9 +140,7 @@ class SplitSummary:
             return {}
         at = [labels.index(label), labels.index(other)]
         found = {}
-        for value, index in self.matrix.keys:
-            if index:
-                continue
+        for value in values:
             numbers = self.matrix.numbers((value, ""))[at]
             numbers[:, np.isnan(numbers).any(axis=0)] = np.nan
             one, two = means_over_clips(numbers, self.matrix.clips)
@@ -196,43 +195,75 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     """Means, curves and rankings of all methods of a matrix."""
     own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
     clips = {info.clip for info in own} if matrix.bodies else None
-    scores = [MethodSummary(row.label, row.header, {}, {}, _fps(row.paths, clips)) for row in matrix.rows]
-    for score, row in zip(scores, matrix.rows, strict=True):
+    section = _Section(matrix)
+    for score, row in zip(section.scores, matrix.rows, strict=True):
+        score.fps = _fps(row.paths, clips)
         score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row)
-    made = SplitSummary(
+    return SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
         notes=list(matrix.rows[0].header.dataset.notes),
-        scores=scores,
-        pairs=len({info.pair for info in own}),
+        scores=section.scores,
+        pairs=len({(info.source, info.target) for info in own}),
         clips=len({info.clip for info in own}),
         frames=sum(info.frames for info in own),
         values=dict(matrix.values),
+        rankings=section.rankings,
         part=matrix.part,
         bodies=matrix.bodies,
         unfinished=matrix.unfinished,
         variants=matrix.variants,
         matrix=matrix,
     )
-    ranked = np.array([not score.unranked for score in scores])
-    never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
-    for key in matrix.keys:
-        value, index = key
-        numbers = matrix.numbers(key)
-        common, among, left_out = common_cases(numbers, ranked)
-        alike = among | never if among.any() else among
-        numbers[alike] = np.where(common, numbers[alike], np.nan)
-        for score, mean in zip(scores, means_over_clips(numbers, matrix.clips), strict=True):
-            if mean is not None and index:
-                score.curves.setdefault(value, {})[index] = mean
-            elif mean is not None:
-                score.means[value] = mean
-        if index:
-            continue
-        _add_spreads(made, matrix, value, [common if each else None for each in among])
-        if matrix.values[value].better != "none" and among.any():
-            made.rankings[value] = _ranking(matrix, value, numbers, among, left_out)
-    return made
+
+
+class _Section:
+    """The summaries of all methods of a matrix, and their rankings, computed value by value on demand."""
+
+    def __init__(self, matrix: ResultMatrix) -> None:
+        self.matrix = matrix
+        self.waiting: dict[str, list[str]] = {}
+        for value, index in matrix.keys:
+            self.waiting.setdefault(value, []).append(index)
+        ids = tuple(self.waiting)
+        self.rankings: OnDemand[Ranking] = OnDemand(ids, self.compute)
+        self.means: list[OnDemand[Mean]] = [OnDemand(ids, self.compute) for _ in matrix.rows]
+        self.curves: list[OnDemand[dict[str, Mean]]] = [OnDemand(ids, self.compute) for _ in matrix.rows]
+        self.spreads: list[OnDemand[float]] = [OnDemand(ids, self.compute) for _ in matrix.rows]
+        self.scores = [
+            MethodSummary(row.label, row.header, self.means[i], self.curves[i], None, self.spreads[i])
+            for i, row in enumerate(matrix.rows)
+        ]
+        self.ranked = np.array([not score.unranked for score in self.scores])
+        self.never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
+
+    def compute(self, value: str) -> None:
+        """All that is known of a value."""
+        for index in self.waiting.pop(value, ()):
+            numbers = self.matrix.numbers((value, index))
+            common, among, left_out = common_cases(numbers, self.ranked)
+            alike = among | self.never if among.any() else among
+            numbers[alike] = np.where(common, numbers[alike], np.nan)
+            for row, mean in enumerate(means_over_clips(numbers, self.matrix.clips)):
+                if mean is not None and index:
+                    self.curves[row].found.setdefault(value, {})[index] = mean
+                elif mean is not None:
+                    self.means[row].found[value] = mean
+            if index:
+                continue
+            for row, each in enumerate(among):
+                self._add_spread(row, value, common if each else None)
+            if self.matrix.values[value].better != "none" and among.any():
+                self.rankings.found[value] = _ranking(self.matrix, value, numbers, among, left_out)
+
+    def _add_spread(self, row: int, value: str, common: np.ndarray | None) -> None:
+        """The spread over seeds, of a method that ran with several: of the mean over the same cases."""
+        runs = self.matrix.rows[row].runs
+        if value in self.means[row].found and len(runs) > 1:
+            draws = np.array([draw[value, ""] for draw in runs])
+            there = ~np.isnan(draws).any(axis=0) & (True if common is None else common)
+            means = statistics.per_clip(draws[:, there], self.matrix.clips[there]).mean(axis=1)
+            self.spreads[row].found[value] = float(means.std(ddof=1))
 
 
 def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
@@ -291,28 +322,16 @@ def _losses(matrix: ResultMatrix, value: str, numbers: np.ndarray) -> tuple[int,
     return int(there.sum()), statistics.per_clip(worse[:, there], matrix.clips[there])
 
 
-def _add_spreads(
-    section: SplitSummary, matrix: ResultMatrix, value: str, common: Sequence[np.ndarray | None]
-) -> None:
-    """The spread over seeds, of methods that ran with several: of the mean over the same cases."""
-    for score, row, kept in zip(section.scores, matrix.rows, common, strict=True):
-        if value in score.means and len(row.runs) > 1:
-            draws = np.array([draw[value, ""] for draw in row.runs])
-            there = ~np.isnan(draws).any(axis=0) & (True if kept is None else kept)
-            means = statistics.per_clip(draws[:, there], matrix.clips[there]).mean(axis=1)
-            score.spread[value] = float(means.std(ddof=1))
-
-
 def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     """Values of sets, where bodies are told apart those of structures that the cases' targets have.
 
     A value that the header does not declare is left from earlier results that had other metrics.
     """
     found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
-    structures = case_metadata.read_structures(row.paths) if matrix.bodies else None
+    structures = case_metadata.read_structures(row.paths) if matrix.bodies and found else None
     if structures is None:
         return found
-    here = {structures.get(info.target, "") for info in matrix.cases}
+    here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
     return [each for each in found if each.structure in here]
 

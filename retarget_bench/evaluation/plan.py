@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -98,6 +98,19 @@ def _built(names: tuple[str, ...]) -> tuple[Any, ...]:
     return built
 
 
+@lru_cache(maxsize=16)
+def _cases(spec: Spec, task: str, split: str) -> Sequence[CaseInfo]:
+    """The cases of a split, which all methods share: there may be a million."""
+    return dataset(spec, task).cases(Spec.parse(task).name, split)
+
+
+@lru_cache(maxsize=16)
+def _batches(spec: Spec, task: str, split: str, together: bool) -> Sequence[tuple[str, ...]]:
+    """Their ids, in batches or one by one."""
+    infos = _cases(spec, task, split)
+    return batches(infos, dataset(spec, task).characters()) if together else [(i.id,) for i in infos]
+
+
 @dataclass(frozen=True)
 class EvaluationUnit:
     """One method on one split of one data set: a result file and what it is known by.
@@ -117,7 +130,7 @@ class EvaluationUnit:
 
     @cached_property
     def infos(self) -> Sequence[CaseInfo]:
-        return self.data.cases(Spec.parse(self.plan.task).name, self.split)
+        return _cases(self.dataset, self.plan.task, self.split)
 
     @cached_property
     def built(self) -> Method:
@@ -173,9 +186,8 @@ class EvaluationUnit:
     @cached_property
     def batches(self) -> Sequence[tuple[str, ...]]:
         """The ids of all cases, in the batches that the method is asked them in; mostly one by one."""
-        if not self.in_batches or self.plan.stage == "score":
-            return [(info.id,) for info in self.infos]
-        return batches(self.infos, self.data.characters())
+        together = self.in_batches and self.plan.stage != "score"
+        return _batches(self.dataset, self.plan.task, self.split, together)
 
     @cached_property
     def keys(self) -> dict[str, str]:
@@ -294,8 +306,8 @@ def dataset_slug(spec: Spec) -> str:
 
 def forget() -> None:
     """Forget what was built and hashed: in a session that goes on, files may have changed since."""
-    kept = (_dataset, method, _built, spec_by_weights, locations, method_code, metric_versions, folder_hash)
-    for each in (*kept, environments.facts):
+    hashes = (spec_by_weights, locations, method_code, metric_versions, folder_hash, environments.facts)
+    for each in (_dataset, _cases, _batches, method, _built, *hashes):
         each.cache_clear()
 
 

@@ -2,26 +2,19 @@
 
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
-from typing import Any
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.header_builder import header_of
-from retarget_bench.evaluation.plan import (
-    EvaluationUnit,
-    Plan,
-    dataset,
-    evaluation_units,
-    located,
-    set_metrics,
-)
-from retarget_bench.evaluation.predict import Inputs
+from retarget_bench.evaluation.jobs import Jobs
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
-from retarget_bench.evaluation.worker import CaseJob, JobPart, Stop, work
-from retarget_bench.files import scratch_folder
+from retarget_bench.evaluation.worker import CaseJob, Stop, work
+from retarget_bench.files import LOCK, locked, scratch_folder
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
@@ -32,13 +25,19 @@ Progress = Callable[[int, int], None]
 def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPaths]:
     """Compute what a plan lacks and return the paths of its results. timed: measure speeds, too.
 
-    Interrupted at any moment, it keeps what was finished; the next run goes on from there.
+    Interrupted at any moment, it keeps what was finished; the next run goes on from there. Raises
+    BenchError where another run is writing to the same folder.
     """
+    busy = f"another run is writing to {plan.root}; wait until it has ended, or give another folder"
+    with nullcontext() if plan.redo == "never" else locked(plan.root / LOCK, busy):
+        return _run(plan, progress, timed)
+
+
+def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
     wanted = _with_cases(plan, evaluation_units(plan))
     todo = {unit: cases for unit in wanted if (cases := _wanted_cases(unit))}
     keep = plan.stage != "predict"
     done = {unit: _begun(unit) if keep else {} for unit in todo}
-    jobs = _jobs(todo, done)
     by_paths = {unit.paths: unit for unit in todo}
     for unit in todo if keep else ():
         if not unit.paths.cases.exists():
@@ -46,8 +45,7 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
         store.begin(unit.paths, header_of(unit, ()), unit.infos)
     with scratch_folder() as scratch, LocalPool(plan.jobs) as pool:
         preload = _preload(todo)
-        jobs = [replace(job, scratch=scratch, preload=preload) for job in jobs]
-        for paths, entry in _answers(pool, jobs, progress):
+        for paths, entry in _answers(pool, Jobs(done, scratch, preload), progress):
             if keep:
                 store.append_journal(paths, entry)
             done[by_paths[paths]][entry.case] = entry
@@ -99,6 +97,7 @@ def _wanted_cases(unit: EvaluationUnit) -> list[str]:
         return wanted
     try:
         header = store.read_header(unit.paths.header)
+        store.verify(unit.paths, header)
     except FileError:
         return wanted
     counts = header.counts
@@ -119,52 +118,16 @@ def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
     }
 
 
-def _jobs(
-    todo: Mapping[EvaluationUnit, Sequence[str]], done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
-) -> list[CaseJob]:
-    """One job per case with all methods that lack it, so that a case is loaded once; and one per batch with
-    all methods that take several at once and lack any of it.
-
-    Batches come last and the longest of them first, so that all workers end at about the same time.
-    """
-    jobs: dict[tuple[Any, ...], CaseJob] = {}
-    lengths: dict[tuple[Any, ...], int] = {}
-    for unit, cases in todo.items():
-        lacking = set(cases) - done[unit].keys()
-        frames = {info.id: info.frames for info in unit.infos}
-        for batch in unit.batches:
-            wanted = {case: unit.case_key(case) for case in batch if case in lacking}
-            if not wanted:
-                continue
-            shared = (unit.dataset, unit.split, batch, unit.plan.seed)
-            job = jobs.get(shared, CaseJob(unit.plan, unit.dataset, unit.split, batch))
-            jobs[shared] = replace(job, parts=(*job.parts, _part(unit, wanted)))
-            lengths[shared] = sum(frames[case] for case in batch) if len(batch) > 1 else 0
-    alone = [shared for shared in jobs if not lengths[shared]]
-    together = sorted((shared for shared in jobs if lengths[shared]), key=lengths.__getitem__, reverse=True)
-    return [jobs[shared] for shared in (*alone, *together)]
-
-
 def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
     """What prediction workers import once for all of them."""
     return ("torch",) if any(unit.prediction_facts["weights"] for unit in units) else ()
 
 
-def _part(unit: EvaluationUnit, wanted: Mapping[str, str]) -> JobPart:
-    """What a scoring process needs to know of a method, which it never imports."""
-    if unit.plan.external:
-        return JobPart(unit.method, unit.paths, wanted, "", Inputs())
-    seeded_as = str(unit.known_as.alone)  # post-processors follow the very answers of the method alone
-    given = Inputs.of(unit.built)
-    return JobPart(located(unit.method), unit.paths, wanted, seeded_as, given, unit.lock)
-
-
-def _answers(
-    pool: LocalPool, jobs: Sequence[CaseJob], progress: Progress
-) -> Iterator[tuple[ResultPaths, CaseResult]]:
+def _answers(pool: LocalPool, first: Jobs, progress: Progress) -> Iterator[tuple[ResultPaths, CaseResult]]:
     """Entries as they come. A job whose process died twice is tried again, one method at a time, and then
     one case at a time, so that it costs the method and the case that did it and no other."""
-    count, total = 0, sum(map(_size, jobs))
+    jobs: Sequence[CaseJob] = first
+    count, total = 0, first.answers
     progress(0, total)
     while jobs:
         again: list[CaseJob] = []

@@ -51,7 +51,7 @@ def measure(plan: Plan, pool: LocalPool, scratch: Path, preload: tuple[str, ...]
     """
     units: dict[tuple[Spec, Spec], list[EvaluationUnit]] = {}
     for unit in evaluation_units(plan) if plan.external is None else ():
-        if not unit.seed_number and unit.paths.rows.exists():
+        if not unit.seed_number and unit.paths.header.exists():
             units.setdefault((unit.dataset, unit.method), []).append(unit)
     wanted = [mine[-1] for mine in units.values() if _stale([unit.paths for unit in mine])]
     jobs = [
@@ -133,4 +133,4 @@ def _times(paths: ResultPaths) -> list[ResultPaths]:
 
 def _stale(places: Sequence[ResultPaths]) -> bool:
     times = [place.timing.stat().st_mtime for place in _times(places[-1])]
-    return max(times, default=0.0) < max(place.rows.stat().st_mtime for place in places)
+    return max(times, default=0.0) < max(place.header.stat().st_mtime for place in places)

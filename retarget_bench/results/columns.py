@@ -1,11 +1,15 @@
 """Rows read as columns: for every value an array over the case list.
 
 Tables and comparisons of thousands of cases read millions of rows. Where files are large, pandas' reader
-takes them; small ones, and any that it refuses, are read line by line, so that an error names its line.
+takes them; small ones, and any that it refuses, are read line by line, so that an error names its line. Of
+results of many cases (``large_rows``) columns are read when they are asked for, and not kept.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import repeat
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,13 +19,45 @@ from retarget_bench.errors import FileError
 from retarget_bench.results import store
 from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.header import ResultHeader
-from retarget_bench.results.store import CaseResult, ResultPaths
+from retarget_bench.results.large_rows import LargeRows
+from retarget_bench.results.paths import CASES, ROWS, SETS, CaseResult, ResultPaths
+from retarget_bench.results.paths import LARGE as LARGE_ROWS
 
 LARGE = 1_000_000
 """Bytes from which importing pandas pays."""
 
 Key = tuple[str, str]
 """A value's id and the index of a point of its curve, or ""."""
+Numbers = Mapping[Key, np.ndarray]
+
+
+class Lazy(Numbers):
+    """Columns that are made when they are asked for."""
+
+    def __init__(self, keys: Iterable[Key], make: Callable[[Key], np.ndarray]) -> None:
+        self._keys, self._make = dict.fromkeys(keys), make
+
+    def __getitem__(self, key: Key) -> np.ndarray:
+        if key not in self._keys:
+            raise KeyError(key)
+        return self._make(key)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._keys
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+
+def derived(
+    source: Numbers, make: Callable[[Key], np.ndarray], keys: Iterable[Key] | None = None
+) -> Numbers:
+    """Columns made of those of ``source``: at once, or when they are asked for where the source's are."""
+    found = Lazy(source if keys is None else keys, make)
+    return found if isinstance(source, Lazy) else dict(found)
 
 
 @dataclass(frozen=True)
@@ -35,7 +71,7 @@ class Columns:
     paths: ResultPaths
     header: ResultHeader
     cases: tuple[CaseInfo, ...]
-    numbers: dict[Key, np.ndarray]
+    numbers: Numbers
 
 
 def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
@@ -45,7 +81,15 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
     """
     if newest.why_outdated(header):  # the case list beside the rows is that of the newer data
         return Columns(paths, header, (), {})
-    cases = tuple(store.read_cases(paths.cases, paths.task, paths.split))
+    store.verify(paths, header, ROWS, LARGE_ROWS, CASES, SETS)
+    cases = _cases(paths.cases, paths.task, paths.split, paths.cases.stat().st_mtime_ns)
+    if LARGE_ROWS in header.files:
+        rows = LargeRows(paths.large)
+        if len(rows) != len(cases):
+            told = f"has {len(rows)} rows, and {paths.cases} lists {len(cases)} cases; run the method again"
+            raise FileError(paths.large, told)
+        fresh = [key for key in rows.keys() if not newest.why_value_outdated(header, key[0])]  # noqa: SIM118
+        return Columns(paths, header, cases, Lazy(fresh, rows.column))
     position = {info.id: number for number, info in enumerate(cases)}
     if paths.header.exists():
         large = paths.rows.exists() and paths.rows.stat().st_size >= LARGE
@@ -56,6 +100,31 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
         numbers = _slow(paths, position, entries)
     stale = {value for value, _ in numbers if newest.why_value_outdated(header, value)}
     return Columns(paths, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
+
+
+@lru_cache(maxsize=8)
+def _cases(path: Path, task: str, split: str, changed: int) -> tuple[CaseInfo, ...]:
+    """A case list, which all methods on a split share."""
+    del changed
+    return (_fast_cases(path, task, split) if path.stat().st_size >= LARGE else None) or tuple(
+        store.read_cases(path, task, split)
+    )
+
+
+def _fast_cases(path: Path, task: str, split: str) -> tuple[CaseInfo, ...] | None:
+    """The same by pandas, where names that recur are one object; None where anything is odd."""
+    import pandas as pd
+
+    types = {"case": "object", "frames": "int64"}
+    text = dict.fromkeys(store.CASE_FIELDS, "category") | types
+    try:
+        rows = pd.read_csv(path, dtype=text, na_filter=False, encoding="utf-8")
+    except (OSError, ValueError):
+        return None
+    if tuple(rows.columns) != store.CASE_FIELDS or (rows["frames"] < 0).any():
+        return None
+    case, *names, frames = (rows[name].astype(object).tolist() for name in store.CASE_FIELDS)
+    return tuple(map(CaseInfo, case, repeat(task), repeat(split), *names, frames))
 
 
 def _slow(

@@ -2,6 +2,8 @@
 
 A header is read once, here, and written with its fields in this order. Fields that this version does not
 know are kept as ``extra``.
+
+Headers of schema 1 do not say what the files beside them hold (``files``), which is then not checked.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from typing import Any
 
 from retarget_bench.api import Direction, Parameters, Value
 
-SCHEMA = 1
+SCHEMA = 2
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 ELSEWHERE = "predictions made elsewhere"
@@ -135,6 +137,18 @@ class Problem(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
+class StoredFile(_Part):
+    """A file beside the header as it was written: see ``checksums``.
+
+    rows: of a table, else None. footer: the hash of the size and of the end of a Parquet file.
+    """
+
+    sha256: str
+    rows: int | None = None
+    footer: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ResultHeader(_Part):
     """The header of the results of one method on one split.
 
@@ -146,6 +160,7 @@ class ResultHeader(_Part):
     values:         value id -> declaration.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
+    files:          end of a file's name (``csv``, ``cases.csv``) -> what was written to it.
     """
 
     set_values: Mapping[str, DeclaredValue] = field(default_factory=dict)
@@ -168,6 +183,7 @@ class ResultHeader(_Part):
     revision: str = ""
     date: str = ""
     not_applicable: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    files: Mapping[str, StoredFile] = field(default_factory=dict)
 
     @property
     def declared(self) -> dict[str, DeclaredValue]:
@@ -183,7 +199,7 @@ class ResultHeader(_Part):
         kept = [replace(each, cases=tuple(sorted(ids & set(each.cases)))) for each in self.problems]
         problems = tuple(each for each in kept if each.cases)
         status = {case: each.status for each in problems for case in each.cases}
-        counts = Counts.of(status.get(case, "ok") for case in ids)
+        counts = replace(Counts.of(status.values()), asked=len(ids), ok=len(ids) - len(status))
         return replace(self, counts=counts, problems=problems)
 
 
@@ -203,10 +219,19 @@ OPTIONAL: dict[str, Any] = {
     "networks": {},
     "four_legged": None,
     "not_applicable": {},
+    "files": {},
+    "rows": None,
+    "footer": "",
 }
 """Fields that are not written while they hold this."""
 
 NESTED: dict[str, type[_Part]] = {"method": MethodInfo, "dataset": DatasetInfo, "counts": Counts}
+MAPPED: dict[str, type[_Part]] = {
+    "values": DeclaredValue,
+    "set_values": DeclaredValue,
+    "files": StoredFile,
+}
+"""Fields that hold one part, and those that hold several by name."""
 
 
 def parsed(facts: object) -> ResultHeader:
@@ -232,9 +257,9 @@ def _field(name: str, value: Any) -> Any:
         if not isinstance(value, list | tuple):
             raise ValueError("problems is no list")
         return tuple(_part(Problem, each, name) for each in value)
-    if name in ("values", "set_values"):
-        declared = _object(value, name).items()
-        return {key: _part(DeclaredValue, each, f"{name}.{key}") for key, each in declared}
+    if name in MAPPED:
+        parts = _object(value, name).items()
+        return {key: _part(MAPPED[name], each, f"{name}.{key}") for key, each in parts}
     return _without_lists(value)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,12 @@ from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.results import columns, compatibility, store
-from retarget_bench.results.columns import Columns, Key
-from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.columns import Columns, Key, Numbers, derived
+from retarget_bench.results.header import Counts, DeclaredValue, ResultHeader
 from retarget_bench.results.store import ResultPaths
+
+Run = tuple[Columns, Numbers]
+"""Results under one seed, and their columns over the cases of a matrix."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class MethodRow:
     label: str
     header: ResultHeader
     all_paths: tuple[ResultPaths, ...]
-    runs: tuple[Mapping[Key, np.ndarray], ...]
+    runs: tuple[Numbers, ...]
 
     @property
     def paths(self) -> ResultPaths:
@@ -78,6 +82,10 @@ class ResultMatrix:
         return np.cumsum(np.concatenate([[False], names[1:] != names[:-1]])) if len(names) else names
 
     @cached_property
+    def targets(self) -> frozenset[str]:
+        return frozenset(info.target for info in self.cases)
+
+    @cached_property
     def keys(self) -> list[Key]:
         """Every value, and point of a curve, that any method has."""
         return list(dict.fromkeys(key for row in self.rows for run in row.runs for key in run))
@@ -95,23 +103,33 @@ class ResultMatrix:
         some: np.ndarray = np.logical_or.reduce(each, axis=0)
         rows = []
         for row, keep in zip(self.rows, each, strict=True):
-            ids = {info.id for info, mine in zip(self.cases, keep & self.own, strict=True) if mine}
-            runs = tuple(
-                {key: np.where(keep, column, np.nan)[some] for key, column in run.items()}
-                for run in row.runs
-            )
-            rows.append(replace(row, header=row.header.counted(ids), runs=runs))
-        cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
+            counted = self._counted(row.header, keep & self.own)
+            kept_runs = (derived(run, partial(_kept, run, keep, some)) for run in row.runs)
+            runs = row.runs if keep.all() else tuple(kept_runs)
+            rows.append(replace(row, header=counted, runs=runs))
+        cases = self.cases if some.all() else tuple(compress(self.cases, some.tolist()))
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
+
+    def _counted(self, header: ResultHeader, mine: np.ndarray) -> ResultHeader:
+        """The header with the counts and problems of these cases; ``mine`` is ``(cases,)`` bool."""
+        if not header.problems:
+            number = int(mine.sum())
+            return replace(header, counts=Counts(asked=number, ok=number))
+        return header.counted({info.id for info in compress(self.cases, mine.tolist())})
 
     def narrowed(self, value: str) -> ResultMatrix:
         """The matrix with one value and nothing else."""
         rows = []
         for row in self.rows:
-            runs = tuple({key: each for key, each in run.items() if key[0] == value} for run in row.runs)
-            rows.append(replace(row, runs=runs))
+            keys = [[key for key in run if key[0] == value] for run in row.runs]
+            runs = (derived(run, run.__getitem__, some) for run, some in zip(row.runs, keys, strict=True))
+            rows.append(replace(row, runs=tuple(runs)))
         values = {value: self.values[value]} if value in self.values else {}
         return replace(self, rows=tuple(rows), values=values)
+
+
+def _kept(run: Numbers, keep: np.ndarray, some: np.ndarray, key: Key) -> np.ndarray:
+    return np.where(keep, run[key], np.nan)[some]
 
 
 def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
@@ -143,45 +161,58 @@ def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> 
     pooled = {key for key, value in values.items() if value.with_self}
     split = found[0].paths.split
     extra = selves if pooled and split == "intra" else ()
-    infos = {info.id: (info, True) for each in found for info in each.cases}
-    infos |= {i.id: (i, False) for each in extra for i in each.cases if i.id not in infos}
-    ordered = sorted(infos.values(), key=lambda pair: (pair[0].clip, pair[0].id))
-    position = {info.id: number for number, (info, _) in enumerate(ordered)}
+    lists = {id(each.cases): each.cases for each in found}  # mostly one
+    once = {info.id: info for each in lists.values() for info in each}
+    mine = len(once)
+    lists |= {id(each.cases): each.cases for each in extra}
+    once |= {i.id: i for each in extra for i in each.cases if i.id not in once}
+    ids, infos = list(once), list(once.values())
+    names = [info.clip for info in infos]
+    order = sorted(sorted(range(len(ids)), key=ids.__getitem__), key=names.__getitem__)
+    place = np.empty(len(ids), dtype=np.int64)
+    place[order] = np.arange(len(ids))
+    number = {case: n for n, case in enumerate(ids)} if len(lists) > 1 else {}
+    places = {
+        key: place[[number[info.id] for info in each]] if number else place for key, each in lists.items()
+    }
     own_self = {replace(each.paths, split=split): each for each in extra}
-    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, split, position)) for each in found]
+    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(order))) for each in found]
     return ResultMatrix(
         dataset=label,
         split=split,
-        cases=tuple(info for info, _ in ordered),
-        own=np.array([own for _, own in ordered]),
+        cases=tuple(map(infos.__getitem__, order)),
+        own=np.array(order, dtype=np.int64) < mine,
         rows=_rows(runs),
         values=with_current_labels(values),
     )
 
 
 def _aligned(
-    found: Columns, own_self: Columns | None, pooled: set[str], split: str, position: Mapping[str, int]
-) -> dict[Key, np.ndarray]:
-    """The columns over the matrix's cases. Values that pool self pairs need those, or are left out."""
-    aligned: dict[Key, np.ndarray] = {}
-    for part, keep in ((found, None), (own_self, pooled)):
-        if part is None:
-            continue
-        at = np.array([position[info.id] for info in part.cases], dtype=np.int64)
-        for key, column in part.numbers.items():
-            if keep is None or (key[0] in keep and key in aligned):
-                aligned.setdefault(key, np.full(len(position), np.nan))[at] = column
-    if split != "intra":
-        return aligned
-    there = own_self.numbers if own_self is not None else {}
-    return {key: column for key, column in aligned.items() if key[0] not in pooled or key in there}
+    found: Columns, own_self: Columns | None, pooled: set[str], places: Mapping[int, np.ndarray], size: int
+) -> Numbers:
+    """The columns over all ``size`` cases. Values that pool self pairs need those, or are left out.
+
+    places: id of a case list -> ``(its cases,)`` their places among all.
+    """
+    there: Numbers = own_self.numbers if own_self is not None else {}
+
+    def over_all(key: Key) -> np.ndarray:
+        column = np.full(size, np.nan)
+        column[places[id(found.cases)]] = found.numbers[key]
+        if own_self is not None and key[0] in pooled and key in there:
+            column[places[id(own_self.cases)]] = there[key]
+        return column
+
+    apart = found.paths.split != "intra"
+    keys = [key for key in found.numbers if apart or key[0] not in pooled or key in there]
+    return derived(found.numbers, over_all, keys)
 
 
 # ----------------------------------------------------------------------------------------------- seeds
-def _rows(runs: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[MethodRow, ...]:
+def _rows(runs: Sequence[Run]) -> tuple[MethodRow, ...]:
     """One row per method: results under several seeds together. Equal labels of several roots are told
     apart by their folders."""
-    grouped: dict[tuple[str, str], list[tuple[Columns, dict[Key, np.ndarray]]]] = {}
+    grouped: dict[tuple[str, str], list[Run]] = {}
     for found, numbers in runs:
         label = found.header.method.label
         grouped.setdefault((label, str(found.paths.root)), []).append((found, numbers))

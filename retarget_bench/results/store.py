@@ -4,7 +4,8 @@ Under a results root, one folder per data set, task and split holds for every me
 
     <method>.csv       rows: case, value id, index, value (nine significant digits, sorted)
     <method>.npz       values per joint or frame, too many for rows
-    <method>.json      the header: what ran, on what, with which versions, and what went wrong
+    <method>.parquet   in place of both where there are many cases (``large_rows``)
+    <method>.json      the header: what ran, on what, with which versions, what went wrong, and checksums
     <method>/          the predictions, one file per case; disposable
     <method>.log       what the method printed, where it printed anything
     cases.csv          what is known of every case: source, target, clip, kind, frames
@@ -17,7 +18,7 @@ import csv
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,81 +26,19 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, digest, slug, write_csv, write_text
+from retarget_bench.files import atomic, digest, write_csv, write_text
+from retarget_bench.results import checksums, large_rows
 from retarget_bench.results.header import SCHEMA, DeclaredValue, Problem, ResultHeader, parsed
+from retarget_bench.results.large_rows import Batch, LargeRows
+from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, LARGE, ROWS, SETS
+from retarget_bench.results.paths import CaseResult as CaseResult
+from retarget_bench.results.paths import ResultPaths as ResultPaths
+from retarget_bench.results.paths import Values as Values
+from retarget_bench.results.paths import case_file as case_file
 
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
 UNFINISHED = "not finished yet"
-ARRAY_INDICES = ("joint", "frame")
-"""Values with one of these indices are stored in the ``.npz``, not in rows."""
-
-Values = dict[str, float | dict[str, float]]
-
-
-@dataclass(frozen=True)
-class ResultPaths:
-    """Paths of the results of one method on one split of a data set."""
-
-    root: Path
-    dataset: str
-    task: str
-    split: str
-    method: str
-
-    @property
-    def folder(self) -> Path:
-        return self.root / self.dataset / self.task / self.split
-
-    @property
-    def rows(self) -> Path:
-        return self.folder / f"{self.method}.csv"
-
-    @property
-    def arrays(self) -> Path:
-        return self.folder / f"{self.method}.npz"
-
-    @property
-    def header(self) -> Path:
-        return self.folder / f"{self.method}.json"
-
-    @property
-    def timing(self) -> Path:
-        return self.folder / f"{self.method}.timing.csv"
-
-    @property
-    def log(self) -> Path:
-        return self.folder / f"{self.method}.log"
-
-    @property
-    def journal(self) -> Path:
-        return self.folder / f"{self.method}.journal"
-
-    @property
-    def begun(self) -> Path:
-        return self.folder / f"{self.method}.begun"
-
-    @property
-    def any_header(self) -> Path:
-        """The header; of results that are not finished the one that their run began with."""
-        return self.begun if self.begun.exists() and not self.header.exists() else self.header
-
-    @property
-    def cases(self) -> Path:
-        return self.folder / "cases.csv"
-
-    def prediction(self, case_id: str) -> Path:
-        return self.folder / self.method / f"{case_file(case_id)}.npz"
-
-
-@dataclass
-class CaseResult:
-    """The result of one case."""
-
-    case: str
-    status: str
-    message: str = ""
-    values: Values = field(default_factory=dict)
 
 
 @dataclass
@@ -110,11 +49,6 @@ class Results:
     header: ResultHeader
     entries: list[CaseResult]
     cases: dict[str, CaseInfo]
-
-
-def case_file(case_id: str) -> str:
-    """The file name, without suffix, of a case's prediction."""
-    return slug(case_id.replace("/", "--").replace(">", "-to-"))
 
 
 def key(facts: Mapping[str, Any]) -> str:
@@ -151,21 +85,20 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseRe
     """Entries, and the length in bytes of the whole lines (0: stale or none)."""
     done: dict[str, CaseResult] = {}
     length = 0
-    try:
-        lines = path.read_bytes().split(b"\n")
-    except FileNotFoundError:
+    if not path.exists():
         return done, 0
-    for number, line in enumerate(lines[:-1]):  # the last piece is torn, or empty
-        try:
-            record = json.loads(line)
-            entry = CaseResult(**record) if number else None
-        except (ValueError, TypeError):
-            break
-        if entry is not None:
-            done[entry.case] = entry
-        elif record != {"schema": SCHEMA, **keys}:
-            return done, 0
-        length += len(line) + 1
+    with path.open("rb") as file:
+        for number, line in enumerate(file):
+            try:
+                record: Any = json.loads(line) if line.endswith(b"\n") else None  # else it is torn
+                entry = CaseResult(**record) if number else None
+            except (ValueError, TypeError):
+                break
+            if entry is not None:
+                done[entry.case] = entry
+            elif record != {"schema": SCHEMA, **keys}:
+                return done, 0
+            length += len(line)
     return done, length
 
 
@@ -182,8 +115,11 @@ def append_journal(paths: ResultPaths, entry: CaseResult) -> None:
 def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -> None:
     """Write what ``read_unfinished`` needs beside the journal.
 
-    A case list that is there stays until results are complete, since older ones are read with it.
+    A case list that is there stays until results are complete, since older ones are read with it. Raises
+    BenchError where results of so many cases could not be written.
     """
+    if len(infos) > large_rows.MANY:
+        large_rows.parquet()
     if not paths.cases.exists():
         write_cases(paths, infos)
     _write_header(paths.begun, header)
@@ -193,13 +129,43 @@ def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -
 def write_results(
     paths: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
-    """Rows, arrays and case list, then the header (whose presence says that all is there)."""
+    """Rows, arrays and case list, then the header, which says that all is there and what it holds.
+
+    Values of sets, if there are any, have to be there already.
+    """
+    if len(infos) > large_rows.MANY:
+        found = {entry.case: entry for entry in entries}
+        ids = sorted(info.id for info in infos)
+        ordered = (found.get(case, CaseResult(case, "missing")) for case in ids)
+        write_large(paths, header, large_rows.batches(ordered, header.values), infos)
+        return
     write_cases(paths, infos)
     rows, arrays = _flatten(entries, header.values)
     texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     write_csv(paths.rows, ROW_FIELDS, texts)
     write_npz(paths.arrays, arrays, compressed=True)
-    _write_header(paths.header, header)
+    _write_last(paths, header, (ROWS, ARRAYS, SETS, CASES))
+
+
+def write_large(
+    paths: ResultPaths, header: ResultHeader, batches: Iterable[Batch], infos: Sequence[CaseInfo]
+) -> None:
+    """The same for results of many cases, of which every one is in a batch, in the order of their ids."""
+    write_cases(paths, infos)
+    count = large_rows.write(paths.large, batches, header.values)
+    _write_last(paths, header, (LARGE, SETS, CASES), count)
+
+
+def _write_last(
+    paths: ResultPaths, header: ResultHeader, ends: Sequence[str], count: int | None = None
+) -> None:
+    """The header, with checksums of the files that it lists; then what it replaces goes."""
+    files = {end: checksums.stored_file(paths.file(end)) for end in ends if paths.file(end).exists()}
+    if count is not None:
+        files[LARGE] = replace(files[LARGE], rows=count)
+    _write_header(paths.header, replace(header, files=files))
+    for end in {ROWS, ARRAYS, LARGE}.difference(ends):
+        paths.file(end).unlink(missing_ok=True)
     paths.journal.unlink(missing_ok=True)
     paths.begun.unlink(missing_ok=True)
 
@@ -240,6 +206,20 @@ def _flatten(
 
 
 # --------------------------------------------------------------------------------------------- reading
+def verify(paths: ResultPaths, header: ResultHeader, *ends: str) -> None:
+    """Check files (none: all that the header lists, as a whole) against the header.
+
+    Raises FileError for the first that is missing, or not as it was written.
+    """
+    for end in [each for each in header.files if each in ends or not ends]:
+        if problem := checksums.problem(paths.file(end), header.files[end], whole=not ends):
+            raise FileError(
+                paths.file(end),
+                f"{problem}; numbers made of it could be wrong. Restore it, or have bench run, with the "
+                "same options, write it anew",
+            )
+
+
 def read_header(path: Path) -> ResultHeader:
     """The header at a path. Raises FileError on damage or a newer schema."""
     facts = read_header_facts(path)
@@ -269,9 +249,14 @@ def read_results(paths: ResultPaths) -> Results:
     Raises FileError when a file is missing, damaged or from a newer version.
     """
     header = read_header(paths.any_header)
+    finished = paths.any_header != paths.begun
+    if finished:
+        verify(paths, header, ROWS, LARGE, CASES)
     cases = {info.id: info for info in read_cases(paths.cases, paths.task, paths.split)}
-    if paths.any_header == paths.begun:
+    if not finished:
         header, entries = read_unfinished(paths, header, list(cases.values()))
+    elif LARGE in header.files:
+        entries = LargeRows(paths.large).entries()
     else:
         entries = read_rows(paths.rows)
     for problem in header.problems:
@@ -352,9 +337,17 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
 
 def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
+    header = read_header(paths.any_header)
     if paths.any_header == paths.begun:
-        header = read_header(paths.begun)
         return _flatten(_read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
+    verify(paths, header, ARRAYS, LARGE)
+    if LARGE in header.files:
+        rows = LargeRows(paths.large)
+        return {
+            f"{value}:{name}": array
+            for value in rows.per_index()
+            for name, array in zip(("cases", "index", "values"), rows.pairs(value), strict=True)
+        }
     return read_npz(paths.arrays, "cannot be read; run the method again")
 
 

@@ -171,9 +171,8 @@ def _table(
 ) -> Table:
     known = compatibility.newest([score.header for section in found for score in section.scores])
     of_sets = set_groups.declared(found)
-    decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS, *of_sets)}
     whole = _whole(found)
-    builder = GroupBuilder(known, {**declared, **of_sets}, decimals, methods, whole)
+    builder = GroupBuilder(known, {**declared, **of_sets}, _Decimals(found), methods, whole)
     sets = [key for key in of_sets if with_sets or (key in wanted and not _usual(wanted))]
     sets = [key for key in sets if key not in whole]
     keys = _broken_down(found, wanted, declared) if by else []
@@ -183,7 +182,7 @@ def _table(
         for section in found:
             splits.setdefault(section.split, []).append(section)
         for parts in splits.values():
-            groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts)]
+            groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts, keys)]
     else:
         cases = [key for key in wanted if key not in of_sets or key in whole]
         layout = "splits" if sets and layout == "overview" else layout
@@ -231,9 +230,9 @@ def _columns(
     section: SplitSummary, wanted: Sequence[str], declared: Values, whole: Collection[str]
 ) -> tuple[list[str], list[str]]:
     """The columns that a split has, and sentences about those it lacks."""
-    if not any(score.means for score in section.scores):
+    present = _present([section], wanted)
+    if not present and not any(score.means for score in section.scores):
         return [key for key in wanted if key == FPS or key in declared], []
-    present = _present([section])
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
     for key in wanted:
@@ -281,16 +280,20 @@ def stand_in(key: str, present: Collection[str]) -> str | None:
 
 def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values) -> list[str]:
     """The values of a breakdown, a group each; by default the first default column, or else all."""
-    present = _present(found)
+    present = _present(found, wanted)
     shown = (stand_in(key, present) for key in wanted if key != FPS)
     keys = list(dict.fromkeys(key for key in shown if key is not None))
     if not _usual(wanted):
         return keys
-    return keys[:1] or [key for key in declared if key in present]
+    return keys[:1] or [key for key in declared if key in _present(found, declared)]
 
 
-def _present(found: Iterable[SplitSummary]) -> set[str]:
-    return {key for section in found for score in section.scores for key in score.means}
+def _present(found: Sequence[SplitSummary], wanted: Iterable[str]) -> set[str]:
+    """Those of the values that any method has, and of what stands in for those that none has."""
+    means = [score.means for section in found for score in section.scores]
+    either = ((key, f"{key}_src") for key in wanted)
+    first = (next((k for k in both if any(k in each for each in means)), None) for both in either)
+    return {key for key in first if key is not None}
 
 
 # --------------------------------------------------------------------------------------------- numbers
@@ -312,6 +315,17 @@ def _number(score: MethodSummary, key: str) -> list[float]:
     if key in score.means:
         return [score.means[key].value]
     return [each.value for each in score.sets if each.value_id == key and each.value is not None]
+
+
+class _Decimals(dict[str, int]):
+    """Column -> its decimals, of columns that are shown."""
+
+    def __init__(self, found: Sequence[SplitSummary]) -> None:
+        self.found_in = found
+
+    def __missing__(self, key: str) -> int:
+        self[key] = _decimals(_numbers(self.found_in, key))
+        return self[key]
 
 
 def _decimals(numbers: Sequence[float]) -> int:

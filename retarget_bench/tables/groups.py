@@ -177,10 +177,13 @@ class GroupBuilder:
 
 def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
     """The needs of a value that no number of these rows shows to be met, as text."""
-    having = (
-        score.header.values[key] for score in scores for key in score.means if key in score.header.values
+    alike = (
+        (score, key, each)
+        for score in scores
+        for key, each in score.header.values.items()
+        if set(each.needs) & set(value.needs)
     )
-    return lacking_beside(value, having)
+    return lacking_beside(value, (each for score, key, each in alike if key in score.means))
 
 
 def lacking_beside(value: DeclaredValue, having: Iterable[DeclaredValue]) -> str:

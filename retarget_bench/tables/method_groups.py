@@ -141,7 +141,10 @@ class MethodGroup:
         best = next((ranking.best for ranking in rankings if ranking), None)
         if best is None:
             return []
-        shared = {section.split: section.on_cases_of(row.label, best) for section in self.sections}
+        shared = {
+            section.split: section.on_cases_of(row.label, best, self.keys[section.split])
+            for section in self.sections
+        }
         cells = tuple(
             self.builder.mean_cell(shared[section.split][key][1], key)
             if key in shared[section.split]

@@ -2,24 +2,22 @@
 
 import dataclasses
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
-
+from retarget_bench import files
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.plan import without_location
-from retarget_bench.files import write_text
+from retarget_bench.files import LOCK, write_text
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import Budget, TrainingConfig
 from retarget_bench.training.joint_datasets import joint_spec, split_spec
 
 SCHEMA = 1
 NAME = "run.json"
-LOCK = ".lock"
 
 
 @dataclass(frozen=True)
@@ -126,31 +124,6 @@ def contradicted(kept: Request, asked: Mapping[str, object]) -> None:
             )
 
 
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """The folder, made where there is none, for this process alone; made in vain, it is removed again.
-
-    The system lets go of the lock when the process ends, however it ends. Raises BenchError where another
-    process has it, FileError where the folder cannot be written.
-    """
-    made = [each for each in (folder, *folder.parents) if not each.exists()]
-    lock = FileLock(folder / LOCK)
-    try:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            lock.acquire(timeout=0)
-        except Timeout as error:
-            raise BenchError(f"another process is training in {folder}") from error
-        except OSError as error:
-            raise FileError(folder / LOCK, f"cannot be written ({error.strerror or error})") from error
-        try:
-            yield
-        finally:
-            # while it is still locked, or the next process's lock would be removed
-            with suppress(OSError):  # Windows removes no open file
-                (folder / LOCK).unlink(missing_ok=True)
-            lock.release()
-    finally:
-        with suppress(OSError):  # not empty
-            for each in made:
-                each.rmdir()
+def locked(folder: Path) -> AbstractContextManager[None]:
+    """The folder for this process alone: see ``files.locked``."""
+    return files.locked(folder / LOCK, f"another process is training in {folder}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo
@@ -81,7 +82,7 @@ def running(place: ResultPaths, done: int) -> ResultPaths:
     results = records.read_results(place)
     place.header.unlink()
     place.rows.unlink()
-    records.begin(place, results.header, list(results.cases.values()))
+    records.begin(place, replace(results.header, files={}), list(results.cases.values()))
     records.open_journal(place, results.header.keys)
     for entry in results.entries[:done]:
         records.append_journal(place, entry)
@@ -93,3 +94,11 @@ def changed(place: ResultPaths, **changes) -> ResultPaths:
     told = json.loads(place.header.read_text()) | changes
     place.header.write_text(json.dumps(told))
     return place
+
+
+def unchecked(root: Path) -> None:
+    """Make headers say no checksums, as those of schema 1: whoever edits files is then not told so."""
+    for path in root.rglob("*.json"):
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        if facts.pop("files", None):
+            path.write_text(json.dumps(facts), encoding="utf-8")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from stored import store
+from stored import store, unchecked
 
 from retarget_bench.errors import FileError
 from retarget_bench.results import columns, compatibility
@@ -59,6 +59,7 @@ def test_the_fast_reader_reads_what_the_careful_one_reads(place, monkeypatch):
     ],
 )
 def test_faults_are_named_whoever_reads(place, monkeypatch, large, old, new, message):
+    unchecked(place.root)
     place.rows.write_text(place.rows.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     with pytest.raises(FileError, match=message):
         read(place, monkeypatch, large)

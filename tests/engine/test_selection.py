@@ -171,6 +171,6 @@ def test_the_best_on_the_cases_of_another_is_by_hand(tmp_path):
         tmp_path, "cross", "few", [(*c, {VALUE: 5.0} if n < 8 else "failed") for n, c in enumerate(clips)]
     )
     (section,) = summary.split_summaries([best, few])
-    mine, other = section.on_cases_of("few", "best")[VALUE]
+    mine, other = section.on_cases_of("few", "best", [VALUE])[VALUE]
     assert (mine.value, mine.n) == (5.0, 8)
     assert (other.value, other.n) == (3.5, 8)

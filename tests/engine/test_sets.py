@@ -231,8 +231,8 @@ def test_an_interrupted_run_gives_the_same_bytes(finished, tmp_path):
     with pytest.raises(EnoughError):
         runner.run(stopped, progress)
     (cut,) = runner.run(stopped, lambda done, total: None)
-    for path in (files.features_path, files.values_path):
-        assert path(cut).read_bytes() == path(whole).read_bytes()
+    assert files.features_path(cut).read_bytes() == files.features_path(whole).read_bytes()
+    assert cut.sets.read_bytes() == whole.sets.read_bytes()
     assert cut.rows.read_bytes() == whole.rows.read_bytes()
 
 
@@ -308,7 +308,7 @@ def test_results_of_other_metrics_keep_no_sets_of_earlier_ones(tmp_path):
 @pytest.mark.parametrize("damage", ["value_id\n", "", "nonsense", None])
 def test_a_damaged_file_is_named(tmp_path, damage):
     (place,) = carry_out(tmp_path, "toy_method", clips=2)
-    path = files.values_path(place)
+    path = place.sets
     text = path.read_text()
     path.write_text(text.replace(",12,", ",many,") if damage is None else damage)
     if damage is None and text == path.read_text():

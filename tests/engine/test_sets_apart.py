@@ -193,7 +193,7 @@ def test_kinds_stand_apart_and_structures_without_real_motion_say_so(finished):
 
 def test_files_name_the_kind_and_headers_the_legs(finished):
     place = finished[0]
-    head = files.values_path(place).read_text().splitlines()[0]
+    head = place.sets.read_text().splitlines()[0]
     assert head == ",".join(files.FIELDS)
     assert store.read_header(place.header).four_legged == ()
     with np.load(files.features_path(place)) as arrays:

@@ -49,10 +49,6 @@ UNPARTED = FIELDS[:-1]
 WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
 
 
-def values_path(paths: ResultPaths) -> Path:
-    return paths.folder / f"{paths.method}.sets.csv"
-
-
 def features_path(paths: ResultPaths) -> Path:
     return paths.folder / f"{paths.method}.features.npz"
 
@@ -130,7 +126,7 @@ def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
 # ---------------------------------------------------------------------------------------------- values
 def write(paths: ResultPaths, values: Sequence[SetValue]) -> None:
     """``<method>.sets.csv``, sorted, with nine significant digits; none where there is no value."""
-    path = values_path(paths)
+    path = paths.sets
     if not values:
         path.unlink(missing_ok=True)
         return
@@ -144,7 +140,7 @@ def read(paths: ResultPaths) -> list[SetValue]:
 
     Raises FileError where the file is damaged.
     """
-    path = values_path(paths)
+    path = paths.sets
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))

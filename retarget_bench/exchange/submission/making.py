@@ -9,7 +9,6 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.plan import Plan, dataset, located, method
 from retarget_bench.evaluation.predict import Inputs, context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.set_metrics.files import values_path
 from retarget_bench.evaluation.timing import TimingJob, spread, time_method
 from retarget_bench.evaluation.worker import end_predictions, register_plugins
 from retarget_bench.exchange.submission.manifest import CARD, CARD_SECTIONS, ROWS, write
@@ -41,8 +40,9 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
         for ours, theirs in (
             (place.rows, there.rows),
             (place.arrays, there.arrays),
+            (place.large, there.large),
             (place.timing, there.timing),
-            (values_path(place), values_path(there)),
+            (place.sets, there.sets),
             *((path, there.folder / path.name) for path in place.folder.glob("cases*.csv")),
             (place.header, there.header),
         ):

@@ -10,8 +10,8 @@ from retarget_bench.analysis import statistics, summary
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.figures.data.model import Cases, NothingToDraw
 from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.paths import ARRAY_INDICES
 from retarget_bench.results.result_matrix import ResultMatrix
-from retarget_bench.results.store import ARRAY_INDICES
 from retarget_bench.tables.builder import DEFAULT_COLUMNS
 
 ARROWS = {"lower": " ↓", "higher": " ↑", "none": ""}

@@ -10,7 +10,7 @@ from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import compatibility, store
 from retarget_bench.results.header import ResultHeader
-from retarget_bench.results.store import ResultPaths
+from retarget_bench.results.paths import SETS, ResultPaths
 from retarget_bench.tables.model import count
 from retarget_bench.tables.published.own import Counts, OwnCell, OwnRow, OwnRows, variant
 from retarget_bench.tables.published.published_tables import PublishedColumn, PublishedTable
@@ -33,6 +33,7 @@ def own_set_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[O
         if header.four_legged is None or place.split != "cross" or ".seed-" in place.method:
             continue
         latest = newest[header.dataset.label]
+        store.verify(place, header, SETS)
         values = [
             each for each in set_metrics.read(place) if not latest.why_value_outdated(header, each.value_id)
         ]

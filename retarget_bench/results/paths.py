@@ -1,0 +1,97 @@
+"""Where the results of one method on one split lie, and the result of one case."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from retarget_bench.files import slug
+
+CASES, ROWS, LARGE, ARRAYS, SETS = "cases.csv", "csv", "parquet", "npz", "sets.csv"
+"""Ends of the names of the files that headers list."""
+ARRAY_INDICES = ("joint", "frame")
+"""Values with one of these indices are stored in the ``.npz``, not in rows."""
+
+Values = dict[str, float | dict[str, float]]
+
+
+@dataclass(frozen=True)
+class ResultPaths:
+    """Paths of the results of one method on one split of a data set."""
+
+    root: Path
+    dataset: str
+    task: str
+    split: str
+    method: str
+
+    @property
+    def folder(self) -> Path:
+        return self.root / self.dataset / self.task / self.split
+
+    @property
+    def rows(self) -> Path:
+        return self.file(ROWS)
+
+    @property
+    def large(self) -> Path:
+        """Rows and arrays of results of many cases, which have neither of the two others."""
+        return self.file(LARGE)
+
+    @property
+    def arrays(self) -> Path:
+        return self.file(ARRAYS)
+
+    @property
+    def header(self) -> Path:
+        return self.folder / f"{self.method}.json"
+
+    @property
+    def timing(self) -> Path:
+        return self.folder / f"{self.method}.timing.csv"
+
+    @property
+    def log(self) -> Path:
+        return self.folder / f"{self.method}.log"
+
+    @property
+    def journal(self) -> Path:
+        return self.folder / f"{self.method}.journal"
+
+    @property
+    def begun(self) -> Path:
+        return self.folder / f"{self.method}.begun"
+
+    @property
+    def any_header(self) -> Path:
+        """The header; of results that are not finished the one that their run began with."""
+        return self.begun if self.begun.exists() and not self.header.exists() else self.header
+
+    @property
+    def cases(self) -> Path:
+        return self.folder / CASES
+
+    @property
+    def sets(self) -> Path:
+        """The values of whole sets, where a metric has any."""
+        return self.file(SETS)
+
+    def file(self, end: str) -> Path:
+        """The file that a header lists by this end of its name."""
+        return self.cases if end == CASES else self.folder / f"{self.method}.{end}"
+
+    def prediction(self, case_id: str) -> Path:
+        return self.folder / self.method / f"{case_file(case_id)}.npz"
+
+
+@dataclass
+class CaseResult:
+    """The result of one case."""
+
+    case: str
+    status: str
+    message: str = ""
+    values: Values = field(default_factory=dict)
+
+
+def case_file(case_id: str) -> str:
+    """The file name, without suffix, of a case's prediction."""
+    return slug(case_id.replace("/", "--").replace(">", "-to-"))

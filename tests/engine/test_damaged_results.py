@@ -1,0 +1,137 @@
+"""Files that were cut, edited or lost give no number, and a run makes them again; one run at a time."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from small_plans import asked, carry_out
+from stored import store as made_up
+from stored import unchecked
+
+from retarget_bench.analysis.summary import split_summaries
+from retarget_bench.cli import main
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import runner, worker
+from retarget_bench.evaluation.set_metrics import files as set_files
+from retarget_bench.evaluation.set_metrics.files import SetValue
+from retarget_bench.files import LOCK, locked
+from retarget_bench.plugins import registry
+from retarget_bench.results import store
+from retarget_bench.results.paths import ARRAYS, CASES, ROWS, SETS
+
+pytestmark = pytest.mark.usefixtures("in_process")
+TOYS = Path(__file__).parent / "toys"
+
+
+@pytest.fixture(autouse=True)
+def _toys():
+    for file in sorted(TOYS.glob("*.py")):
+        registry.add_file(file)
+
+
+def cut(path: Path) -> None:
+    """A file without its last line, or its last bytes."""
+    content = path.read_bytes()
+    end = content[:-1].rindex(b"\n") + 1 if path.suffix == ".csv" else len(content) - 10
+    path.write_bytes(content[:end])
+
+
+def edit(path: Path) -> None:
+    """A file of the same size with another last digit."""
+    content = path.read_bytes()
+    path.write_bytes(content[:-2] + (b"7" if content[-2:-1] != b"7" else b"3") + content[-1:])
+
+
+@pytest.mark.parametrize("end", [ROWS, ARRAYS, CASES])
+@pytest.mark.parametrize("harm", [cut, edit, Path.unlink])
+def test_what_is_not_as_it_was_written_is_named_and_made_again(tmp_path, monkeypatch, end, harm):
+    (results,) = carry_out(tmp_path, "toy_method")
+    place = results.paths
+    path, wanted = place.file(end), place.file(end).read_bytes()
+    harm(path)
+    readers = (
+        [store.read_arrays] if end == ARRAYS else [store.read_results, lambda at: split_summaries([at])]
+    )
+    for read in readers:
+        with pytest.raises(FileError, match="bench run, with the same options, write it anew") as caught:
+            read(place)
+        assert caught.value.path == path
+    monkeypatch.setattr(worker, "_predicted", None)  # not asked: stored predictions are scored
+    carry_out(tmp_path, "toy_method")
+    assert path.read_bytes() == wanted
+
+
+def test_rows_that_lost_some_are_told_in_numbers(tmp_path):
+    place = made_up(tmp_path, "intra", "m", [("a>b", f"c{n}", {"mpjpe_h.world": n}) for n in range(5)])
+    cut(place.rows)
+    with pytest.raises(FileError, match=r"m\.csv: has 4 rows instead of the 5 written"):
+        split_summaries([place])
+
+
+@pytest.mark.parametrize("harm", [cut, Path.unlink])
+def test_values_of_sets_are_checked_too(tmp_path, harm):
+    numbers = [("a>b", "c", {"mpjpe_h.world": 1.0})]
+    place = made_up(tmp_path, "intra", "m", numbers)
+    set_files.write(place, [SetValue("fid", "s", 5, 5, value=1.0)])
+    made_up(tmp_path, "intra", "m", numbers)
+    assert SETS in store.read_header(place.header).files
+    harm(place.sets)
+    with pytest.raises(FileError, match=r"m\.sets\.csv"):
+        split_summaries([place])
+
+
+def test_other_line_ends_and_headers_without_checksums_are_no_damage(tmp_path):
+    place = made_up(tmp_path, "intra", "m", [("a>b", "c", {"mpjpe_h.world": 1.0})])
+    place.rows.write_bytes(place.rows.read_bytes().replace(b"\n", b"\r\n"))
+    assert store.read_results(place).entries[0].values == {"mpjpe_h.world": 1.0}
+    unchecked(tmp_path)
+    edit(place.rows)
+    assert store.read_results(place).entries
+
+
+# ------------------------------------------------------------------------------------------ one at a time
+def test_a_second_run_in_the_same_folder_is_refused_and_readers_are_not(tmp_path):
+    carry_out(tmp_path, "toy_method")
+    said = []
+
+    def look(done: int, total: int) -> None:
+        if not said:
+            with pytest.raises(BenchError) as caught:
+                runner.run(asked(tmp_path, "toy_method"), lambda *_: None)
+            said.append(str(caught.value))
+            assert split_summaries(store.find_results(tmp_path))
+
+    runner.run(asked(tmp_path, "toy_method", redo="always"), look)
+    assert said == [
+        f"another run is writing to {tmp_path}; wait until it has ended, or give another folder"
+    ]
+    assert not (tmp_path / LOCK).exists()
+
+
+@pytest.mark.parametrize("command", ["run", "predict", "score"])
+def test_commands_say_in_a_sentence_that_another_run_is_going_on(tmp_path, capsys, command):
+    options = ["-d", "toy_cases", "-s", "intra", "--out", str(tmp_path)]
+    with locked(tmp_path / LOCK, "busy"), pytest.raises(SystemExit) as left:
+        main([command, "toy_method", *options])
+    assert left.value.code == 2
+    assert f"bench: another run is writing to {tmp_path};" in capsys.readouterr().err
+
+
+def test_the_lock_of_a_killed_process_is_none(tmp_path):
+    script = (
+        "import sys, time\nfrom pathlib import Path\nfrom retarget_bench.files import locked\n"
+        "with locked(Path(sys.argv[1]), 'busy'):\n    print('held', flush=True)\n    time.sleep(60)\n"
+    )
+    path = tmp_path / "runs" / LOCK
+    with subprocess.Popen([sys.executable, "-c", script, path], stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"held\n"
+        with pytest.raises(BenchError, match="busy"), locked(path, "busy"):
+            pass
+        process.kill()
+    assert path.exists()
+    with locked(path, "busy"):
+        pass
+    assert not path.exists()
