@@ -10,7 +10,7 @@ import shutil
 import socket
 import zipfile
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 
 import pytest
@@ -23,7 +23,7 @@ from retarget_bench.exchange.submission.board import board
 from retarget_bench.exchange.submission.checking import check, mistakes
 from retarget_bench.exchange.submission.making import FILL_IN, make
 from retarget_bench.exchange.submission.manifest import CARD_SECTIONS
-from retarget_bench.results import store
+from retarget_bench.results import checksums, store
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.rendering import RENDERERS
 from tests.in_process import without_processes
@@ -336,9 +336,23 @@ HOSTILE = [
 ]
 
 
+def sealed(sound: Path) -> None:
+    """Checksums that fit again, as whoever changes a file on purpose makes them."""
+    for path in sound.rglob("retarget/*/*.json"):
+        try:
+            facts = json.loads(path.read_text(encoding="utf-8"))
+        except RecursionError:
+            continue
+        paths = store.ResultPaths(path.parents[3], *path.relative_to(path.parents[3]).parts[:3], path.stem)
+        there = [end for end in facts["files"] if paths.file(end).is_file()]
+        facts["files"] |= {end: asdict(checksums.stored_file(paths.file(end))) for end in there}
+        path.write_text(json.dumps(facts), encoding="utf-8")
+
+
 @pytest.mark.parametrize(("change", "told"), HOSTILE, ids=lambda each: getattr(each, "__name__", ""))
 def test_hostile_files_are_findings(sound: Path, change: Callable[[Path], None], told: str) -> None:
     change(sound)
+    sealed(sound)
     found = check(sound)
     assert any(told in finding.text for finding in found if finding.level == "error"), found
     assert all(str(finding).isprintable() and "root:" not in str(finding) for finding in found)

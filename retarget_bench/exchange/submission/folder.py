@@ -7,7 +7,7 @@ from zipfile import BadZipFile, ZipFile
 
 LARGEST = {
     **{".toml": 1_000_000, ".md": 1_000_000, ".json": 50_000_000},
-    **{".csv": 500_000_000, ".npz": 1_000_000_000, ".bvh": 500_000_000},
+    **{".csv": 500_000_000, ".npz": 1_000_000_000, ".parquet": 1_000_000_000, ".bvh": 500_000_000},
 }
 """Suffix -> bytes that a file may have, and bytes of all that an archive unpacks to."""
 OTHERS = 10_000_000

@@ -17,7 +17,8 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import DeclaredValue
-from retarget_bench.results.store import ARRAY_INDICES, CaseResult, Results
+from retarget_bench.results.paths import ARRAY_INDICES
+from retarget_bench.results.store import CaseResult, Results
 
 LARGEST = 1e12
 """Size from which a number is none that any motion gives."""
