@@ -2,4 +2,5 @@
 
 ``question_files`` writes and reads what travels, ``channel`` carries the lines between two processes,
 ``answering`` is the loop of a prediction worker, and ``workers`` starts, limits and ends such processes.
+``environments`` starts them in other Pythons, where ``other_python`` or ``numpy_worker`` is what runs.
 """

@@ -1,7 +1,6 @@
 """A process from which prediction workers are forked, so that each starts with everything imported.
 
 It holds no data set, no reference and no method, and imports none: what it forks begins as empty as it is.
-Where there is no ``os.fork``, workers are started one by one (``launch.py``).
 """
 
 import gc
