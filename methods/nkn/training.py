@@ -224,6 +224,8 @@ class NknTraining:
         outputs = [(answers, raw, target)]
         nothing = answers.new_zeros(())
         terms, drifts = {"same_places": nothing, "same_moves": nothing}, []
+        if self.ends is not None:
+            terms |= {"ends": nothing, "ends_moves": nothing}
         if self.ends is not None and "ends" in group:
             asked, given = source.scale.plain(poses), target.scale.plain(answers)
             seen = [self.ends.seen(each, group["ends"], k) for k, each in enumerate((asked, given))]

@@ -33,7 +33,10 @@ def main(descriptor: int, preload: Sequence[str]) -> None:
                 reply: dict[str, Any] = {"pid": pid}
             else:
                 reply = {"ended": _ended(request["state"], living)}
-            asking.sendall(json.dumps(reply).encode() + b"\n")
+            try:
+                asking.sendall(json.dumps(reply).encode() + b"\n")
+            except OSError:  # nobody waits for it any more
+                break
     for pid in living:
         end_group(pid)
         os.waitpid(pid, 0)  # so that its processor time counts as ours
