@@ -195,7 +195,7 @@ executor_option = click.option(
     default="local",
     show_default=True,
     metavar="NAME",
-    help="Where cases are computed: local, ray or slurm, with options in brackets: "
+    help="Where cases are computed: local, ray, slurm or hand, with options in brackets: "
     "'slurm[partition=cpu,cpus=4]'.",
 )
 roots_argument = click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=PATH)

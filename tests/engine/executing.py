@@ -57,19 +57,19 @@ def _undated(path: Path) -> bytes:
     return json.dumps(facts).encode()
 
 
-class Hand:
+class Shuffled:
     """An engine that carries out shards here, in any order and some of them twice."""
 
     submitted: Sequence[int] = ()
 
-    def __enter__(self) -> Hand:
+    def __enter__(self) -> Shuffled:
         return self
 
     def __exit__(self, *_: object) -> None:
         pass
 
     def submit(self, folder: Path, numbers: Sequence[int]) -> None:
-        Hand.submitted = list(numbers)
+        Shuffled.submitted = list(numbers)
         order = [*numbers, *list(numbers)[::3]]
         random.Random(7).shuffle(order)
         with shards.ShardWorker(folder, 1) as worker:

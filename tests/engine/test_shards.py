@@ -14,7 +14,7 @@ from pathlib import Path
 
 import executing
 import pytest
-from executing import Hand, plan, run
+from executing import Shuffled, plan, run
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -32,18 +32,18 @@ pytestmark = pytest.mark.usefixtures("in_process")
 
 
 @pytest.fixture(autouse=True)
-def hand(monkeypatch) -> Iterator[type[Hand]]:
-    """An engine ``hand``, small shards, and no process."""
+def shuffled(monkeypatch) -> Iterator[type[Shuffled]]:
+    """An engine ``shuffled``, small shards, and no process."""
     executing.know_toys()
     executing.small_shards(monkeypatch)
-    monkeypatch.setitem(executors.ENGINES, "hand", Hand)
+    monkeypatch.setitem(executors.ENGINES, "shuffled", Shuffled)
     monkeypatch.setattr(shards, "LocalPool", InThisProcess)
     monkeypatch.setattr(following, "LOOK", 0.0)
     monkeypatch.setattr(following, "PATIENCE", 0.0)
-    return Hand
+    return Shuffled
 
 
-class Interrupted(Hand):
+class Interrupted(Shuffled):
     """The run is interrupted after its shards were carried out, and before it sees what they answered."""
 
     def ended(self):
@@ -53,39 +53,33 @@ class Interrupted(Hand):
 def stored(root: Path, *methods: str, **changes) -> StoredPlan:
     """A plan whose shards nobody has carried out."""
 
-    class Idle(Interrupted):
-        def submit(self, folder, numbers):
-            self.submitted = numbers
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(executors.ENGINES, "idle", Idle)
-        with pytest.raises(KeyboardInterrupt):
-            run(root, "idle", *methods, **changes)
+    with pytest.raises(BenchError, match=r"the shards 0 to \d+ are to be carried out: bench work "):
+        run(root, "hand", *methods, **changes)
     (folder,) = (root / ".shards").iterdir()
     return StoredPlan(folder)
 
 
 # ----------------------------------------------------------------------------------------- the same results
-def test_results_are_the_same_bytes_in_any_order_and_twice(tmp_path, hand):
-    here, there = run(tmp_path / "local"), run(tmp_path / "hand", "hand")
-    assert len(hand.submitted) > 5
+def test_results_are_the_same_bytes_in_any_order_and_twice(tmp_path, shuffled):
+    here, there = run(tmp_path / "local"), run(tmp_path / "shuffled", "shuffled")
+    assert len(shuffled.submitted) > 5
     assert len([name for name in here if ".seed-1" in name and name.endswith(".npz")]) == 11  # ten cases
     assert there == here
-    assert not (tmp_path / "hand" / ".shards").exists()
+    assert not (tmp_path / "shuffled" / ".shards").exists()
 
 
 @pytest.mark.parametrize("stage", ["predict", "score"])
 def test_stages_alone_likewise(tmp_path, stage):
-    for executor in ("local", "hand"):
+    for executor in ("local", "shuffled"):
         run(tmp_path / executor, executor, stage="predict")
         run(tmp_path / executor, executor, stage=stage)
-    assert executing.files(tmp_path / "hand") == executing.files(tmp_path / "local")
+    assert executing.files(tmp_path / "shuffled") == executing.files(tmp_path / "local")
 
 
-def test_a_sample_is_carried_out_here_and_a_small_plan_is_all_sample(tmp_path, hand):
-    hand.submitted = ()
-    run(tmp_path, "hand", "copy_rotations", clips=1)
-    assert hand.submitted == ()
+def test_a_sample_is_carried_out_here_and_a_small_plan_is_all_sample(tmp_path, shuffled):
+    shuffled.submitted = ()
+    run(tmp_path, "shuffled", "copy_rotations", clips=1)
+    assert shuffled.submitted == ()
 
 
 def test_what_a_run_does_not_see_the_next_one_takes_up(tmp_path, monkeypatch):
@@ -106,10 +100,10 @@ def test_answers_of_a_run_with_other_keys_are_not_taken_up(tmp_path, monkeypatch
 
 
 def test_a_lost_shard_costs_a_sentence_and_its_own_answers(tmp_path, monkeypatch):
-    class Lossy(Hand):
+    class Lossy(Shuffled):
         def submit(self, folder, numbers):
             super().submit(folder, numbers[1:])
-            Hand.submitted = numbers
+            Shuffled.submitted = numbers
 
         def ended(self):
             return {number: "" if number else "its node died" for number in self.submitted}
@@ -124,7 +118,7 @@ def test_a_lost_shard_costs_a_sentence_and_its_own_answers(tmp_path, monkeypatch
 
 
 def test_a_shard_that_ends_without_its_answers_is_lost(tmp_path, monkeypatch):
-    class Silent(Hand):
+    class Silent(Shuffled):
         def submit(self, folder, numbers):
             self.submitted = numbers
 
@@ -210,7 +204,7 @@ def test_shards_keep_all_jobs_in_order_and_are_of_half_a_minute_to_two(seconds):
 @pytest.mark.parametrize(
     ("executor", "words"),
     [
-        ("rai", "no executor is called rai; there are local, ray, slurm"),
+        ("rai", "no executor is called rai; there are local, ray, slurm, hand"),
         ("local[cpus=2]", "the executor local takes no parameters"),
         ("ray[cpu=2]", "did you mean cpus"),
         ("ray[", "expected a parameter's name"),
@@ -229,7 +223,7 @@ def test_a_suite_file_may_name_it(tmp_path):
 
 
 def test_an_executor_is_no_part_of_keys(tmp_path):
-    run(tmp_path, "hand", "copy_rotations")
+    run(tmp_path, "shuffled", "copy_rotations")
     (header,) = [store.read_header(place.header) for place in store.find_results(tmp_path)]
     run(tmp_path, "local", "copy_rotations")
     (again,) = [store.read_header(place.header) for place in store.find_results(tmp_path)]

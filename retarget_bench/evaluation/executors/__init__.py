@@ -1,4 +1,4 @@
-"""Where shards of a plan are carried out: on Ray or SLURM, by engines that exist.
+"""Where shards of a plan are carried out: on Ray or SLURM, by engines that exist, or by hand.
 
 An engine is given shards (``submit``), says which of them have ended (``ended``), and ends the others when
 its ``with`` block ends. What shards answer comes by files (``evaluation/stored_plan.py``), for all alike.
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Protocol, Self
 
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.executors.by_hand import ByHand
 from retarget_bench.evaluation.executors.ray_tasks import RayTasks
 from retarget_bench.evaluation.executors.slurm_arrays import SlurmArrays
 from retarget_bench.plugins import parameters
@@ -31,7 +32,7 @@ class Engine(Protocol):
         """The shards that have ended since the last call: "", or why before they were complete."""
 
 
-ENGINES: dict[str, Callable[..., Engine]] = {"ray": RayTasks, "slurm": SlurmArrays}
+ENGINES: dict[str, Callable[..., Engine]] = {"ray": RayTasks, "slurm": SlurmArrays, "hand": ByHand}
 
 
 def engine(executor: str) -> Engine | None:

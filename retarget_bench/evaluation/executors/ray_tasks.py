@@ -2,6 +2,7 @@
 
 import atexit
 import os
+import re
 import socket
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
@@ -37,16 +38,13 @@ class RayTasks:
         import ray
 
         if not ray.is_initialized():
+            where = self._address or os.environ.get("RAY_ADDRESS", "")
+            quiet = {"include_dashboard": False, "log_to_driver": False, "logging_level": "ERROR"}
             try:
-                ray.init(
-                    self._address or None,
-                    include_dashboard=False,
-                    log_to_driver=False,
-                    logging_level="ERROR",
-                )
-            except (ConnectionError, ValueError, RuntimeError) as error:
-                where = self._address or os.environ.get("RAY_ADDRESS") or "here"
-                raise BenchError(f"Ray cannot be used ({where}): {_first_line(error)}") from error
+                _look_for(where)
+                ray.init(where or None, **quiet)
+            except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
+                raise BenchError(f"Ray cannot be used ({where or 'here'}): {_first_line(error)}") from error
             self._mine = True
         return self
 
@@ -75,6 +73,12 @@ class RayTasks:
         tasks = list(self._shards)
         done = ray.wait(tasks, num_returns=len(tasks), timeout=0)[0] if tasks else []
         return {self._shards.pop(task): _outcome(task) for task in done}
+
+
+def _look_for(address: str) -> None:
+    """Raises OSError where nobody answers at ``HOST:PORT``, which Ray itself finds out after minutes."""
+    if found := re.fullmatch(r"(?:ray://)?([^/:]+):(\d+)", address):
+        socket.create_connection((found[1], int(found[2])), timeout=10).close()
 
 
 def _outcome(task: Any) -> str:
