@@ -13,10 +13,11 @@ Progress = Callable[[int, int], None]
 """Called with the number of cases done and of all that are to be asked."""
 
 
-def answers(pool: LocalPool, jobs: Sequence[CaseJob], progress: Progress) -> Iterator[Answer]:
-    """Entries as they come. A job whose process died twice is tried again, one method at a time, and then
-    one case at a time, so that it costs the method and the case that did it and no other."""
-    count, total = 0, sum(map(size, jobs))
+def answers(pool: LocalPool, jobs: Sequence[CaseJob], total: int, progress: Progress) -> Iterator[Answer]:
+    """Entries as they come, of which the jobs ask for ``total``. A job whose process died twice is tried
+    again, one method at a time, and then one case at a time, so that it costs the method and the case that
+    did it and no other."""
+    count = 0
     progress(0, total)
     while jobs:
         again: list[CaseJob] = []

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.answers import Answer, Progress, answers, entries
+from retarget_bench.evaluation.answers import Answer, Progress, answers, entries, size
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.stored_plan import StoredPlan, machine_facts
 from retarget_bench.evaluation.worker import CaseJob, Stop, register_plugins, work
@@ -25,7 +25,7 @@ FLUSH = 5.0
 """Seconds after which finished answers are written."""
 
 Timed = tuple[float, list[Answer] | Stop]
-Seconds = Callable[[CaseJob], float]
+T = TypeVar("T")
 
 
 def unseen(done: int, total: int) -> None:
@@ -79,17 +79,17 @@ class Sample:
         average = sum(self._rates.values()) / max(len(self._rates), 1)
         return self._rates.get(_group(job), average) * max(self._frames(job), 1)
 
-    def shards(self) -> list[list[CaseJob]]:
-        """What is left, cut."""
-        return cut([self.jobs[number] for number in sorted(self.left)], self.seconds)
+    def shards(self) -> list[list[int]]:
+        """The numbers of the jobs that are left, cut."""
+        return cut(sorted(self.left), lambda number: self.seconds(self.jobs[number]))
 
 
-def cut(jobs: Sequence[CaseJob], seconds: Seconds) -> list[list[CaseJob]]:
-    """Jobs in their order as shards of nearly equal times."""
+def cut(jobs: Sequence[T], seconds: Callable[[T], float]) -> list[list[T]]:
+    """Jobs, or their numbers, in their order as shards of nearly equal times."""
     times = [seconds(job) for job in jobs]
     total = sum(times)
     wanted = max(1, round(total / min(max(total / SHARDS, SHORTEST), LONGEST)))
-    shards: list[list[CaseJob]] = [[] for _ in range(wanted)]
+    shards: list[list[T]] = [[] for _ in range(wanted)]
     spent = 0.0
     for job, each in zip(jobs, times, strict=True):
         middle = (spent + each / 2) / total if total else 0.0
@@ -131,7 +131,7 @@ class ShardWorker:
         found: list[Answer] = []
         written = time.monotonic()
         try:
-            for answer in answers(self._pool, jobs, progress):
+            for answer in answers(self._pool, jobs, sum(map(size, jobs)), progress):
                 found.append(answer)
                 if time.monotonic() - written > FLUSH:
                     self.stored.write_part(number, found)

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, Self, TypeVar
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.answers import Answer
+from retarget_bench.evaluation.answers import Answer, size
 from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.evaluation.plan import (
     Plan,
@@ -52,25 +52,30 @@ class StoredPlan:
 
     @classmethod
     def write(
-        cls, plan: Plan, shards: Sequence[Sequence[CaseJob]], keys: Keys, preload: Sequence[str]
+        cls, plan: Plan, jobs: Sequence[CaseJob], shards: Sequence[Sequence[int]], keys: Keys
     ) -> Self:
-        """Store the shards of a plan. preload: modules that prediction workers begin with."""
+        """Store the shards of a plan, given as numbers of its jobs, which are read one shard at a time."""
         stored = cls(plan.root / FOLDER / secrets.token_hex(6))
-        every = [job for shard in shards for job in shard]
-        parts = {part.paths: part for job in every for part in job.parts}
-        numbers = {paths: number for number, paths in enumerate(parts)}
-        data = {job.dataset: located_data(job.dataset) for job in every}
+        parts: dict[ResultPaths, JobPart] = {}
+        data: dict[Spec, Spec] = {}
+        sizes = []
         for number, shard in enumerate(shards):
-            jobs = [_job_facts(job, data[job.dataset], numbers) for job in shard]
-            _write(stored.folder / "jobs" / f"{number}.json", jobs)
+            mine = [jobs[each] for each in shard]
+            parts |= {part.paths: part for job in mine for part in job.parts}
+            data |= {each: located_data(each) for each in {job.dataset for job in mine} - data.keys()}
+            places = {paths: place for place, paths in enumerate(parts)}
+            facts = [_job_facts(job, data[job.dataset], places) for job in mine]
+            _write(stored.folder / "jobs" / f"{number}.json", facts)
+            sizes.append(sum(map(size, mine)))
         methods = {part.method for part in parts.values()}
-        facts = {
+        facts_of_all = {
             "plan": _plan_facts(plan, data.values()),
             "units": [_unit_facts(part, keys[part.paths]) for part in parts.values()],
             "common": machine_facts(plan, methods, data.values()),
-            "preload": list(preload),
+            "preload": list(jobs[0].preload),
+            "sizes": sizes,
         }
-        _write(stored.folder / "plan.json", facts)
+        _write(stored.folder / "plan.json", facts_of_all)
         return stored
 
     @cached_property
@@ -204,15 +209,13 @@ def left_over(root: Path, keys: Keys) -> list[StoredPlan]:
 
 
 def taken_over(plans: Iterable[StoredPlan], keys: Keys, root: Path) -> Iterator[Answer]:
-    """Answers that such runs finished and that are answers of these results."""
+    """Answers that such runs finished and that are answers of these results; none of damaged files."""
     for stored in plans:
-        if stored.plan.stage == "predict":
-            continue
-        theirs = stored.keys
-        for paths, entry in stored.answers():
-            here = replace(paths, root=root)
-            if keys.get(here) == theirs[paths]:
-                yield here, entry
+        with suppress(FileError):
+            for paths, entry in stored.answers() if stored.plan.stage != "predict" else ():
+                here = replace(paths, root=root)
+                if keys.get(here) == stored.keys[paths]:
+                    yield here, entry
 
 
 def _tuple(value: Any) -> Any:

@@ -60,8 +60,8 @@ def main() -> None:
             assert rows(Path(folder, f"local-{number}")) == rows(Path(folder, f"ray-{number}"))
             counts = [store.read_header(paths.header).counts for paths in store.find_results(root)]
             print(
-                f"{sum(each.asked for each in counts)} answers: local pool {spent['local']:.1f} s, Ray {spent['ray']:.1f} s, "
-                f"ratio {spent['ray'] / spent['local']:.3f}",
+                f"{sum(each.asked for each in counts)} answers: local pool {spent['local']:.1f} s, "
+                f"Ray {spent['ray']:.1f} s, ratio {spent['ray'] / spent['local']:.3f}",
                 flush=True,
             )
 

@@ -92,6 +92,13 @@ def test_what_a_run_does_not_see_the_next_one_takes_up(tmp_path, monkeypatch):
     assert executing.files(tmp_path / "again") == run(tmp_path / "local")
 
 
+def test_damaged_answers_are_computed_anew(tmp_path):
+    made = stored(tmp_path / "again")
+    (made.folder / "parts").mkdir()
+    (made.folder / "parts" / "0-torn.json").write_text("[[0, {")
+    assert run(tmp_path / "again") == run(tmp_path / "local")
+
+
 def test_answers_of_a_run_with_other_keys_are_not_taken_up(tmp_path, monkeypatch):
     monkeypatch.setitem(executors.ENGINES, "interrupted", Interrupted)
     with pytest.raises(KeyboardInterrupt):

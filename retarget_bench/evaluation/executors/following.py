@@ -1,12 +1,13 @@
 """A run by an engine: a sample here, shards there, and the answers as they come."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.answers import Answer, Progress, size
+from retarget_bench.evaluation.answers import Answer, Progress
 from retarget_bench.evaluation.executors import Engine
+from retarget_bench.evaluation.jobs import Jobs
 from retarget_bench.evaluation.plan import EvaluationUnit
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.shards import Sample
@@ -24,13 +25,13 @@ def answers(
     engine: Engine,
     units: Mapping[ResultPaths, EvaluationUnit],
     pool: LocalPool,
-    jobs: Sequence[CaseJob],
+    jobs: Jobs,
     progress: Progress,
 ) -> Iterator[Answer]:
     """Entries as they come. Raises BenchError when all is there but what lost shards had to answer."""
     if not jobs:
         return
-    count, total = 0, sum(map(size, jobs))
+    count, total = 0, jobs.answers
     progress(0, total)
     with engine:
         sample = Sample(jobs, _lengths(units.values()))
@@ -42,9 +43,9 @@ def answers(
             return
         plan = jobs[0].plan
         keys = {paths: unit.keys for paths, unit in units.items()}
-        stored = StoredPlan.write(plan, shards, keys, jobs[0].preload)
+        stored = StoredPlan.write(plan, jobs, shards, keys)
         engine.submit(stored.folder, range(len(shards)))
-        following = Following(stored, [sum(map(size, shard)) for shard in shards])
+        following = Following(stored)
         for paths, entry in following.answers(engine):
             yield replace(paths, root=plan.root), entry
             count += 1
@@ -54,15 +55,12 @@ def answers(
 
 
 class Following:
-    """The answers of shards as they come.
+    """The answers of shards as they come."""
 
-    sizes: how many answers every shard is to give.
-    """
-
-    def __init__(self, stored: StoredPlan, sizes: Sequence[int]) -> None:
+    def __init__(self, stored: StoredPlan) -> None:
         self.stored = stored
-        self._shards = len(sizes)
-        self._left = dict(enumerate(sizes))
+        self._left: dict[int, int] = dict(enumerate(stored.facts["sizes"]))
+        self._shards = len(self._left)
         self._seen: dict[int, set[tuple[ResultPaths, str]]] = {}
         self._parts: set[str] = set()
         self._lost: dict[int, str] = {}
