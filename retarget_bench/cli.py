@@ -16,6 +16,7 @@ COMMANDS = {
     "predict": ("run.predict", "First stage only: write a method's predictions."),
     "score": ("run.score", "Second stage only: score predictions, also a folder made elsewhere."),
     "task": ("run.task", "Reconstruction, denoising and joint completion, on any data set."),
+    "work": ("work", "Carry out shards of a run with --executor, by hand or by a scheduler."),
     "table": ("table", "Show the results that exist."),
     "compare": ("compare", "Compare two methods, or two versions of one: differences and p-values."),
     "explain": (
@@ -52,7 +53,7 @@ COMMANDS = {
 }
 """Command -> its module in ``commands`` (and its name there, if not ``command``), and its help line."""
 
-CONTINUED = ("run", "task", "predict", "score", "data")
+CONTINUED = ("run", "task", "predict", "score", "data", "work")
 """Commands that keep what they finished and continue from there."""
 
 

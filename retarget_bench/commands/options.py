@@ -190,6 +190,14 @@ limit_options = together(
         help="A method that takes more while it answers a case has failed on it. [default: no limit]",
     ),
 )
+executor_option = click.option(
+    "--executor",
+    default="local",
+    show_default=True,
+    metavar="NAME",
+    help="Where cases are computed: local, ray, slurm or hand, with options in brackets: "
+    "'slurm[partition=cpu,cpus=4]'.",
+)
 roots_argument = click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=PATH)
 only_dataset_option = click.option(
     "-d", "--dataset", help="Only results of this data set (a folder name in that of results)."

@@ -44,6 +44,7 @@ class Plan:
     seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
     timeout:  seconds in which a method answers a case; 0: a minute, and a second for each frame.
     memory:   gigabytes that a method may take; 0: as the machine has.
+    executor: where the missing cases are computed: ``local``, or one of ``evaluation/executors``.
     """
 
     methods: tuple[Spec, ...]
@@ -60,6 +61,7 @@ class Plan:
     external: Path | None = None
     timeout: float = 0.0
     memory: float = 0.0
+    executor: str = "local"
     plugin_files: tuple[tuple[str, registry.Kind], ...] = field(default_factory=registry.files)
 
 
@@ -272,6 +274,13 @@ def located(spec: Spec) -> Spec:
     if path.is_absolute() or spec_by_weights(spec.here) == spec.here or not path.exists():
         return spec
     return spec.with_parameters(weights=str(path.resolve()))
+
+
+def located_data(spec: Spec) -> Spec:
+    """The data set with the paths of its files in full, likewise."""
+    given = {name: str(spec.parameters[name]) for name in locations(spec.name) if name in spec.parameters}
+    paths = {name: str(Path(path).resolve()) for name, path in given.items() if Path(path).exists()}
+    return spec.with_parameters(**paths)
 
 
 def _network(metric: SetMetric, target: Character) -> str:

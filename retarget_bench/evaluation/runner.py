@@ -1,25 +1,24 @@
 """Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
 
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import replace
+from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import timing
+from retarget_bench.evaluation import executors, timing
+from retarget_bench.evaluation.answers import Progress, answers
+from retarget_bench.evaluation.executors import following
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.jobs import Jobs
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
-from retarget_bench.evaluation.worker import CaseJob, Stop, work
+from retarget_bench.evaluation.stored_plan import left_over, taken_over
 from retarget_bench.files import LOCK, locked, scratch_folder
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
-
-Progress = Callable[[int, int], None]
-"""Called with the number of cases done and of all that are to be asked."""
 
 
 def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPaths]:
@@ -34,18 +33,26 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
 
 
 def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
+    engine = executors.engine(plan.executor)
     wanted = _with_cases(plan, evaluation_units(plan))
     todo = {unit: cases for unit in wanted if (cases := _wanted_cases(unit))}
     keep = plan.stage != "predict"
-    done = {unit: _begun(unit) if keep else {} for unit in todo}
     by_paths = {unit.paths: unit for unit in todo}
+    if keep and plan.redo == "missing":
+        _take_over(plan.root, by_paths)
+    done = {unit: _begun(unit) if keep else {} for unit in todo}
     for unit in todo if keep else ():
         if not unit.paths.cases.exists():
             case_metadata.write(unit.paths, unit.data, unit.infos)
         store.begin(unit.paths, header_of(unit, ()), unit.infos)
     with scratch_folder() as scratch, LocalPool(plan.jobs) as pool:
         preload = _preload(todo)
-        for paths, entry in _answers(pool, Jobs(done, scratch, preload), progress):
+        jobs = Jobs(done, scratch, preload)
+        if engine is None:
+            found = answers(pool, jobs, jobs.answers, progress)
+        else:
+            found = following.answers(engine, by_paths, pool, jobs, progress)
+        for paths, entry in found:
             if keep:
                 store.append_journal(paths, entry)
             done[by_paths[paths]][entry.case] = entry
@@ -106,6 +113,19 @@ def _wanted_cases(unit: EvaluationUnit) -> list[str]:
     return [] if complete and not again else wanted
 
 
+def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
+    """Journal what shards of a run that has ended went on to finish, and remove them."""
+    keys = {paths: unit.keys for paths, unit in units.items()}
+    plans = left_over(root, keys)
+    begun = {paths: store.open_journal(paths, keys[paths]) for paths in keys} if plans else {}
+    for paths, entry in taken_over(plans, keys, root):
+        if entry.case not in begun[paths]:
+            store.append_journal(paths, entry)
+            begun[paths][entry.case] = entry
+    for stored in plans:
+        stored.remove()
+
+
 def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
     """The entries that an interrupted run left, unless they are to be made anew."""
     found = store.open_journal(unit.paths, unit.keys, anew=unit.plan.redo != "missing")
@@ -121,56 +141,6 @@ def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
 def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
     """What prediction workers import once for all of them."""
     return ("torch",) if any(unit.prediction_facts["weights"] for unit in units) else ()
-
-
-def _answers(pool: LocalPool, first: Jobs, progress: Progress) -> Iterator[tuple[ResultPaths, CaseResult]]:
-    """Entries as they come. A job whose process died twice is tried again, one method at a time, and then
-    one case at a time, so that it costs the method and the case that did it and no other."""
-    jobs: Sequence[CaseJob] = first
-    count, total = 0, first.answers
-    progress(0, total)
-    while jobs:
-        again: list[CaseJob] = []
-        for answer in pool.run(work, jobs):
-            job = jobs[answer.job]
-            if not answer.error:
-                yield from _entries(answer.result)
-            elif apart := _apart(job):
-                again += apart
-                total += sum(map(_size, apart))
-            else:
-                (part,) = job.parts
-                yield from ((part.paths, CaseResult(case, "failed", answer.error)) for case in part.keys)
-            count += _size(job)
-            progress(count, total)
-        jobs = again
-
-
-def _size(job: CaseJob) -> int:
-    """The number of answers, each of one method to one case, that a job is to make."""
-    return sum(len(part.keys) for part in job.parts)
-
-
-def _apart(job: CaseJob) -> list[CaseJob]:
-    """A job as jobs of one method, and one of a single method as jobs of one case; none where it is both.
-
-    A method is given its whole batch as long as that is possible, since in another one it rounds otherwise.
-    """
-    if len(job.parts) > 1:
-        return [replace(job, parts=(part,)) for part in job.parts]
-    if len(job.cases) == 1:
-        return []
-    return [
-        replace(job, cases=(case,), parts=(replace(part, keys={case: key}),))
-        for part in job.parts
-        for case, key in part.keys.items()
-    ]
-
-
-def _entries(result: list[tuple[ResultPaths, CaseResult]] | Stop) -> list[tuple[ResultPaths, CaseResult]]:
-    if isinstance(result, Stop):
-        raise BenchError(f"stopped: {result.reason}. What was finished is kept; run again to continue")
-    return result
 
 
 def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:

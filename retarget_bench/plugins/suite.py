@@ -42,6 +42,7 @@ class Suite(BaseModel):
     plugin: Names | None = None
     timeout: float | None = Field(default=None, gt=0)
     memory: float | None = Field(default=None, gt=0)
+    executor: str | None = None
 
 
 def read(path: Path) -> dict[str, Any]:

@@ -33,6 +33,7 @@ def run(
     plugins: Sequence[str | PathLike[str]] = (),
     overwrite: plans_.Redo = "missing",
     workers: int | None = None,
+    executor: str = "local",
     seed: int = 0,
     seeds: int = 1,
     timeout: float | None = None,
@@ -53,6 +54,7 @@ def run(
     plugins:   files of your own metrics, data sets and post-processors, to be named like built-in ones.
     overwrite: what to compute: ``never`` nothing, ``missing``, ``failed`` (also failed cases), ``always``.
     workers:   number of processes; one per core by default, at most eight.
+    executor:  where cases are computed: ``"ray"``, ``"slurm[partition=cpu]"`` (docs/anywhere.md).
     seeds:     stochastic methods run with so many seeds, from ``seed`` on.
     timeout:   seconds in which a method answers a case; by default a minute, and a second for each frame.
     memory:    gigabytes that a method may take while it answers; by default there is no limit.
@@ -88,6 +90,7 @@ def run(
         root=Path(out),
         redo=overwrite,
         jobs=workers or defaults.jobs(),
+        executor=executor,
         seed=seed,
         seeds=seeds,
         timeout=timeout or 0.0,

@@ -1,0 +1,26 @@
+"""``bench work``: shards of a stored plan, carried out by hand or by any scheduler."""
+
+from pathlib import Path
+
+import click
+
+from retarget_bench.commands import options
+from retarget_bench.python.progress import progress_bar
+
+
+@click.command("work")
+@click.argument("plan", metavar="PLAN", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.argument("shards", metavar="SHARD...", nargs=-1, required=True, type=click.IntRange(0))
+@options.jobs_option
+def command(plan: Path, shards: tuple[int, ...], jobs: int) -> None:
+    """Carry out shards of a stored plan: what they lack is computed and written beside the plan.
+
+    PLAN is a folder RESULTS/.shards/ID of a run with --executor; its shards are numbered from 0. That run
+    takes up what comes; where it has ended, its repetition does.
+    """
+    from retarget_bench.evaluation.shards import ShardWorker
+
+    with ShardWorker(plan, jobs) as worker:
+        for shard in shards:
+            with progress_bar(f"shard {shard}", "answers") as progress:
+                worker.carry_out(shard, progress)

@@ -1,0 +1,122 @@
+"""Shards as tasks of Ray, which knows where there is room for them and repeats what a lost node had."""
+
+import atexit
+import os
+import re
+import socket
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Self
+
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.prediction.launch import MARK
+from retarget_bench.evaluation.shards import ShardWorker
+
+
+class RayTasks:
+    """One task a shard. ``cpus``, ``memory`` (GB) and ``gpus`` (also fractions) are what a task takes;
+    ``retries``: so often it is begun again when its worker or its node has died.
+
+    address: of a cluster; without one ``RAY_ADDRESS``, a Ray that runs here already, or else one that is
+    started for the run.
+    """
+
+    def __init__(
+        self, address: str = "", cpus: int = 1, memory: float = 0.0, gpus: float = 0.0, retries: int = 3
+    ) -> None:
+        if find_spec("ray") is None:
+            raise BenchError("the executor ray needs the package ray: pip install 'retarget-bench[ray]'")
+        self._address, self._cpus = address, cpus
+        self._options: dict[str, Any] = {"num_cpus": cpus, "num_gpus": gpus, "max_retries": retries}
+        if memory:
+            self._options["memory"] = int(memory * 2**30)
+        self._shards: dict[Any, int] = {}
+        self._mine = False
+
+    def __enter__(self) -> Self:
+        import ray
+
+        if not ray.is_initialized():
+            where = self._address or os.environ.get("RAY_ADDRESS", "")
+            quiet = {"include_dashboard": False, "log_to_driver": False, "logging_level": "ERROR"}
+            try:
+                _look_for(where)
+                ray.init(where or None, **quiet)
+            except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
+                raise BenchError(f"Ray cannot be used ({where or 'here'}): {_first_line(error)}") from error
+            self._mine = True
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        import ray
+
+        for task in self._shards:
+            ray.cancel(task, force=True)
+        if self._mine:
+            ray.shutdown()
+
+    def submit(self, folder: Path, shards: Sequence[int]) -> None:
+        import ray
+
+        known = {name: text for name, text in os.environ.items() if name.startswith("RETARGET_BENCH_")}
+        known.pop(MARK, None)
+        if "PYTHONPATH" in os.environ:
+            known["PYTHONPATH"] = os.environ["PYTHONPATH"]
+        task = ray.remote(carry_out).options(runtime_env={"env_vars": known}, **self._options)
+        for shard in shards:
+            self._shards[task.remote(str(folder), shard, self._cpus)] = shard
+
+    def ended(self) -> Mapping[int, str]:
+        import ray
+
+        tasks = list(self._shards)
+        done = ray.wait(tasks, num_returns=len(tasks), timeout=0)[0] if tasks else []
+        return {self._shards.pop(task): _outcome(task) for task in done}
+
+
+def _look_for(address: str) -> None:
+    """Raises OSError where nobody answers at ``HOST:PORT``, which Ray itself finds out after minutes."""
+    if found := re.fullmatch(r"(?:ray://)?([^/:]+):(\d+)", address):
+        socket.create_connection((found[1], int(found[2])), timeout=10).close()
+
+
+def _outcome(task: Any) -> str:
+    import ray
+
+    try:
+        return str(ray.get(task))
+    except ray.exceptions.RayTaskError as error:
+        return f"{type(error.cause).__name__}: {_first_line(error.cause)}"
+    except ray.exceptions.RayError as error:
+        return _first_line(error)
+
+
+def _first_line(error: BaseException) -> str:
+    return next(iter(str(error).strip().splitlines()), "") or type(error).__name__
+
+
+# ------------------------------------------------------------------------------------ in the worker of Ray
+_KEPT: dict[str, ShardWorker] = {}
+"""The processes of this worker, which serve all shards of a run that it is given."""
+
+
+def carry_out(folder: str, shard: int, cpus: int) -> str:
+    """Carry out a shard; why it ended before it was complete, or ""."""
+    try:
+        if folder not in _KEPT:
+            close()
+            _KEPT[folder] = ShardWorker(Path(folder), cpus)
+        _KEPT[folder].carry_out(shard)
+    except BenchError as error:
+        return f"{error} ({socket.gethostname()})"
+    return ""
+
+
+def close() -> None:
+    """End the processes of this worker."""
+    while _KEPT:
+        _KEPT.popitem()[1].__exit__()
+
+
+atexit.register(close)

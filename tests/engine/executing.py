@@ -1,0 +1,80 @@
+"""What tests of shards share: plug-ins, a plan that is worth cutting, and results as bytes."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from small_plans import asked
+
+from retarget_bench.evaluation import runner, shards
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+
+HERE = Path(__file__).parent
+TOYS = (
+    *sorted((HERE / "toys").glob("*.py")),
+    HERE / "batch_toys" / "toy_batches.py",
+    HERE / "shard_toys" / "slow_copy.py",
+)
+METHODS = ("toy_method[does=noise]", "toy_method[does=nan]", "toy_batches", "copy_rotations")
+
+
+def know_toys() -> None:
+    for file in TOYS:
+        registry.add_file(file)
+
+
+def small_shards(patch: Any) -> None:
+    """As many shards as there can be: cases of toys take no time."""
+    patch.setattr(shards, "SHORTEST", 1e-9)
+
+
+def plan(root: Path, executor: str = "local", *methods: str, **changes: Any) -> Plan:
+    """Methods of all kinds, one of them with two seeds."""
+    return asked(root, *(methods or METHODS), executor=executor, **{"clips": 5, "seeds": 2, **changes})
+
+
+def run(root: Path, executor: str = "local", *methods: str, **changes: Any) -> dict[str, bytes]:
+    runner.run(plan(root, executor, *methods, **changes), lambda done, total: None)
+    return files(root)
+
+
+def files(root: Path) -> dict[str, bytes]:
+    """Every file of results, predictions included, by its path; headers without their dates."""
+    found = {str(path.relative_to(root)): path for path in sorted(root.rglob("*")) if path.is_file()}
+    return {name: _undated(path) for name, path in found.items() if ".timing" not in name}
+
+
+def _undated(path: Path) -> bytes:
+    if path.suffix != ".json" or path.parent.parent.name == "intra":
+        return path.read_bytes()
+    facts = json.loads(path.read_text())
+    facts.pop("date", None)
+    return json.dumps(facts).encode()
+
+
+class Shuffled:
+    """An engine that carries out shards here, in any order and some of them twice."""
+
+    submitted: Sequence[int] = ()
+
+    def __enter__(self) -> Shuffled:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def submit(self, folder: Path, numbers: Sequence[int]) -> None:
+        Shuffled.submitted = list(numbers)
+        order = [*numbers, *list(numbers)[::3]]
+        random.Random(7).shuffle(order)
+        with shards.ShardWorker(folder, 1) as worker:
+            for number in order:
+                worker.carry_out(number)
+
+    def ended(self) -> Mapping[int, str]:
+        return dict.fromkeys(self.submitted, "")

@@ -1,0 +1,237 @@
+"""Shards: whoever carries them out, in whatever order and however often, the results are the same."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import executing
+import pytest
+from executing import Shuffled, plan, run
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import executors, runner, shards
+from retarget_bench.evaluation.executors import following
+from retarget_bench.evaluation.plan import located_data
+from retarget_bench.evaluation.stored_plan import StoredPlan
+from retarget_bench.plugins import suite
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+from tests.in_process import InThisProcess
+
+pytestmark = pytest.mark.usefixtures("in_process")
+
+
+@pytest.fixture(autouse=True)
+def shuffled(monkeypatch) -> Iterator[type[Shuffled]]:
+    """An engine ``shuffled``, small shards, and no process."""
+    executing.know_toys()
+    executing.small_shards(monkeypatch)
+    monkeypatch.setitem(executors.ENGINES, "shuffled", Shuffled)
+    monkeypatch.setattr(shards, "LocalPool", InThisProcess)
+    monkeypatch.setattr(following, "LOOK", 0.0)
+    monkeypatch.setattr(following, "PATIENCE", 0.0)
+    return Shuffled
+
+
+class Interrupted(Shuffled):
+    """The run is interrupted after its shards were carried out, and before it sees what they answered."""
+
+    def ended(self):
+        raise KeyboardInterrupt
+
+
+def stored(root: Path, *methods: str, **changes) -> StoredPlan:
+    """A plan whose shards nobody has carried out."""
+
+    with pytest.raises(BenchError, match=r"the shards 0 to \d+ are to be carried out: bench work "):
+        run(root, "hand", *methods, **changes)
+    (folder,) = (root / ".shards").iterdir()
+    return StoredPlan(folder)
+
+
+# ----------------------------------------------------------------------------------------- the same results
+def test_results_are_the_same_bytes_in_any_order_and_twice(tmp_path, shuffled):
+    here, there = run(tmp_path / "local"), run(tmp_path / "shuffled", "shuffled")
+    assert len(shuffled.submitted) > 5
+    assert len([name for name in here if ".seed-1" in name and name.endswith(".npz")]) == 11  # ten cases
+    assert there == here
+    assert not (tmp_path / "shuffled" / ".shards").exists()
+
+
+@pytest.mark.parametrize("stage", ["predict", "score"])
+def test_stages_alone_likewise(tmp_path, stage):
+    for executor in ("local", "shuffled"):
+        run(tmp_path / executor, executor, stage="predict")
+        run(tmp_path / executor, executor, stage=stage)
+    assert executing.files(tmp_path / "shuffled") == executing.files(tmp_path / "local")
+
+
+def test_a_sample_is_carried_out_here_and_a_small_plan_is_all_sample(tmp_path, shuffled):
+    shuffled.submitted = ()
+    run(tmp_path, "shuffled", "copy_rotations", clips=1)
+    assert shuffled.submitted == ()
+
+
+def test_what_a_run_does_not_see_the_next_one_takes_up(tmp_path, monkeypatch):
+    monkeypatch.setitem(executors.ENGINES, "interrupted", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path / "again", "interrupted")
+    asked = []
+    runner.run(plan(tmp_path / "again"), lambda done, total: asked.append(total))
+    assert set(asked) == {0}
+    assert executing.files(tmp_path / "again") == run(tmp_path / "local")
+
+
+def test_damaged_answers_are_computed_anew(tmp_path):
+    made = stored(tmp_path / "again")
+    (made.folder / "parts").mkdir()
+    (made.folder / "parts" / "0-torn.json").write_text("[[0, {")
+    assert run(tmp_path / "again") == run(tmp_path / "local")
+
+
+def test_answers_of_a_run_with_other_keys_are_not_taken_up(tmp_path, monkeypatch):
+    monkeypatch.setitem(executors.ENGINES, "interrupted", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path / "again", "interrupted", metrics=("position", "smoothness"))
+    assert run(tmp_path / "again") == run(tmp_path / "local")
+
+
+def test_a_lost_shard_costs_a_sentence_and_its_own_answers(tmp_path, monkeypatch):
+    class Lossy(Shuffled):
+        def submit(self, folder, numbers):
+            super().submit(folder, numbers[1:])
+            Shuffled.submitted = numbers
+
+        def ended(self):
+            return {number: "" if number else "its node died" for number in self.submitted}
+
+    monkeypatch.setitem(executors.ENGINES, "lossy", Lossy)
+    with pytest.raises(BenchError, match=r"1 of \d+ shards were lost; shard 0: its node died\. What was"):
+        run(tmp_path / "lossy", "lossy")
+    left = []
+    runner.run(plan(tmp_path / "lossy"), lambda done, total: left.append(total))
+    assert 0 < left[0] < 25
+    assert executing.files(tmp_path / "lossy") == run(tmp_path / "local")
+
+
+def test_a_shard_that_ends_without_its_answers_is_lost(tmp_path, monkeypatch):
+    class Silent(Shuffled):
+        def submit(self, folder, numbers):
+            self.submitted = numbers
+
+    monkeypatch.setitem(executors.ENGINES, "silent", Silent)
+    with pytest.raises(BenchError, match=r"shard 0: it ended, but not all of its answers"):
+        run(tmp_path, "silent")
+
+
+# ------------------------------------------------------------------------------------------------- by hand
+@pytest.mark.processes
+def test_a_shard_is_killed_and_carried_out_again(tmp_path):
+    """At any moment: what it finished is not computed anew, and nothing is torn."""
+    made = stored(tmp_path / "again", "slow_copy", clips=8, metrics=("position",), seeds=1)
+    numbers = range(len(list((made.folder / "jobs").iterdir())))
+    line = [sys.executable, "-m", "retarget_bench", "work", str(made.folder), *map(str, numbers), "-j", "1"]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    with subprocess.Popen(line, env=environment, stderr=subprocess.DEVNULL) as process:
+        while not list(made.folder.glob("parts/[0-9]*")):
+            time.sleep(0.02)
+        time.sleep(random.random() / 2)
+        process.send_signal(signal.SIGKILL)
+    done = len(list(made.answers()))
+    done_again = subprocess.run(line, env=environment, capture_output=True, text=True, check=True)
+    assert "answers" in done_again.stderr
+    assert 0 < done < len(list(made.answers())) == 14
+    assert run(tmp_path / "again", "local", "slow_copy", clips=8, seeds=1) == run(
+        tmp_path / "local", "local", "slow_copy", clips=8, seeds=1
+    )
+
+
+def test_a_machine_with_other_code_versions_or_data_says_so(tmp_path):
+    made = stored(tmp_path)
+    path = made.folder / "plan.json"
+    facts = json.loads(path.read_text())
+    for name in ("numpy", "method copy_rotations", "data set toy_cases"):
+        path.write_text(json.dumps(facts | {"common": facts["common"] | {name: "other"}}))
+        with (
+            pytest.raises(BenchError, match=rf"has {name} .* where the run was planned with other; all"),
+            shards.ShardWorker(made.folder, 1) as worker,
+        ):
+            worker.carry_out(0)
+
+
+def test_errors_of_stored_plans_are_sentences(tmp_path):
+    made = stored(tmp_path)
+    with pytest.raises(BenchError, match="has no shard 99"):
+        made.jobs(99)
+    with pytest.raises(FileError, match="is not part of a stored plan"):
+        StoredPlan(tmp_path / "nowhere" / "x").jobs(0)
+    path = made.folder / "plan.json"
+    facts = json.loads(path.read_text())
+    path.write_text(json.dumps(facts | {"plan": {**facts["plan"], "strange": 1}}))
+    with pytest.raises(FileError, match="another version of retarget-bench"):
+        StoredPlan(made.folder).plan  # noqa: B018
+    path.unlink()
+    with pytest.raises(BenchError, match="is gone: its run has ended"):
+        made.write_part(0, [])
+
+
+def test_paths_of_data_are_stored_in_full(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("motions").mkdir()
+    spec = located_data(Spec.parse("folder[root=motions]"))
+    assert spec == Spec("folder", {"root": str(tmp_path / "motions")})
+
+
+# ------------------------------------------------------------------------------------------------- cutting
+times = st.lists(st.floats(0.001, 20), min_size=1, max_size=400)
+
+
+@given(times)
+def test_shards_keep_all_jobs_in_order_and_are_of_half_a_minute_to_two(seconds):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(shards, "SHORTEST", 30.0)
+        made = shards.cut(seconds, lambda job: job)
+    assert [job for shard in made for job in shard] == seconds
+    if sum(seconds) > 60:
+        assert max(map(sum, made)) < 120 + 20
+        assert sum(seconds) / len(made) > 20
+
+
+# ------------------------------------------------------------------------------------------------- options
+@pytest.mark.parametrize(
+    ("executor", "words"),
+    [
+        ("rai", "no executor is called rai; there are local, ray, slurm, hand"),
+        ("local[cpus=2]", "the executor local takes no parameters"),
+        ("ray[cpu=2]", "did you mean cpus"),
+        ("ray[", "expected a parameter's name"),
+    ],
+)
+def test_an_executor_that_there_is_not_is_told(tmp_path, executor, words):
+    with pytest.raises(BenchError) as caught:
+        run(tmp_path, executor)
+    assert words in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_suite_file_may_name_it(tmp_path):
+    (tmp_path / "suite.toml").write_text('executor = "slurm[partition=cpu]"')
+    assert suite.read(tmp_path / "suite.toml") == {"executor": "slurm[partition=cpu]"}
+
+
+def test_an_executor_is_no_part_of_keys(tmp_path):
+    run(tmp_path, "shuffled", "copy_rotations")
+    (header,) = [store.read_header(place.header) for place in store.find_results(tmp_path)]
+    run(tmp_path, "local", "copy_rotations")
+    (again,) = [store.read_header(place.header) for place in store.find_results(tmp_path)]
+    assert again == header  # its date included: nothing was computed
