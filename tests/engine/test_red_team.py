@@ -136,3 +136,28 @@ def test_folders_of_killed_runs_are_removed_by_the_next(tmp_path, monkeypatch):
         assert mine.is_dir()
     left = {each.name for each in tmp_path.iterdir()}
     assert left == {f"retarget-bench-{os.getpid()}-x", "retarget-bench-somebody-x"}
+
+
+@pytest.mark.parametrize("where", ["", f"@{sys.executable}"], ids=["forked", "elsewhere"])
+def test_a_hanging_method_ends_with_a_run_that_is_killed(tmp_path, where):
+    """All processes but that of the method are killed at once."""
+    plugins = [HERE / "toys" / "toy_cases.py", HERE / "red_team" / "hostile.py"]
+    line = [sys.executable, "-m", "retarget_bench", "run", f"hostile[does=sleep]{where}", "-d", "toy_cases"]
+    line += [*(f"--plugin={file}" for file in plugins), "-j", "1", "--out", str(tmp_path / "runs")]
+    environment = os.environ | {
+        "PYTHONPATH": str(HERE.parents[1]),
+        "RETARGET_BENCH_NAP": str(tmp_path / "nap"),
+    }
+    with subprocess.Popen(
+        line, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as run:
+        deadline = time.monotonic() + 60
+        while not (tmp_path / "nap").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        sleeper = int((tmp_path / "nap").read_text())
+        for each in [*psutil.Process(run.pid).children(recursive=True), psutil.Process(run.pid)]:
+            if each.pid != sleeper:
+                each.kill()
+    while psutil.pid_exists(sleeper) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not psutil.pid_exists(sleeper)

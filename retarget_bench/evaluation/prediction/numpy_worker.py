@@ -14,7 +14,10 @@ import importlib.util
 import json
 import os
 import platform
+import select
+import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
@@ -100,6 +103,21 @@ def answer(question: dict[str, Any], retarget: Callable, parameters: dict[str, A
     return {"status": status, "message": message, "seconds": time.perf_counter() - start}
 
 
+def end_with(reading: int) -> None:
+    """From now on, this process ends when whoever asks it does, whatever it is at, with what it started."""
+
+    def watch() -> None:
+        poll = select.poll()
+        poll.register(reading, 0)  # hang-ups are told in any case
+        poll.poll()
+        if os.getpgrp() == os.getpid():
+            os.killpg(os.getpid(), signal.SIGKILL)
+        os._exit(1)
+
+    if hasattr(select, "poll"):
+        threading.Thread(target=watch, daemon=True).start()
+
+
 def code(path: Path) -> Any:
     """The module in a file, imported in its own folder, where it finds its files."""
     os.chdir(str(path.parent))
@@ -117,6 +135,7 @@ def main() -> None:
     """Answer until the standard input ends."""
     questions, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
     os.dup2(2, 1)  # what the code prints goes to the log
+    end_with(questions.fileno())
     faulthandler.enable()
 
     def say(message: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 from retarget_bench.errors import BenchError, one_line
 from retarget_bench.evaluation.prediction.answering import Desk
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
+from retarget_bench.evaluation.prediction.numpy_worker import end_with
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
@@ -25,6 +26,7 @@ def begin(start: Mapping[str, Any], reading: int, writing: int) -> None:
     with suppress(AttributeError, PermissionError):  # where there is none, or it leads a group already
         os.setsid()  # whoever ends this process ends what it started
     _print_into(start["log"])
+    end_with(reading)
     channel = Channel(reading, writing)
     with suppress(Closed):
         channel.send(_ready(start, channel))

@@ -58,6 +58,12 @@ class Hostile:
         while True:
             pass
 
+    def _sleep(self, target):
+        note = Path(os.environ["RETARGET_BENCH_NAP"])
+        note.with_suffix(".new").write_text(str(os.getpid()))
+        note.with_suffix(".new").rename(note)
+        time.sleep(3600)
+
     def _fork(self, target):
         """Two processes come back where one was asked."""
         os.fork()
