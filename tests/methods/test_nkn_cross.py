@@ -15,6 +15,7 @@ from retarget_bench.methods.nkn_cross import plugin
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.phases import to_device
 
 SMALL = {"hidden": 12, "facing": 3.0}
 CAST = {
@@ -158,3 +159,42 @@ def test_with_one_structure_it_is_nkn():
         sum(each.numel() for each in made.modules["generator"].parameters()) for made in (ours, theirs)
     ]
     assert sizes == [5_870_172, 5_870_172]
+
+
+@pytest.mark.parametrize("name", ["one", "bendy"])
+def test_ends_are_seen_in_lengths_of_their_chains(made, name):
+    """As far from the hips as in the motion, over the bones in between at rest."""
+    character, other = CAST[name], CAST["bendy" if name == "one" else "one"]
+    motion = dance(character)
+    poses = torch.from_numpy(plugin(**SMALL).see(motion).poses)[:, None]
+    joints, lengths = made.ends.shares([name], [other.name])[0]
+    seen = made.ends.seen(poses, [(torch.from_numpy(joints), torch.from_numpy(lengths))], 0)
+    body = plugin(**SMALL).body(character)
+    for number, joint in enumerate(body.joints[index] for index in joints):
+        chain, at = 0.0, joint
+        while at != body.joints[0]:
+            chain, at = (
+                chain + np.linalg.norm(character.skeleton.offsets[at]),
+                character.skeleton.parents[at],
+            )
+        away = np.linalg.norm(motion.positions[:, joint] - motion.positions[:, body.joints[0]], axis=-1)
+        assert torch.linalg.norm(seen[:, 0, number], dim=-1).numpy() == pytest.approx(
+            away / chain, rel=1e-4
+        )
+    assert len(joints) == 9
+
+
+def test_ends_count_between_structures_alone(made):
+    terms = {own: _ends_term(made, own) for own in (True, False)}
+    assert terms[True] == (0.0, 0.0)
+    assert min(terms[False]) > 0.0
+    assert training_module(plugin(**SMALL, ends=0.0), cast=CAST).ends is None
+
+
+def _ends_term(made, own: bool) -> tuple[float, float]:
+    for seed in range(50):
+        drawn = made.draw(np.random.default_rng(seed), 2)
+        if all((group["structures"][0] == group["structures"][1]) == own for group in drawn["groups"]):
+            found = made.losses("generator", to_device(drawn, torch.device("cpu")), {})
+            return float(found["ends"]), float(found["ends_moves"])
+    raise LookupError("no such batch was drawn")
