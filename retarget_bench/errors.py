@@ -47,5 +47,8 @@ class Unusable(BenchError):
 def one_line(error: BaseException) -> str:
     """An error of a plug-in, with the line that raised it."""
     where = traceback.extract_tb(error.__traceback__)[-1]
-    text = " ".join(str(error).split()) or "no message"
+    try:
+        text = " ".join(str(error).split()) or "no message"
+    except Exception:  # of a class of its own
+        text = "no message that can be read"
     return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"

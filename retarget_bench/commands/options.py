@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -175,17 +176,29 @@ seeds_option = click.option(
     metavar="N",
     help="Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
 )
+
+
+class _Limit(click.FloatRange):
+    """A range that has no place for what is no number."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        found: float = super().convert(value, param, ctx)
+        if math.isnan(found):
+            self.fail(f"{value} is no number", param, ctx)
+        return found
+
+
 limit_options = together(
     click.option(
         "--timeout",
-        type=click.FloatRange(min=0, min_open=True),
+        type=_Limit(min=0, min_open=True, max=1e9, max_open=True),
         metavar="SECONDS",
         help="A method that has not answered a case by then has failed on it. [default: a minute, and a "
         "second for each frame]",
     ),
     click.option(
         "--memory",
-        type=click.FloatRange(min=0, min_open=True),
+        type=_Limit(min=0, min_open=True, max=1e9, max_open=True),
         metavar="GB",
         help="A method that takes more while it answers a case has failed on it. [default: no limit]",
     ),

@@ -24,6 +24,8 @@ from retarget_bench.results import store
 Redo = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
 
+MOST = 1e9
+"""No limit in seconds or gigabytes is as large."""
 OWN_CASES = (RETARGET, "probe")
 """Tasks whose cases are the data set's own."""
 LAYERS, FEATURES = "training.layers", "training.features"

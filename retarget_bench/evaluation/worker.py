@@ -127,7 +127,8 @@ def _outcomes(job: CaseJob, part: JobPart, cases: Mapping[str, Case]) -> dict[st
     new = [case for case, outcome in found.items() if outcome is None]
     made = _predicted(job, part, cases) if new else {}
     for case in new:
-        _store(paths, part.keys[case], cases[case], made[case])
+        if made[case].status != "missing":
+            _store(paths, part.keys[case], cases[case], made[case])
     return {case: outcome or made[case] for case, outcome in found.items()}
 
 

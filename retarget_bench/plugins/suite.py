@@ -40,8 +40,8 @@ class Suite(BaseModel):
     )
     out: str | None = None
     plugin: Names | None = None
-    timeout: float | None = Field(default=None, gt=0)
-    memory: float | None = Field(default=None, gt=0)
+    timeout: float | None = Field(default=None, gt=0, lt=1e9)
+    memory: float | None = Field(default=None, gt=0, lt=1e9)
     executor: str | None = None
 
 

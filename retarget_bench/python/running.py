@@ -69,8 +69,8 @@ def run(
         if number is not None and number < 1:
             raise BenchError(f"{name} is {number}; at least 1 is needed")
     for name, limit in (("timeout", timeout), ("memory", memory)):
-        if limit is not None and not limit > 0:
-            raise BenchError(f"{name} is {limit:g}; it must be above 0")
+        if limit is not None and not 0 < limit < plans_.MOST:
+            raise BenchError(f"{name} is {limit:g}; it must be above 0 and below {plans_.MOST:g}")
     if not isinstance(methods, tuple) and not len(list(_several(methods))):
         raise BenchError(
             "methods is empty, so that nothing is to be run; name some, or leave it out for all that are "

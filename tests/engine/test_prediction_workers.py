@@ -2,10 +2,13 @@
 
 import json
 import os
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,7 +19,7 @@ from retarget_bench.evaluation.plan import dataset
 from retarget_bench.evaluation.predict import Inputs, context_for, predict
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
-from retarget_bench.evaluation.prediction.workers import PATIENCE, Crew, Limits
+from retarget_bench.evaluation.prediction.workers import LONGEST_LOG, PATIENCE, Crew, Limits
 from retarget_bench.motion.ground import Ground
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -179,6 +182,9 @@ def test_privileged_motions_are_handed_over_when_they_are_looked_at(crew, case):
         ("wishes", "failed", "asks for what there is not"),
         ("unbuilt", "failed", "no such thing"),
         ("leaves_at_once", "failed", "exit code 4"),
+        ("exit", "failed", "SystemExit: out of here"),
+        ("unreadable", "failed", "Odd: no message that can be read"),
+        ("surrogate", "failed", "half a character: ?"),
     ],
 )
 def test_whatever_else_comes_is_a_status(crew, case, tmp_path, does, status, words):
@@ -209,6 +215,50 @@ def test_a_method_that_never_answers_is_given_up(tmp_path, case):
         assert messages[-1].startswith("not asked: 3 cases before this got no answer within 0.3 s")
     finally:
         crew.close()
+
+
+def test_what_a_hanging_method_prints_is_kept_up_to_a_limit(tmp_path, case):
+    crew = Crew(tmp_path / "crew", registry.files(), Limits(timeout=2.0))
+    try:
+        for does, words in (("words", b"step 3"), ("flood", b"xxxx")):
+            worker = crew.worker(Spec("impostor", {"does": does}))
+            worker.log = tmp_path / f"{does}.log"
+            assert "no answer" in worker.ask([asked(case)])[0].message
+            assert worker.log.read_bytes().startswith(words)
+            assert worker.log.stat().st_size < LONGEST_LOG + 100
+            assert sum(each.stat().st_size for each in worker.folder.iterdir()) < 2**29
+    finally:
+        crew.close()
+
+
+def test_a_method_that_removes_the_folder_of_its_questions_harms_itself(crew, case):
+    worker = crew.worker(Spec("impostor", {"does": "no_folder"}))
+    found = [worker.ask([asked(case)])[0] for _ in range(4)]
+    assert {each.status for each in found} == {"failed"}
+    assert "RuntimeError: gone" in found[0].message
+    assert all("gone" in each.message or "was changed" in each.message for each in found)
+    assert crew.worker(Spec("copy_rotations")).ask([asked(case)])[0].status == "ok"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a process finds such children on Linux alone")
+def test_what_a_method_leaves_behind_ends_with_it(crew, case):
+    seconds = f"{4000 + os.getpid() % 1000}.125"
+    assert (
+        crew.worker(Spec("impostor", {"does": "daemon", "note": seconds})).ask([asked(case)])[0].status
+        == "ok"
+    )
+
+    def there() -> list[psutil.Process]:
+        return [
+            each for each in psutil.process_iter(["cmdline"]) if seconds in (each.info["cmdline"] or ())
+        ]
+
+    deadline = time.monotonic() + 5
+    while not there() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert there()
+    crew.close()
+    assert not there()
 
 
 def test_time_limits_grow_with_the_frames(case):

@@ -56,12 +56,23 @@ def start(environment: str, log: Path, mark: str) -> tuple[launch.Spawned, Mappi
         facts = said and said.get("environment")
     except Closed as error:
         facts, why = None, str(error)
-    if isinstance(facts, dict) and all(name in facts for name in FACTS):
+    except BaseException:  # Ctrl-C
+        launch.end(started)
+        raise
+    if isinstance(facts, dict) and _sound(facts):
         return started, {name: facts[name] for name in FACTS}
     launch.end(started)
     printed = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
     last = printed[-1].strip() if printed else why or "it does not tell its environment"
     raise CannotStart(f"no worker can be started by {environment!r}: {last}")
+
+
+def _sound(facts: Mapping[str, Any]) -> bool:
+    """True if a worker tells its environment as it should."""
+    texts = [facts.get(name) for name in FACTS if name != "packages"]
+    packages = facts.get("packages")
+    named = isinstance(packages, dict) and all(isinstance(each, str) for each in packages.values())
+    return named and all(isinstance(each, str) and each.strip() for each in texts)
 
 
 @cache

@@ -5,7 +5,7 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
@@ -155,18 +155,30 @@ def end_orphans(mark: str, workers: Sequence[int], template: int = 0) -> None:
 
     workers: those that may live, with what they started. template: it lives, what it started may not.
     """
+    adopted = children(template) if template else []
     for each in psutil.process_iter():
         with suppress(psutil.Error):
-            if each.pid in (*workers, template) or each.environ().get(MARK) != mark:
+            if each.pid in (*workers, template):
+                continue
+            if each.pid not in adopted and each.environ().get(MARK) != mark:
                 continue
             if not {parent.pid for parent in each.parents()} & set(workers):
                 each.kill()
 
 
-def memory_of(pid: int) -> int:
-    """Bytes that a process and its descendants hold; 0 where it is gone."""
-    try:
-        process = psutil.Process(pid)
-        return sum(each.memory_info().rss for each in [process, *process.children(recursive=True)])
-    except psutil.Error:
-        return 0
+def children(pid: int) -> list[int]:
+    """The processes that a process has started or, as a template does, taken over from those that ended."""
+    with suppress(psutil.Error):
+        return [each.pid for each in psutil.Process(pid).children()]
+    return []
+
+
+def memory_of(pids: Iterable[int]) -> int:
+    """Bytes that processes and their descendants hold."""
+    total = 0
+    for pid in pids:
+        with suppress(psutil.Error):
+            process = psutil.Process(pid)
+            for each in [process, *process.children(recursive=True)]:
+                total += each.memory_info().rss
+    return total

@@ -3,15 +3,19 @@
 It holds no data set, no reference and no method, and imports none: what it forks begins as empty as it is.
 """
 
+import ctypes
 import gc
 import importlib
 import json
 import os
 import signal
 import socket
+import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
+
+import psutil
 
 from retarget_bench.evaluation.prediction import starting
 
@@ -19,6 +23,7 @@ from retarget_bench.evaluation.prediction import starting
 def main(descriptor: int, preload: Sequence[str]) -> None:
     """Fork workers as asked over a socket until it closes; then end them with all that they started."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the asking process decides
+    _adopt()
     for module in preload:
         with suppress(ImportError):
             importlib.import_module(module)
@@ -39,7 +44,19 @@ def main(descriptor: int, preload: Sequence[str]) -> None:
                 break
     for pid in living:
         end_group(pid)
-        os.waitpid(pid, 0)  # so that its processor time counts as ours
+    while left := psutil.Process().children(recursive=True):  # also what has left its worker's group
+        for each in left:
+            with suppress(psutil.Error):
+                each.kill()
+        with suppress(ChildProcessError):
+            os.waitpid(-1, 0)  # so that their processor time counts as ours
+
+
+def _adopt() -> None:
+    """Become the parent of whatever workers leave behind, so that it is found; Linux alone has that."""
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(36, 1, 0, 0, 0)  # PR_SET_CHILD_SUBREAPER
 
 
 def _received(asking: socket.socket) -> tuple[dict[str, Any], list[int]] | None:

@@ -7,8 +7,10 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from errno import ENOSPC
 from itertools import count
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 from retarget_bench.api import Case, Context
@@ -102,6 +104,12 @@ class Crew:
         living = [each.pid for each in self._workers.values() if each.pid]
         launch.end_orphans(self._mark, living, self._template.pid if self._template else 0)
 
+    def memory_of(self, pid: int) -> int:
+        """Bytes of a worker that is answering, with all that it started."""
+        living = {each.pid for each in self._workers.values()}
+        adopted = launch.children(self._template.pid) if self._template else []
+        return launch.memory_of([pid, *(each for each in adopted if each not in living)])
+
     def close(self) -> None:
         for each in self._workers.values():
             each.end()
@@ -133,23 +141,43 @@ class PredictionWorker:
         self._hopeless = ""
         self._late = 0  # cases in a row without an answer in time
         self._starts = 0  # attempts in a row that ended before the method was built
-        self._numbers = count()
+        self._given_up = ""
         self._questions: Sequence[Asked] = ()
+        self._folders = (self.folder / str(number) for number in count())
+        self._own_folder()
+
+    def _own_folder(self) -> None:
+        """A new folder for questions, answers and what the method writes."""
+        self.folder = next(self._folders)
         (self.folder / "work").mkdir(parents=True)
         self._printed = self.folder / "printed.txt"
 
+    def _new_path(self, end: str = ".npz") -> Path:
+        """Of a file that the method cannot have put something else in the place of beforehand."""
+        return self.folder / f"{token_hex(8)}{end}"
+
     def ask(self, asked: Sequence[Asked], repeat: int = 1) -> list[Outcome]:
         """The verified outcome of every case; never an exception but OSError, where the disk is full.
+        After too many cases without an answer in time it is ``missing``: another run may ask again.
 
         A process that ends is asked once more, since somebody else may have killed it. Where several are
         asked together and that ends badly, each is asked on its own.
         """
-        trouble = None
+        trouble: Trouble | None = None
         for _ in range(2):
+            if self._given_up:
+                return [Outcome("missing", self._given_up) for _ in asked]
             if self._hopeless:
                 return [Outcome("failed", self._hopeless) for _ in asked]
             try:
                 outcomes = self._exchange(asked, repeat)
+            except OSError as error:
+                self.end()
+                if error.errno == ENOSPC:
+                    raise
+                self._own_folder()
+                trouble = Beyond(f"the folder of its questions was changed ({error.strerror})")
+                break
             except Trouble as error:
                 trouble = error
                 self.end()
@@ -160,7 +188,7 @@ class PredictionWorker:
                 self._late = 0
                 self._keep_log()
                 return outcomes
-        if len(asked) > 1 and not self._hopeless:
+        if len(asked) > 1 and not self._hopeless and not self._given_up:
             return [outcome for each in asked for outcome in self.ask([each], repeat)]
         return [Outcome("failed", str(trouble)) for _ in asked]
 
@@ -225,17 +253,16 @@ class PredictionWorker:
             raise Beyond(self._hopeless)
 
     def _question(self, case: Case, context: Context) -> dict[str, Any]:
-        number = next(self._numbers)
-        source = files.write_motion(self.folder / f"{number}.npz", case.source)
+        source = files.write_motion(self._new_path(), case.source)
         return {
             "source": str(source),
             "source_character": str(files.write_character(self.folder, case.source.character)),
             "target_character": str(files.write_character(self.folder, case.target)),
-            "answer": str(self.folder / f"{number}-answer.npz"),
-            "context": self._context(number, context),
+            "answer": str(self._new_path()),
+            "context": self._context(context),
         }
 
-    def _context(self, number: int, context: Context) -> dict[str, Any]:
+    def _context(self, context: Context) -> dict[str, Any]:
         """What a method may know, as JSON; clips and training motion are handed over when asked for."""
         said: dict[str, Any] = {
             "seed": context.seed,
@@ -248,15 +275,15 @@ class PredictionWorker:
             said["ground"] = files.ground_facts(context.ground)
         for kind in ("reference", "second_reference"):
             if (motion := getattr(context, kind)) is not None:
-                said[kind] = self._place(self.folder / f"{number}-{kind}.npz", motion)
+                said[kind] = self._place(motion)
         for kind in ("other_clips", "target_motions"):
             if (clips := getattr(context, kind)) is not None:
                 said[kind] = len(clips)
         return said
 
-    def _place(self, path: Path, motion: Any) -> dict[str, str]:
+    def _place(self, motion: Any) -> dict[str, str]:
         body = files.write_character(self.folder, motion.character)
-        return {"motion": str(files.write_motion(path, motion)), "character": str(body)}
+        return {"motion": str(files.write_motion(self._new_path(), motion)), "character": str(body)}
 
     # ---------------------------------------------------------------------------------- answers
     def _reply(self, seconds: float, cases: int) -> dict[str, Any]:
@@ -269,10 +296,12 @@ class PredictionWorker:
             except Late:
                 self._late += 1
                 if self._late >= PATIENCE:
-                    self._hopeless = f"not asked: {PATIENCE} cases before this got {late}"
+                    self._given_up = f"not asked: {PATIENCE} cases before this got {late}"
                 raise
             if "answers" in said:
                 return said
+            if "broken" in said:
+                raise Beyond(_text(said["broken"]))
             self._send(self._given(said))
 
     def _given(self, wish: Mapping[str, Any]) -> dict[str, Any]:
@@ -287,27 +316,26 @@ class PredictionWorker:
                 here = {str(files.write_character(self.folder, body)): body for body in bodies}
                 mesh = here[wish["character"]].mesh
                 assert mesh is not None
-                path = Path(wish["character"]).with_suffix(".mesh.npz")
-                return {"mesh": str(files.write_mesh(path, mesh))}
+                return {"mesh": str(files.write_mesh(self._new_path(), mesh))}
             if kind not in ("other_clips", "target_motions"):
                 raise KeyError(kind)
             clip = getattr(context, kind)[int(wish["index"])]
-            return self._place(self.folder / f"{next(self._numbers)}.npz", clip)
+            return self._place(clip)
         except NotSupported as error:
             return {"why": str(error)}
-        except (KeyError, IndexError, TypeError, ValueError, AssertionError) as error:
+        except (KeyError, IndexError, TypeError, ValueError, AssertionError, OverflowError) as error:
             raise Beyond(f"the method's process asks for what there is not ({error})") from error
 
     def _outcome(self, case: Case, path: Path, said: Any) -> Outcome:
         """The answer in a file, if it is a motion that fits the case."""
         try:
-            status, message = str(said["status"]), str(said["message"])
+            status, message = str(said["status"]), _text(said["message"])
             self.seconds = float(said["seconds"])
         except (KeyError, TypeError, ValueError):
             raise Beyond(NONSENSE) from None
         if status != "ok":
             known = status if status in ("unsupported", "invalid") else "failed"
-            return Outcome(known, message[:LONGEST_MESSAGE])
+            return Outcome(known, message)
         try:
             _check_file(path, case)
             return Outcome(
@@ -341,7 +369,9 @@ class PredictionWorker:
                     if (said := started.channel.receive(0.0)) is not None:
                         return said
                 raise Trouble(f"the method's process ended ({how})")
-            if self.limits.memory and launch.memory_of(started.pid) > self.limits.memory:
+            if self._printed_much():
+                self._keep_log()
+            if self.limits.memory and self.crew.memory_of(started.pid) > self.limits.memory:
                 allowed = self.limits.memory / 2**30
                 raise Beyond(
                     f"the method took more than {allowed:.3g} GB of memory (--memory sets the limit)"
@@ -357,6 +387,11 @@ class PredictionWorker:
             time.sleep(0.05)
         return f"the method's process cannot be talked to: {closed}"
 
+    def _printed_much(self) -> bool:
+        with suppress(OSError):
+            return self._printed.stat().st_size > LONGEST_LOG
+        return False
+
     def _keep_log(self) -> None:
         """Bring what was printed to the log, up to its limit."""
         with suppress(OSError):
@@ -370,6 +405,11 @@ class PredictionWorker:
                     if length > LONGEST_LOG - kept:
                         log.write(b"\n... what came after this is not kept\n")
             os.truncate(self._printed, 0)
+
+
+def _text(said: Any) -> str:
+    """A reason as it can be written: not too long, and of characters that there are."""
+    return str(said)[:LONGEST_MESSAGE].encode("utf-8", "replace").decode()
 
 
 def _check_file(path: Path, case: Case) -> None:

@@ -1,6 +1,7 @@
 """A method whose process does not keep to the ways of answering."""
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -73,6 +74,40 @@ class Impostor:
 
     def _far(self, target, context):
         return context.other_clips[10**6]
+
+    def _exit(self, target, context):
+        raise SystemExit("out of here")
+
+    def _unreadable(self, target, context):
+        class Odd(Exception):
+            def __str__(self):
+                raise ValueError
+
+        raise Odd
+
+    def _surrogate(self, target, context):
+        raise ValueError("half a character: \ud800")
+
+    def _flood(self, target, context):
+        while True:
+            os.write(1, b"x" * 2**20)
+
+    def _words(self, target, context):
+        print("step 3")
+        while True:
+            pass
+
+    def _no_folder(self, target, context):
+        shutil.rmtree("..", ignore_errors=True)
+        raise RuntimeError("gone")
+
+    def _daemon(self, target, context):
+        """A process that nobody knows: of no parent, no group, and no environment."""
+        if not os.fork():
+            if not os.fork():
+                os.setsid()
+                os.execve("/bin/sleep", ["sleep", self.note], {})
+            os._exit(0)
 
     def _once(self, target, context):
         """Die at the first attempt only."""
