@@ -17,7 +17,8 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.plan import Plan, dataset, metrics, set_metrics
 from retarget_bench.evaluation.predict import Inputs, Outcome
-from retarget_bench.evaluation.prediction.workers import Crew, Limits, PredictionWorker
+from retarget_bench.evaluation.prediction.limits import Limits
+from retarget_bench.evaluation.prediction.workers import Crew, PredictionWorker
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.files import write_text

@@ -22,7 +22,8 @@ from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan, runner
 from retarget_bench.evaluation.prediction import numpy_worker
-from retarget_bench.evaluation.prediction.workers import Crew, Limits
+from retarget_bench.evaluation.prediction.limits import Limits
+from retarget_bench.evaluation.prediction.workers import Crew
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store

@@ -19,7 +19,8 @@ from retarget_bench.evaluation.plan import dataset
 from retarget_bench.evaluation.predict import Inputs, context_for, predict
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
-from retarget_bench.evaluation.prediction.workers import LONGEST_LOG, PATIENCE, Crew, Limits
+from retarget_bench.evaluation.prediction.limits import LONGEST_LOG, PATIENCE, Limits
+from retarget_bench.evaluation.prediction.workers import Crew
 from retarget_bench.motion.ground import Ground
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec

@@ -13,7 +13,7 @@ from small_plans import asked
 from retarget_bench import files
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.prediction import launch
-from retarget_bench.evaluation.prediction.workers import LONGEST_LOG
+from retarget_bench.evaluation.prediction.limits import LONGEST_LOG
 from retarget_bench.plugins import registry
 from retarget_bench.results import store
 

@@ -1,9 +1,7 @@
 """Prediction workers as the scoring side sees them: asked by files, limited in time and memory, ended."""
 
 import os
-import stat
 import time
-import zipfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -14,54 +12,31 @@ from secrets import token_hex
 from typing import Any
 
 from retarget_bench.api import Case, Context
-from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.evaluation.predict import Outcome, read_prediction
 from retarget_bench.evaluation.prediction import environments, launch
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
+from retarget_bench.evaluation.prediction.limits import (
+    LONGEST_LOG,
+    LOOK,
+    PATIENCE,
+    STARTING,
+    Beyond,
+    Late,
+    Limits,
+    Trouble,
+    check_file,
+    text,
+)
 from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 
-STARTING = 180.0
-"""Seconds in which a method must be built: weights are read, large packages are imported."""
-BASE, PER_FRAME = 60.0, 1.0
-"""Seconds for a case where no limit is given, and for each of its frames."""
-PATIENCE = 3
-"""So many cases without an answer in time, one after the other, and a method is asked no more."""
-LOOK = 0.1
-"""Seconds between two looks at the memory of a process that is answering."""
-LONGEST_LOG = 2**20
-"""Bytes that are kept of what a method prints in a run."""
 NONSENSE = "the method's process does not answer as it should"
-LONGEST_MESSAGE = 1000
-"""Characters of a reason."""
 PRELOAD = ("retarget_bench.evaluation.prediction.starting",)
 """What all workers import; ``torch`` is added where a method of the plan has weights."""
 
 Asked = tuple[Case, Context]
-
-
-@dataclass(frozen=True)
-class Limits:
-    """timeout: seconds for a case; 0: ``BASE`` and ``PER_FRAME``. memory: bytes of a worker; 0: none."""
-
-    timeout: float = 0.0
-    memory: int = 0
-
-    def seconds(self, cases: Sequence[Case]) -> float:
-        return sum(self.timeout or BASE + PER_FRAME * case.source.frames for case in cases)
-
-
-class Trouble(BenchError):
-    """A worker that did not answer: it ended, was too slow, or took too much memory."""
-
-
-class Beyond(Trouble):
-    """A limit that would be passed again: time, memory, or an answer that makes no sense."""
-
-
-class Late(Beyond):
-    """No answer in time."""
 
 
 class Crew:
@@ -301,7 +276,7 @@ class PredictionWorker:
             if "answers" in said:
                 return said
             if "broken" in said:
-                raise Beyond(_text(said["broken"]))
+                raise Beyond(text(said["broken"]))
             self._send(self._given(said))
 
     def _given(self, wish: Mapping[str, Any]) -> dict[str, Any]:
@@ -329,7 +304,7 @@ class PredictionWorker:
     def _outcome(self, case: Case, path: Path, said: Any) -> Outcome:
         """The answer in a file, if it is a motion that fits the case."""
         try:
-            status, message = str(said["status"]), _text(said["message"])
+            status, message = str(said["status"]), text(said["message"])
             self.seconds = float(said["seconds"])
         except (KeyError, TypeError, ValueError):
             raise Beyond(NONSENSE) from None
@@ -337,7 +312,7 @@ class PredictionWorker:
             known = status if status in ("unsupported", "invalid") else "failed"
             return Outcome(known, message)
         try:
-            _check_file(path, case)
+            check_file(path, case)
             return Outcome(
                 "ok", prediction=verified(read_prediction(path, case.target, case.source.fps), case)
             )
@@ -405,26 +380,3 @@ class PredictionWorker:
                     if length > LONGEST_LOG - kept:
                         log.write(b"\n... what came after this is not kept\n")
             os.truncate(self._printed, 0)
-
-
-def _text(said: Any) -> str:
-    """A reason as it can be written: not too long, and of characters that there are."""
-    return str(said)[:LONGEST_MESSAGE].encode("utf-8", "replace").decode()
-
-
-def _check_file(path: Path, case: Case) -> None:
-    """Raises FileError for what is no ordinary file of about the size of an answer."""
-    try:
-        found = path.lstat()
-    except OSError:
-        raise FileError(path, "is not there, although the method's process says so") from None
-    most = 64 * max(case.source.frames, 1) * max(len(case.target.skeleton), 1) + 2**16
-    if not stat.S_ISREG(found.st_mode):
-        raise FileError(path, "is not an ordinary file")
-    try:
-        with zipfile.ZipFile(path) as packed:
-            size = sum(each.file_size for each in packed.infolist())
-    except (OSError, zipfile.BadZipFile) as error:
-        raise FileError(path, f"is not a readable .npz file ({error})") from error
-    if max(size, found.st_size) > most:
-        raise FileError(path, f"holds {size} bytes; {most} are plenty for {case.source.frames} frames")

@@ -1,0 +1,70 @@
+"""What a method may take, and what its answer may be: time, memory, prints, messages, files."""
+
+import stat
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from retarget_bench.api import Case
+from retarget_bench.errors import BenchError, FileError
+
+STARTING = 180.0
+"""Seconds in which a method must be built: weights are read, large packages are imported."""
+BASE, PER_FRAME = 60.0, 1.0
+"""Seconds for a case where no limit is given, and for each of its frames."""
+PATIENCE = 3
+"""So many cases without an answer in time, one after the other, and a method is asked no more."""
+LOOK = 0.1
+"""Seconds between two looks at the memory of a process that is answering."""
+LONGEST_LOG = 2**20
+"""Bytes that are kept of what a method prints in a run."""
+LONGEST_MESSAGE = 1000
+"""Characters of a reason."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """timeout: seconds for a case; 0: ``BASE`` and ``PER_FRAME``. memory: bytes of a worker; 0: none."""
+
+    timeout: float = 0.0
+    memory: int = 0
+
+    def seconds(self, cases: Sequence[Case]) -> float:
+        return sum(self.timeout or BASE + PER_FRAME * case.source.frames for case in cases)
+
+
+class Trouble(BenchError):
+    """A worker that did not answer: it ended, was too slow, or took too much memory."""
+
+
+class Beyond(Trouble):
+    """A limit that would be passed again: time, memory, or an answer that makes no sense."""
+
+
+class Late(Beyond):
+    """No answer in time."""
+
+
+def text(said: Any) -> str:
+    """A reason as it can be written: not too long, and of characters that there are."""
+    return str(said)[:LONGEST_MESSAGE].encode("utf-8", "replace").decode()
+
+
+def check_file(path: Path, case: Case) -> None:
+    """Raises FileError for what is no ordinary file of about the size of an answer."""
+    try:
+        found = path.lstat()
+    except OSError:
+        raise FileError(path, "is not there, although the method's process says so") from None
+    most = 64 * max(case.source.frames, 1) * max(len(case.target.skeleton), 1) + 2**16
+    if not stat.S_ISREG(found.st_mode):
+        raise FileError(path, "is not an ordinary file")
+    try:
+        with zipfile.ZipFile(path) as packed:
+            size = sum(each.file_size for each in packed.infolist())
+    except (OSError, zipfile.BadZipFile) as error:
+        raise FileError(path, f"is not a readable .npz file ({error})") from error
+    if max(size, found.st_size) > most:
+        raise FileError(path, f"holds {size} bytes; {most} are plenty for {case.source.frames} frames")
