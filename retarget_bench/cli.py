@@ -2,8 +2,10 @@
 
 import importlib
 import os
+import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import NoReturn
 
 import click
@@ -105,9 +107,18 @@ def group(traceback: bool) -> None:
         os.environ["RETARGET_BENCH_TRACEBACK"] = "1"
 
 
+def _terminated(number: int, frame: object) -> NoReturn:
+    """Leave as after Ctrl-C: what runs for this process is ended, what it has written is kept."""
+    del frame
+    sys.exit(128 + number)
+
+
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line and exit: 0 done, 1 a check failed, 2 an error, 130 interrupted."""
+    """Run the command line and exit: 0 done, 1 a check failed, 2 an error, 130 interrupted, 143
+    terminated."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
+    with suppress(ValueError):  # only the main thread may
+        signal.signal(signal.SIGTERM, _terminated)
     try:
         status = group.main(list(arguments), prog_name="bench", standalone_mode=False)
     except click.ClickException as error:

@@ -195,6 +195,34 @@ def test_ctrl_c_ends_all_processes_with_one_sentence(tmp_path, bows, here):
     )
 
 
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGTERM")
+def test_a_run_that_is_terminated_leaves_nothing(tmp_path, bows):
+    (tmp_path / "slow.py").write_text(SLOW.format(here=False))
+    line = [
+        sys.executable,
+        "-m",
+        "retarget_bench",
+        "run",
+        "slow",
+        "-d",
+        "bows",
+        "--plugin",
+        "slow.py",
+        *bows,
+    ]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path / "tmp")}
+    (tmp_path / "tmp").mkdir()
+    with subprocess.Popen(line, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL) as process:
+        for _ in range(600):
+            if (tmp_path / "here").exists():
+                break
+            time.sleep(0.05)
+        assert list((tmp_path / "tmp").glob("retarget-bench-*"))
+        process.terminate()
+        assert process.wait(timeout=30) == 143
+    assert not list((tmp_path / "tmp").glob("retarget-bench-*"))
+
+
 def test_a_closed_pipe_is_no_error():
     command = f"{sys.executable} -m retarget_bench list | head -n 1"
     done = subprocess.run(command, shell=True, cwd=ROOT, capture_output=True, text=True, check=True)

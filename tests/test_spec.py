@@ -117,6 +117,7 @@ def test_values_have_the_type_they_look_like(text, expected):
         ("m[a]", "expected '=' after a at character 4"),
         ("m[a=]", "a value for a"),
         ("m[a=1]x", "found 'x'"),
+        ('m@""', "nothing follows @"),
         ("m[a=1 b=2]", "character 8"),
         ("m[a=1,,b=2]", "found ','"),
         ("m[a='x]", "closing quote of a"),

@@ -159,6 +159,10 @@ class _Reader:
         first, posts = self._plugin(), list[Spec]()
         if self._take("@"):
             first = replace(first, environment=self._environment())
+            if not first.environment.strip():
+                raise BenchError(
+                    f"{self.text}: nothing follows @; name a Python, or a command that starts one"
+                )
         while self._take("+"):
             posts.append(self._plugin())
         if self.at < len(self.text):
