@@ -219,7 +219,7 @@ def test_a_method_that_never_answers_is_given_up(tmp_path, case):
 
 
 def test_what_a_hanging_method_prints_is_kept_up_to_a_limit(tmp_path, case):
-    crew = Crew(tmp_path / "crew", registry.files(), Limits(timeout=2.0))
+    crew = Crew(tmp_path / "crew", registry.files(), Limits(timeout=1.0))
     try:
         for does, words in (("words", b"step 3"), ("flood", b"xxxx")):
             worker = crew.worker(Spec("impostor", {"does": does}))

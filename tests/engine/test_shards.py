@@ -135,6 +135,7 @@ def test_a_shard_that_ends_without_its_answers_is_lost(tmp_path, monkeypatch):
 
 
 # ------------------------------------------------------------------------------------------------- by hand
+@pytest.mark.slow
 @pytest.mark.processes
 def test_a_shard_is_killed_and_carried_out_again(tmp_path):
     """At any moment: what it finished is not computed anew, and nothing is torn."""
