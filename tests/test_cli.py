@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -158,35 +159,31 @@ class plugin:
 '''
 
 
-@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
-@pytest.mark.parametrize("here", [True, False], ids=["in the command", "in a worker"])
-def test_ctrl_c_ends_all_processes_with_one_sentence(tmp_path, bows, here):
-    (tmp_path / "slow.py").write_text(SLOW.format(here=here))
-    command = [
-        sys.executable,
-        "-m",
-        "retarget_bench",
-        "run",
-        "slow",
-        "-d",
-        "bows",
-        "--plugin",
-        "slow.py",
-        *bows,
-    ]
+def sleeping_run(folder: Path, bows: Sequence[str], here: bool) -> subprocess.Popen[str]:
+    """A run that sleeps, in the command or in a worker; its temporary files are in ``folder / "tmp"``."""
+    (folder / "slow.py").write_text(SLOW.format(here=here))
+    (folder / "tmp").mkdir()
+    line = [sys.executable, "-m", "retarget_bench", "run", "slow", "-d", "bows", "--plugin", "slow.py"]
     process = subprocess.Popen(
-        command,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        [*line, *bows],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder / "tmp")},
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
     for _ in range(600):
-        if (tmp_path / "here").exists():
-            break
+        if (folder / "here").exists():
+            return process
         time.sleep(0.05)
-    assert (tmp_path / "here").exists()
+    process.kill()
+    raise TimeoutError("the run did not come to sleep")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+@pytest.mark.parametrize("here", [True, False], ids=["in the command", "in a worker"])
+def test_ctrl_c_ends_all_processes_with_one_sentence(tmp_path, bows, here):
+    process = sleeping_run(tmp_path, bows, here)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130
@@ -197,26 +194,7 @@ def test_ctrl_c_ends_all_processes_with_one_sentence(tmp_path, bows, here):
 
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGTERM")
 def test_a_run_that_is_terminated_leaves_nothing(tmp_path, bows):
-    (tmp_path / "slow.py").write_text(SLOW.format(here=False))
-    line = [
-        sys.executable,
-        "-m",
-        "retarget_bench",
-        "run",
-        "slow",
-        "-d",
-        "bows",
-        "--plugin",
-        "slow.py",
-        *bows,
-    ]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path / "tmp")}
-    (tmp_path / "tmp").mkdir()
-    with subprocess.Popen(line, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL) as process:
-        for _ in range(600):
-            if (tmp_path / "here").exists():
-                break
-            time.sleep(0.05)
+    with sleeping_run(tmp_path, bows, here=False) as process:
         assert list((tmp_path / "tmp").glob("retarget-bench-*"))
         process.terminate()
         assert process.wait(timeout=30) == 143

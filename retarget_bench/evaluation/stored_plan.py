@@ -169,6 +169,7 @@ class StoredPlan:
                 {},
                 unit["seeded_as"],
                 Inputs(**{name: _tuple(value) for name, value in unit["inputs"].items()}),
+                unit["lock"],
             )
             for unit in self.facts["units"]
         ]
@@ -236,6 +237,7 @@ def _unit_facts(part: JobPart, keys: Mapping[str, str]) -> dict[str, Any]:
         "place": [paths.dataset, paths.task, paths.split, paths.method],
         "seeded_as": part.seeded_as,
         "inputs": vars(part.inputs),
+        "lock": part.lock,
         "keys": dict(keys),
     }
 

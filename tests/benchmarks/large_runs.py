@@ -230,6 +230,27 @@ def main() -> None:
         head = ["| " + " | ".join(FIELDS) + " |", "|" + "---|" * len(FIELDS)]
         lines = ["| " + " | ".join(str(row[name]) for name in FIELDS) + " |" for row in rows]
         write_text(given.output.with_suffix(".md"), "\n".join([*head, *lines]) + "\n")
+        draw(rows, given.output.with_suffix(".png"))
+
+
+def draw(rows: Sequence[dict[str, Any]], path: Path) -> None:
+    """Processor time and memory over the number of cases, both logarithmic."""
+    from matplotlib import pyplot
+
+    figure, (time_axis, memory_axis) = pyplot.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    for axis, name, title in (
+        (time_axis, "processor_s", "processor time, seconds"),
+        (memory_axis, "peak_mb", "peak memory, MB"),
+    ):
+        for what in dict.fromkeys(row["what"] for row in rows):
+            mine = [row for row in rows if row["what"] == what]
+            axis.loglog(
+                [row["cases"] for row in mine], [float(row[name]) for row in mine], marker="o", label=what
+            )
+        axis.set(xlabel=f"cases of each of {rows[0]['methods']} methods", title=title)
+        axis.grid(alpha=0.3)
+    time_axis.legend()
+    figure.savefig(path, dpi=110)
 
 
 if __name__ == "__main__":

@@ -198,6 +198,13 @@ def test_whatever_else_comes_is_a_status(crew, case, tmp_path, does, status, wor
     assert secret.exists()
 
 
+def test_no_file_of_a_question_stays(crew, case):
+    for method in ("reference", "other_clip"):
+        asked_here = asked(case, needs=("reference", "other_clips"))
+        assert crew.worker(Spec(method)).ask([asked_here])[0].status == "ok"
+        assert not list(crew.worker(Spec(method)).folder.glob("*.npz"))
+
+
 def test_a_process_that_somebody_killed_is_asked_again(crew, case, tmp_path):
     worker = crew.worker(Spec("impostor", {"does": "once", "note": str(tmp_path / "died")}))
     assert [each.status for each in worker.ask([asked(case)])] == ["ok"]

@@ -12,10 +12,9 @@ from typing import Any
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.prediction import launch
 from retarget_bench.evaluation.prediction.channel import Closed
+from retarget_bench.evaluation.prediction.limits import STARTING
 from retarget_bench.files import digest
 
-STARTING = 180.0
-"""Seconds in which a worker must tell where it runs."""
 BOOT = Path(__file__).with_name("other_python.py")
 NOT_INHERITED = ("PYTHONPATH", "PYTHONHOME", "__PYVENV_LAUNCHER__")
 """Variables that would bring packages of this environment into the other one."""

@@ -1,7 +1,7 @@
 """Files of a question: bodies as JSON, motions as ``.npz`` in double precision, so that nothing is lost."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -138,9 +138,6 @@ class StoredClips:
         motion = read_motion(Path(self._files[index]), self._bodies[index])
         assert isinstance(motion, Motion)
         return motion
-
-    def __iter__(self) -> Iterator[Motion]:
-        return (self[number] for number in range(len(self)))
 
 
 def read_training(folder: Path, body_of: Callable[[str], Character]) -> Cast:

@@ -118,6 +118,7 @@ class PredictionWorker:
         self._starts = 0  # attempts in a row that ended before the method was built
         self._given_up = ""
         self._questions: Sequence[Asked] = ()
+        self._written: list[Path] = []  # files of what is being asked
         self._folders = (self.folder / str(number) for number in count())
         self._own_folder()
 
@@ -127,9 +128,11 @@ class PredictionWorker:
         (self.folder / "work").mkdir(parents=True)
         self._printed = self.folder / "printed.txt"
 
-    def _new_path(self, end: str = ".npz") -> Path:
-        """Of a file that the method cannot have put something else in the place of beforehand."""
-        return self.folder / f"{token_hex(8)}{end}"
+    def _new_path(self) -> Path:
+        """Of a file that the method cannot have put something else in the place of beforehand, and that is
+        removed when the question is answered."""
+        self._written.append(self.folder / f"{token_hex(8)}.npz")
+        return self._written[-1]
 
     def ask(self, asked: Sequence[Asked], repeat: int = 1) -> list[Outcome]:
         """The verified outcome of every case; never an exception but OSError, where the disk is full.
@@ -159,6 +162,9 @@ class PredictionWorker:
                 self._keep_log()
                 if isinstance(error, Beyond):
                     break
+            except BaseException:  # what its process says from now on would answer other questions
+                self.end()
+                raise
             else:
                 self._late = 0
                 self._keep_log()
@@ -182,23 +188,20 @@ class PredictionWorker:
     def _exchange(self, asked: Sequence[Asked], repeat: int) -> list[Outcome]:
         if self._started is None:
             self._start()
-        self._questions = asked
-        questions = [self._question(*each) for each in asked]
-        cases = [case for case, _ in asked]
-        self._send({"ask": questions, "repeat": repeat})
-        said = self._reply(repeat * self.limits.seconds(cases), len(cases))["answers"]
-        if not isinstance(said, list) or len(said) != len(cases):
-            raise Beyond(NONSENSE)
+        self._questions, cases = asked, [case for case, _ in asked]
         try:
-            each = zip(cases, questions, said, strict=True)
-            return [
-                self._outcome(case, Path(question["answer"]), answer) for case, question, answer in each
-            ]
+            questions = [self._question(*each) for each in asked]
+            self._send({"ask": questions, "repeat": repeat})
+            said = self._reply(repeat * self.limits.seconds(cases), len(cases))["answers"]
+            if not isinstance(said, list) or len(said) != len(cases):
+                raise Beyond(NONSENSE)
+            paths = [Path(question["answer"]) for question in questions]
+            return [self._outcome(*each) for each in zip(cases, paths, said, strict=True)]
         finally:
-            for question in questions:
-                for name in ("source", "answer"):
-                    with suppress(OSError):
-                        Path(question[name]).unlink()
+            for path in self._written:
+                with suppress(OSError):
+                    path.unlink()
+            self._written.clear()
 
     def _start(self) -> None:
         start = {
@@ -224,7 +227,7 @@ class PredictionWorker:
             raise
         self._starts = 0
         if "ready" not in said:
-            self._hopeless = str(said.get("broken", NONSENSE))
+            self._hopeless = text(said.get("broken", NONSENSE))
             raise Beyond(self._hopeless)
 
     def _question(self, case: Case, context: Context) -> dict[str, Any]:
