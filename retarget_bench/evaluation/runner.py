@@ -12,6 +12,7 @@ from retarget_bench.evaluation.executors import following
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.jobs import Jobs
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
+from retarget_bench.evaluation.prediction.workers import LEARNED
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
@@ -140,7 +141,7 @@ def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
 
 def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
     """What prediction workers import once for all of them."""
-    return ("torch",) if any(unit.prediction_facts["weights"] for unit in units) else ()
+    return LEARNED if any(unit.prediction_facts["weights"] for unit in units) else ()
 
 
 def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:
