@@ -17,6 +17,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.assets import asset_hashes
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import names
@@ -53,6 +54,11 @@ def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
     for name, each in _working("methods", tell).items():
         card = method_card(each)
         if card.default and task in card.tasks and kind in card.accepts:
+            try:
+                asset_hashes(each)
+            except BenchError as problem:
+                tell(str(problem))
+                continue
             specs += [Spec(name), *(Spec(name, changes) for changes in card.variants)]
     if task != TASKS[0]:
         specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
