@@ -19,7 +19,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .body import FOUR, Assignment, PanBody, aligned, assign, structure_key
+from .body import FOUR, Assignment, PanBody, assign, structure_key, tree_of
 from .features import unfit
 from .layout import Layout, parts_of
 from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
@@ -204,11 +204,11 @@ class Pan(LearnedMethod):
 
     def _own(self, character: Character) -> PanBody:
         """The character in its own structure's layout."""
-        mine = aligned(character)
-        layout = Layout.of(
-            mine.skeleton.parents.tolist(), mine.roles, self._part_map, character.four_legged
-        )
-        return PanBody(character, layout, mine.joints)
+        parents, joints = tree_of(character, self.settings.rerooted)
+        roles = [character.roles[joint] for joint in joints]
+        slots = self.settings.design.slots
+        layout = Layout.of(parents, roles, self._part_map, character.four_legged, slots)
+        return PanBody(character, layout, joints)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:

@@ -1,12 +1,12 @@
 """The features of motions that the networks read and write."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from retarget_bench.motion import facing, root_rules, transfer
+from retarget_bench.motion import facing, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.rates import FPS
@@ -31,7 +31,7 @@ class Features:
     root: the root's channels. ``velocity`` (paper): left, up, ahead of every frame as seen from where the
     body faces, in units per frame, and its turn in radians per frame. ``height``: the same, but how high
     the hips are instead of how they rise, so that errors of height do not add up. ``position`` (released
-    code): the hips in the world, and zero; rotations are not relative to where the body faces.
+    code): the root in the world, and zero; rotations are not relative to where the body faces.
     lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
     (``body``): a movement that is copied then is one that is scaled.
     facing: frames over which the direction that a body faces is averaged.
@@ -54,9 +54,11 @@ class Features:
         """Metres."""
         return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
-    def bones(self, body: PanBody) -> np.ndarray:
-        """``(edges + 1, 3)`` float32, in units; zero for the root."""
-        bones = np.concatenate([body.bones, np.zeros((1, 3))])
+    def bones(self, body: PanBody, tips: Sequence[int] = ()) -> np.ndarray:
+        """``(edges + 1 + tips, 3)`` float32, in units; zero for the root's movement.
+
+        tips: joints of the layout whose ``PanBody.tips`` come last."""
+        bones = np.concatenate([body.bones, np.zeros((1, 3)), *(body.tips[tip][None] for tip in tips)])
         return (bones / self.unit(body.character)).astype(np.float32)
 
     def see(self, motion: Motion, body: PanBody) -> Mapping[str, np.ndarray]:
@@ -64,9 +66,9 @@ class Features:
 
         edges: ``(edges + 1, 4)`` rotations, and the root's channels in the last row.
         turn:  ``(2,)`` where the body faces, the parts of a unit complex number.
-        hips:  ``(3,)`` where they are, in units.
+        hips:  ``(3,)`` where they (or the layout's root) are, in units.
         """
-        hips = transfer.hips(motion) / self.unit(motion.character)
+        hips = body.root(motion) / self.unit(motion.character)
         if self.local:
             turn = facing.facing(motion.positions, motion.character, self.facing)
             rotations = body.see(motion, facing.rotation(turn))

@@ -34,8 +34,8 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
     for name, left_out in ((DOG, {"tail_1", "tail_2"}), ("plain", {"left_hand", "right_arm"})):
         structure = module._structures[name]
         layout = structure.layout
-        hidden = np.flatnonzero(~layout.encoded)
-        assert left_out <= {layout.roles[edge + 1] for edge in hidden}
+        hidden = np.flatnonzero(~layout.encoded[layout.leads])
+        assert left_out <= {layout.roles[layout.leads[edge]] for edge in hidden}
         motion = torch.randn(1, 16, layout.edges + 1, 4)
         code = structure.encoder(motion)
         changed = motion.clone()
@@ -55,7 +55,8 @@ def test_losses_are_over_common_parts_only():
     batch = pan_material.batch(module)
     before = module.losses("generator", batch, {})
     for side in batch["sides"]:
-        hidden = np.flatnonzero(~module._structures[module._names[side["structure"]]].layout.encoded)
+        layout = module._structures[module._names[side["structure"]]].layout
+        hidden = np.flatnonzero(~layout.encoded[layout.leads])
         side["edges"][:, :, hidden] = torch.randn_like(side["edges"][:, :, hidden])
     memory: dict = {}
     after = module.losses("generator", batch, memory)
