@@ -71,7 +71,7 @@ class PanBody:
 
     @cached_property
     def tips(self) -> dict[int, np.ndarray]:
-        """Joint of the layout -> ``(3,)`` metres from it to the end of its last bone, in the reference pose."""
+        """Joint of the layout -> ``(3,)`` metres from it to the end of its bone, in the reference pose."""
         character, found = self.character, {}
         for site in reversed(character.skeleton.end_sites):
             if site.parent in self.joints:

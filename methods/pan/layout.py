@@ -140,12 +140,14 @@ class Layout:
 
     @cached_property
     def above(self) -> np.ndarray:
-        """``(edges,)`` the edge that leads to the joint that each edge leaves; -1 at the root. Not of joints."""
+        """``(edges,)`` the edge that leads to the joint that each edge leaves; -1 at the root.
+
+        Not of layouts of joints."""
         return self.turned - 1
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """The edges from whose child no edge leaves. Not of joints."""
+        """The edges from whose child no edge leaves. Not of layouts of joints."""
         return np.setdiff1d(np.arange(self.edges), self.above)
 
     @cached_property

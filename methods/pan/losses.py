@@ -71,8 +71,8 @@ class Answer(NamedTuple):
     """A motion as the losses compare it.
 
     edges: normalised channels ``(rows, frames, edges + 1, 4)``. plain: with mean and deviation. local:
-    joints, and tips, relative to the root ``(rows, frames, joints + tips, 3)``. positions: in the world; see
-    ``Weights``. scale: ``(rows,)`` of both, the lengths that positions have, per unit of ``Features``.
+    joints, and tips, relative to the root ``(rows, frames, joints + tips, 3)``. positions: in the world;
+    see ``Weights``. scale: ``(rows,)`` of both, what a unit of ``Features`` is in them.
     """
 
     edges: Tensor
@@ -86,8 +86,8 @@ class Objective:
     """The generator's terms of one step; each is the mean over the structures and pairs that have it, or
     the sum (``Weights.summed``).
 
-    layouts: by structure. tips: joints whose tips are compared. ranges: ``(2,)`` the slowest and the fastest
-    movement of the hips (eq. 20).
+    layouts: by structure. tips: joints whose tips are compared. ranges: ``(2,)`` the slowest and the
+    fastest movement of the hips (eq. 20).
     Terms keep the names that logs and cards have: ``slots`` (edge channels), ``places`` and
     ``again_places`` (joint positions).
     """
@@ -199,13 +199,13 @@ class Objective:
 
 
 def compared_joints(layout: Layout, tips: Sequence[int]) -> list[int]:
-    """The joints of parts, and the root; then their tips, by their place behind all joints.
+    """The joints of parts, then the root; then their tips, by their place behind all joints.
 
     Of tips on four legs the head's is left out, as in the released code."""
-    joints, count = np.flatnonzero(layout.encoded).tolist(), len(layout.parents)
+    (root, *joints), count = np.flatnonzero(layout.encoded).tolist(), len(layout.parents)
     left_out = {"head"} if layout.four_legged else set()
     kept = [n for n, tip in enumerate(tips) if layout.encoded[tip] and layout.roles[tip] not in left_out]
-    return [*joints, *(count + n for n in kept)]
+    return [*joints, root, *(count + n for n in kept)]
 
 
 def ends_of(layout: Layout) -> dict[int, int]:

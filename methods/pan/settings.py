@@ -202,8 +202,8 @@ class Weights:
 
     summed:   terms are added up over structures and pairs of them; else they are means over these.
     across:   answers, and so cycles, are of other structures alone, where there are any.
-    edges:    squared error of the reconstruction in edge channels (eq. 10), normalised; where ``rotations``,
-              of plain rotations alone. moves: of the root's normalised channels, once more.
+    edges:    squared error of the reconstruction in normalised edge channels (eq. 10); where
+              ``rotations``, in plain rotations alone. moves: once more in the root's normalised channels.
     kinematic: of the reconstruction's joints (eq. 13), in heights or in the unit of ``Features``
               (``lengths``). positions: ``world``; ``local``, relative to the root, and the root in the
               world; or ``summed``, as seen from where the body faces, plus the sum of what it moved.

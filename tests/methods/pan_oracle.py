@@ -63,11 +63,11 @@ def tensor(array: np.ndarray) -> Tensor:
 class Theirs:
     """One structure of theirs.
 
-    state, masks: by network (of ``NETWORKS``, and ``discriminator``). names: of its arrays of gradients.
-    bodies: the characters, by name. rows: the row of our bones for each joint of theirs that the skeleton
-    encoder reads. points: which position of theirs each of ours is. motion: ``(rows, frames, edges + 1, 4)``
-    normalised. bones: ``(bodies, edges + 1 + tips, 3)`` cm. heights: ``(bodies,)`` cm, or 1.
-    mean, deviation: ``(statistics, edges + 1, 4)``.
+    state, masks: by network (of ``NETWORKS``, and ``discriminator``). bodies: the characters, by name.
+    rows: the row of our bones for each joint of theirs that the skeleton encoder reads. points: which
+    position of theirs each of ours is. motion: ``(rows, frames, edges + 1, 4)`` normalised. bones:
+    ``(bodies, edges + 1 + tips, 3)`` cm. heights: ``(bodies,)`` cm, or 1. mean, deviation:
+    ``(statistics, edges + 1, 4)``.
     """
 
     arrays: Arrays

@@ -131,8 +131,8 @@ def test_eq_20_of_a_body_that_never_moves_is_finite():
 
 @given(SEEDS)
 def test_end_effectors_move_alike_and_rest_together(seed):
-    """The released code's term: ten heights per frame, and a hundredfold where the *answer* rests, as a mean
-    over those that rest; ours as one over all."""
+    """The released code's term: ten heights per frame, and a hundredfold where the *answer* rests, as a
+    mean over those that rest; ours as one over all."""
     source, answer = arrays(seed, 2, 6, 3, 3)
     source, answer = 0.001 * source, 0.0003 * answer
     a, b = 10 * np.diff(source, axis=1), 10 * np.diff(answer, axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import copy
 from pathlib import Path
 
 import numpy as np
@@ -34,8 +34,15 @@ def relative(found: Tensor, wanted: np.ndarray) -> float:
     return float((found.detach() - given).abs().max() / given.abs().max())
 
 
-def close(found: Tensor, wanted: np.ndarray, name: str = "") -> None:
-    assert relative(found, wanted) < 1e-5, name
+def close(found: Tensor, wanted: np.ndarray, name: str = "", times: float = 1.0) -> None:
+    """times: how much larger the numbers are that these are differences of."""
+    assert relative(found, wanted) < 1e-5 * max(times, 1.0), name
+
+
+def same_velocities(ends: Tensor, wanted: np.ndarray, name: str = "") -> None:
+    """Ten times the differences of positions ``(rows, frames, ends, 3)`` from frame to frame."""
+    times = 10.0 * float(ends.detach().abs().max()) / float(np.abs(wanted).max())
+    close(10.0 * ends.diff(dim=1), wanted, name, times)
 
 
 class Case:
@@ -109,6 +116,13 @@ class Case:
     def _asked(self, source: str, target: str) -> np.ndarray:
         return self.step.get(f"step/{source}_{target}/target_character", np.arange(2))
 
+    def told(self) -> Tensor:
+        """The loss of the discriminators, before there are older answers."""
+        for pool in self.module._discriminators.pools.values():
+            pool.load_state_dict({key: torch.zeros_like(each) for key, each in pool.state_dict().items()})
+            pool._count, pool._full = 0, False
+        return self.module.losses("discriminator", {}, self.memory)["told_apart"]
+
     # -------------------------------------------------------------------------------------- by name
     def structure(self, name: str):
         return self.module._structures[pan_oracle._key(self.module, name)]
@@ -124,16 +138,16 @@ class Case:
 
 
 @pytest.fixture(scope="module")
-def people(folder: Path) -> Iterator[Case]:
+def people(folder: Path) -> Case:
     every = {
         name: pan_oracle.people(pan_oracle.arrays(folder / f"pan_{name}.npz"), name) for name in PEOPLE
     }
     module = pan_oracle.training(Pan(variant="released"), every, width=16, hidden=64, judging=64)
-    yield Case(module, every, pan_oracle.arrays(folder / "pan_step.npz"))
+    return Case(module, every, pan_oracle.arrays(folder / "pan_step.npz"))
 
 
 @pytest.fixture(scope="module")
-def legs(folder: Path) -> Iterator[Case]:
+def legs(folder: Path) -> Case:
     found = pan_oracle.arrays(folder / "pan_three.npz")
     every = {name: pan_oracle.legs(found, name) for name in LEGS}
     method = Pan(variant="released", parts="three")
@@ -141,7 +155,7 @@ def legs(folder: Path) -> Iterator[Case]:
     for name in LEGS:
         speeds = [float(every[name].arrays[f"norm/{end}_velocity"]) for end in ("min", "max")]
         module._objective._tensors["speeds", pan_oracle._key(module, name)] = torch.tensor(speeds)
-    yield Case(module, every, found)
+    return Case(module, every, found)
 
 
 @pytest.fixture(params=[*PEOPLE, *LEGS])
@@ -213,11 +227,9 @@ def test_one_entry_of_a_mask_is_noticed(one: tuple[Case, str], network: str, lay
 @pytest.mark.parametrize("name", PEOPLE)
 def test_one_entry_of_the_mask_of_attention_is_noticed(people: Case, name: str):
     """The root's row sees one edge more."""
-    encoder, theirs = people.structure(name).encoder, people.every[name]
-    kept = encoder.hidden.clone()
+    encoder, theirs = copy.deepcopy(people.structure(name).encoder), people.every[name]
     encoder.hidden[-1, encoder.count] = 0.0
     found = channels(encoder(theirs.motion))
-    encoder.hidden.copy_(kept)
     assert relative(found, theirs.arrays["output/motion_code"]) > 1e-4
 
 
@@ -239,7 +251,8 @@ def test_motions_are_encoded_and_decoded_as_theirs(one: tuple[Case, str]):
     theirs, structure = case.every[name], case.structure(name)
     code = structure.encoder(theirs.motion)
     close(channels(code), theirs.arrays["output/motion_code"])
-    decoded = structure.answer(code, theirs.bones)
+    bones = case.side(pan_oracle._key(case.module, name))["bones"]
+    decoded = structure.answer(code, bones)
     wanted = theirs.arrays["output/decoded"]
     close(as_theirs(decoded, wanted), wanted)
     if "output/decoded_without_skeleton" in theirs.arrays:
@@ -267,8 +280,8 @@ def test_positions_are_theirs(one: tuple[Case, str]):
         relative_ = torch.cat([positions[:, :, :1], local[:, :, 1:]], 2)
         close(relative_, outputs["output/fk_relative_to_root"])
         close(case.seen(name, real).unflatten(2, (-1, 3)), outputs["output/fk_bone_vectors"])
-        ends = positions[:, :, outputs["structure/ee_ids"].tolist()] * scale
-        close(10.0 * ends.diff(dim=1), outputs["output/end_velocities"])
+        ends = positions[:, :, outputs["structure/ee_ids"].tolist()]
+        same_velocities(ends * scale, outputs["output/end_velocities"])
         close(ends, outputs["output/end_positions"])
     else:
         close(local, outputs["output/fk_relative_to_root"][:, :, theirs.points])
@@ -299,7 +312,7 @@ def test_answers_of_a_step_are_theirs_between_people(people: Case):
         close(channels(people.again[pair]), wanted["code_of_retargeted"], pair)
         close(people.seen(target, answer).unflatten(2, (-1, 3)), wanted["bone_vectors"], pair)
         ends = answer.positions[:, :, people.every[target].arrays["structure/ee_ids"].tolist()]
-        close(10.0 * ends.diff(dim=1), wanted["end_velocities"], pair)
+        same_velocities(ends, wanted["end_velocities"], pair)
         back = people.seen(source, people.back[pair]).unflatten(2, (-1, 3))
         close(back, wanted["cycle_bone_vectors"], pair)
 
@@ -352,8 +365,7 @@ def same_terms(case: Case, single: dict, total: float, discriminators: float) ->
         np.testing.assert_allclose(found, np.array(each, dtype=float), rtol=1e-5, err_msg=name)
         assert case.terms[name].item() == pytest.approx(float(np.sum(each)), rel=1e-5), name
     assert sum(each.item() for each in case.terms.values()) == pytest.approx(total, rel=1e-5)
-    told = case.module.losses("discriminator", {}, dict(case.memory))["told_apart"]
-    assert told.item() == pytest.approx(discriminators, rel=1e-5)
+    assert case.told().item() == pytest.approx(discriminators, rel=1e-5)
 
 
 @pytest.mark.parametrize("which", ["people", "legs"])
@@ -362,6 +374,8 @@ def test_gradients_are_as_long_as_theirs(which: str, request: pytest.FixtureRequ
     module = case.module
     module.modules.zero_grad(set_to_none=True)
     torch.stack(list(case.terms.values())).sum().backward(retain_graph=True)
+    module.modules["discriminator"].zero_grad(set_to_none=True)
+    case.told().backward()
     prefixes = {
         "encoder": "auto_encoder/enc.",
         "decoder": "auto_encoder/dec.",
@@ -369,18 +383,19 @@ def test_gradients_are_as_long_as_theirs(which: str, request: pytest.FixtureRequ
     }
     if which == "legs":
         prefixes = {"encoder": "ae/enc.", "decoder": "ae/dec.", "skeleton": "skel_enc/"}
+    prefixes["discriminator"] = "discriminator/"
     seen = 0
     for name, theirs in case.every.items():
         room = f"grad_norm/{name}/" if which == "people" else f"{name}/grad_norm/"
         for key, own in pan_oracle.take_over(module, name, theirs).items():
             network, _, parameter = key.partition("/")
-            if network == "discriminator":
-                continue
             wanted = float(case.step[f"{room}{prefixes[network]}{parameter}"])
             assert own.grad is not None
-            assert own.grad.norm().item() == pytest.approx(wanted, rel=2e-5), (name, key)
+            # some hidden numbers of the embedding are zero but for rounding, where a rectifier bends
+            near = 2e-4 if parameter.startswith("joint_pos_encoder") else 2e-5
+            assert own.grad.norm().item() == pytest.approx(wanted, rel=near), (name, key)
             seen += 1
-    assert seen > 60
+    assert seen > 75
 
 
 def test_resting_ends_are_weighed_as_theirs(folder: Path):

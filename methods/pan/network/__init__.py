@@ -77,10 +77,11 @@ def attending(layout: Layout, design: Design) -> tuple[tuple[int, ...], Tensor]:
     own = torch.tensor([[edge in part for edge in edges] for part in parts])
     tokens = torch.cat([torch.eye(len(parts), dtype=torch.bool), own], 1)
     together = (own.unsqueeze(1) & own.unsqueeze(2)).any(0)
+    rows = torch.cat([own.T & design.mutual, together], 1)
     if design.root_alone:
         common = torch.tensor([edge in layout.common for edge in edges])
-        together[common] = common
-    return edges, torch.cat([tokens, torch.cat([own.T & design.mutual, together], 1)])
+        rows[common] = torch.cat([torch.zeros(len(parts), dtype=torch.bool), common])
+    return edges, torch.cat([tokens, rows])
 
 
 class Encoder(nn.Module):
