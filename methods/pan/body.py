@@ -70,7 +70,7 @@ class PanBody:
         return Skeleton(names, parents, offsets)
 
     @cached_property
-    def tips(self) -> dict[int, np.ndarray]:
+    def end_sites(self) -> dict[int, np.ndarray]:
         """Joint of the layout -> ``(3,)`` metres from it to the end of its bone, in the reference pose."""
         character, found = self.character, {}
         for site in reversed(character.skeleton.end_sites):

@@ -54,11 +54,12 @@ class Features:
         """Metres."""
         return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
-    def bones(self, body: PanBody, tips: Sequence[int] = ()) -> np.ndarray:
-        """``(edges + 1 + tips, 3)`` float32, in units; zero for the root's movement.
+    def bones(self, body: PanBody, end_sites: Sequence[int] = ()) -> np.ndarray:
+        """``(edges + 1 + end sites, 3)`` float32, in units; zero for the root's movement.
 
-        tips: joints of the layout whose ``PanBody.tips`` come last."""
-        bones = np.concatenate([body.bones, np.zeros((1, 3)), *(body.tips[tip][None] for tip in tips)])
+        end_sites: joints of the layout whose ``PanBody.end_sites`` come last."""
+        last = [body.end_sites[joint][None] for joint in end_sites]
+        bones = np.concatenate([body.bones, np.zeros((1, 3)), *last])
         return (bones / self.unit(body.character)).astype(np.float32)
 
     def see(self, motion: Motion, body: PanBody) -> Mapping[str, np.ndarray]:

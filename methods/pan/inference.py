@@ -182,9 +182,9 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     with torch.inference_mode():
         pieces = torch.split(normalised, PIECE, 1)
         found = [structure.encoder.attention(piece)[0].numpy() for piece in pieces]
-    leads, pieces = body.layout.leads, np.concatenate(found)
+    leads, given = body.layout.leads, np.concatenate(found)
     if body.layout.slots == "joints":  # the hips' rotation and the root's movement are one joint's
-        pieces[:, :, -1] += pieces[:, :, 0]
+        given[:, :, -1] += given[:, :, 0]
     led = [edge for edge, joint in enumerate(leads) if joint > 0 and body.joints[joint] >= 0]
     order = [body.layout.edges, *led]
     joints = [body.joints[0], *(body.joints[leads[edge]] for edge in led)]
@@ -192,7 +192,7 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     sees = np.array([[edge in part for edge in order] for part in parts])
     kept = sees.any(axis=0)
     low, share = rates.between(source.frames, source.fps, rates.FPS, shown.frames)
-    weights = interpolated(pieces[:, :, order], low, share)
+    weights = interpolated(given[:, :, order], low, share)
     return {
         "parts": body.layout.names if settings.design.by_part else ("whole body",),
         "joints": np.array(joints)[kept],

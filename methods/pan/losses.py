@@ -71,8 +71,8 @@ class Answer(NamedTuple):
     """A motion as the losses compare it.
 
     edges: normalised channels ``(rows, frames, edges + 1, 4)``. plain: with mean and deviation. local:
-    joints, and tips, relative to the root ``(rows, frames, joints + tips, 3)``. positions: in the world;
-    see ``Weights``. scale: ``(rows,)`` of both, what a unit of ``Features`` is in them.
+    joints, and end sites, relative to the root ``(rows, frames, joints + end sites, 3)``. positions: in the
+    world; see ``Weights``. scale: ``(rows,)`` of both, what a unit of ``Features`` is in them.
     """
 
     edges: Tensor
@@ -86,8 +86,8 @@ class Objective:
     """The generator's terms of one step; each is the mean over the structures and pairs that have it, or
     the sum (``Weights.summed``).
 
-    layouts: by structure. tips: joints whose tips are compared. ranges: ``(2,)`` the slowest and the
-    fastest movement of the hips (eq. 20).
+    layouts: by structure. end_sites: joints that have one in ``Answer``. ranges: ``(2,)`` the slowest and
+    the fastest movement of the hips (eq. 20).
     Terms keep the names that logs and cards have: ``slots`` (edge channels), ``places`` and
     ``again_places`` (joint positions).
     """
@@ -96,7 +96,7 @@ class Objective:
         self,
         settings: Settings,
         layouts: Mapping[str, Layout],
-        tips: Mapping[str, Sequence[int]],
+        end_sites: Mapping[str, Sequence[int]],
         ranges: Mapping[str, Tensor],
     ) -> None:
         self.weights, self.height = settings.weights, settings.features.root == "height"
@@ -109,7 +109,7 @@ class Objective:
         for name, layout in layouts.items():
             edges = np.flatnonzero(layout.encoded[layout.leads])
             self._tensors["edges", name] = torch.tensor([*edges, layout.edges])
-            self._tensors["joints", name] = torch.tensor(compared_joints(layout, tips[name]))
+            self._tensors["joints", name] = torch.tensor(compared_joints(layout, end_sites[name]))
             for other, theirs in layouts.items():
                 both = sorted(ends[name].keys() & ends[other].keys())
                 joints = [ends[name][end] for end in both]
@@ -198,13 +198,14 @@ class Objective:
         return seen.flatten(2)[..., :-1] if self.padded else seen
 
 
-def compared_joints(layout: Layout, tips: Sequence[int]) -> list[int]:
-    """The joints of parts, then the root; then their tips, by their place behind all joints.
+def compared_joints(layout: Layout, end_sites: Sequence[int]) -> list[int]:
+    """The joints of parts, then the root; then their end sites, by their place behind all joints.
 
-    Of tips on four legs the head's is left out, as in the released code."""
+    On four legs the head's is left out, as in the released code."""
     (root, *joints), count = np.flatnonzero(layout.encoded).tolist(), len(layout.parents)
     left_out = {"head"} if layout.four_legged else set()
-    kept = [n for n, tip in enumerate(tips) if layout.encoded[tip] and layout.roles[tip] not in left_out]
+    compared = [layout.encoded[joint] and layout.roles[joint] not in left_out for joint in end_sites]
+    kept = np.flatnonzero(compared).tolist()
     return [*joints, root, *(count + n for n in kept)]
 
 

@@ -207,7 +207,7 @@ class Weights:
     kinematic: of the reconstruction's joints (eq. 13), in heights or in the unit of ``Features``
               (``lengths``). positions: ``world``; ``local``, relative to the root, and the root in the
               world; or ``summed``, as seen from where the body faces, plus the sum of what it moved.
-              tips: ends of last bones are joints here. root: the error of the root once more.
+              end_sites: ends of last bones are joints here. root: the error of the root once more.
     cycle:    distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
     again:    squared error of the cycle in normalised edge channels (eq. 11). again_positions: of its
               joints (eq. 13).
@@ -229,7 +229,7 @@ class Weights:
     kinematic: float = 100.0
     lengths: Literal["heights", "units"] = "heights"
     positions: Literal["world", "local", "summed"] = "world"
-    tips: bool = False
+    end_sites: bool = False
     root: float = 0.0
     cycle: float = 2.5
     measure: Literal["l1", "l2"] = "l2"
@@ -366,7 +366,7 @@ BETWEEN_LEGS: Mapping[Variant, Settings] = {
             kinematic=0.01,
             lengths="units",
             positions="summed",
-            tips=True,
+            end_sites=True,
             cycle=1e-3,
             again=0.0,
             again_positions=1e-3,

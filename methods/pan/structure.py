@@ -204,17 +204,18 @@ def _meaning(layout: Layout, edge: int, part: int) -> Hashable:
 class Kinematics:
     """Forward kinematics of one structure (eq. 13): rotations of edges to joint positions.
 
-    body: any of the structure. tips: joints whose ``PanBody.tips`` are positions as well, the last ones;
-    of layouts of joints alone.
+    body: any of the structure. end_sites: joints whose ``PanBody.end_sites`` are positions as well, the
+    last ones; of layouts of joints alone.
     """
 
-    def __init__(self, body: PanBody, tips: Sequence[int] = ()) -> None:
+    def __init__(self, body: PanBody, end_sites: Sequence[int] = ()) -> None:
         layout = body.layout
         if layout.slots == "joints":
-            names, parents = [str(n) for n in range(len(layout.parents) + len(tips))], layout.parents
-            tree = Skeleton(tuple(names), np.array([*parents, *tips]), np.zeros((len(names), 3)))
-            bones = [*range(len(parents)), *range(len(parents) + 1, len(names) + 1)]
-            nodes, self._first, self._last = list(range(len(names))), 0, len(tips)
+            parents = np.array([*layout.parents, *end_sites])
+            nodes, joints = list(range(len(parents))), len(layout.parents)
+            tree = Skeleton(tuple(map(str, nodes)), parents, np.zeros((len(nodes), 3)))
+            bones = [*nodes[:joints], *(node + 1 for node in nodes[joints:])]  # the root's row between
+            self._first, self._last = 0, len(end_sites)
         else:
             tree = body.chains
             bones = [layout.edges, *layout.above, *layout.ends]  # row -1: of the root
@@ -228,10 +229,10 @@ class Kinematics:
         self._identity = torch.tensor([1.0, 0.0, 0.0, 0.0])
 
     def __call__(self, edges: Tensor, bones: Tensor) -> Tensor:
-        """``(rows, frames, joints + tips, 3)`` relative to the root, in the unit of the bones.
+        """``(rows, frames, joints + end sites, 3)`` relative to the root, in the unit of the bones.
 
         edges: ``(rows, frames, edges + 1, 4)``, need not be unit; the last is not read.
-        bones: ``(rows, edges + 1 + tips, 3)``, that of the root's movement zero.
+        bones: ``(rows, edges + 1 + end sites, 3)``, that of the root's movement zero.
         """
         if self._tree.mask.device != edges.device:
             moved = {k: v.to(edges.device) for k, v in vars(self).items() if not isinstance(v, int)}

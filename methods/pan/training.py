@@ -53,9 +53,11 @@ class PanTraining:
         self._build, self._settings = build, settings
         self._names = sorted(bodies)
         own = settings.statistics == "character"
-        tips = {name: _tips(bodies[name]) if settings.weights.tips else [] for name in self._names}
+        ends = {
+            name: _end_sites(bodies[name]) if settings.weights.end_sites else [] for name in self._names
+        }
         self._windows = Windows(
-            training_data, config.window, bodies, tips, settings.features, settings.reversed_, own
+            training_data, config.window, bodies, ends, settings.features, settings.reversed_, own
         )
         structures = {}
         for name in self._names:
@@ -67,17 +69,17 @@ class PanTraining:
             share_initialisation(list(structures.values()), settings.design)
         self._structures = structures
         some = {name: next(iter(bodies[name].values())) for name in self._names}
-        self._kinematics = {name: Kinematics(some[name], tips[name]) for name in self._names}
+        self._kinematics = {name: Kinematics(some[name], ends[name]) for name in self._names}
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
-        channels = {name: self._channels(body, len(tips[name])) for name, body in some.items()}
+        channels = {name: self._channels(body, len(ends[name])) for name, body in some.items()}
         self._discriminators = Discriminators(channels, config.window, settings.design, settings.weights)
         if settings.weights.adversarial > 0:
             self.modules["discriminator"] = self._discriminators
             self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))
         layouts = {name: each.layout for name, each in structures.items()}
         ranges = {name: self._windows.speeds(name) for name in self._names}
-        self._objective = Objective(settings, layouts, tips, ranges)
+        self._objective = Objective(settings, layouts, ends, ranges)
 
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
         return self._windows.draw(numbers, rows)
@@ -209,12 +211,12 @@ class PanTraining:
             return torch.cat([answer.plain[..., -1, :3], vectors / answer.scale[:, None, None]], -1)
         return torch.cat([vectors, answer.edges[..., -1, :]], -1)
 
-    def _channels(self, body: PanBody, tips: int) -> int:
+    def _channels(self, body: PanBody, end_sites: int) -> int:
         """The number of channels of ``_seen``."""
         joints = len(body.joints)
         numbers = {
             "motion": 4 * (body.layout.edges + 1),
-            "positions": 3 * (joints + tips),
+            "positions": 3 * (joints + end_sites),
             "units": 3 * joints,
             "bones": 3 * (joints - 1) + 4,
         }
@@ -244,6 +246,6 @@ class PanTraining:
             structure.mean, structure.deviation = fitted
 
 
-def _tips(bodies: Mapping[str, PanBody]) -> list[int]:
-    """The joints whose tips all bodies of a structure know."""
-    return sorted(set.intersection(*(set(body.tips) for body in bodies.values())))
+def _end_sites(bodies: Mapping[str, PanBody]) -> list[int]:
+    """The joints that have an end site in all bodies of a structure."""
+    return sorted(set.intersection(*(set(body.end_sites) for body in bodies.values())))

@@ -23,9 +23,9 @@ def rerooted(parents: Sequence[int], roles: Sequence[str | None]) -> tuple[list[
         if parent >= 0:
             beside[joint].append(parent)
             beside[parent].append(joint)
-    order, above = [where_legs_begin(parents, roles)], {}
-    rest = list(order)
+    above: dict[int, int] = {}
     found: list[int] = []
+    rest = [where_legs_begin(parents, roles)]
     while rest:
         joint = rest.pop()
         found.append(joint)

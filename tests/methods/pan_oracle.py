@@ -66,7 +66,7 @@ class Theirs:
     state, masks: by network (of ``NETWORKS``, and ``discriminator``). bodies: the characters, by name.
     rows: the row of our bones for each joint of theirs that the skeleton encoder reads. points: which
     position of theirs each of ours is. motion: ``(rows, frames, edges + 1, 4)`` normalised. bones:
-    ``(bodies, edges + 1 + tips, 3)`` cm. heights: ``(bodies,)`` cm, or 1. mean, deviation:
+    ``(bodies, edges + 1 + end sites, 3)`` cm. heights: ``(bodies,)`` cm, or 1. mean, deviation:
     ``(statistics, edges + 1, 4)``.
     """
 
@@ -135,24 +135,24 @@ def legs(found: Arrays, structure: str) -> Theirs:
     kinds["discriminator"] = "discriminator/"
     names, parents = mine["structure/names"].tolist(), mine["structure/parents"]
     every, joints = mine["structure/parents_with_ends"].tolist(), mine["structure/not_end"].tolist()
-    tips = sorted((joints.index(every[k]), k) for k in range(len(every)) if k not in joints)
+    last = sorted((joints.index(every[k]), k) for k in range(len(every)) if k not in joints)
     model = body("one") if structure == "human" else pan_material.dog("rex")
     known = dict(zip(model.skeleton.names, model.skeleton.offsets, strict=True))
     known["LeftToe"], known["RightToe"] = known.get("LeftToeBase"), known.get("RightToeBase")
     offsets = np.stack([known[name] for name in names])
-    sites = tuple(EndSite(joint, (0.0, -0.05, 0.0)) for joint, _ in tips)
+    sites = tuple(EndSite(joint, (0.0, -0.05, 0.0)) for joint, _ in last)
     skeleton = Skeleton(tuple(names), parents, offsets, sites)
     ends = tensor(mine["input/offsets_with_ends"]).unflatten(1, (-1, 3))
     zero = torch.zeros(2, 1, 3)
     bones = [zero, tensor(mine["input/offsets"]).unflatten(1, (-1, 3)), zero]
-    bones.append(ends[:, [k - 1 for _, k in tips]])
+    bones.append(ends[:, [k - 1 for _, k in last]])
     return Theirs(
         arrays=mine,
         state={name: below(mine, f"state/{prefix}") for name, prefix in kinds.items()},
         masks={name: below(mine, f"mask/{prefix}") for name, prefix in kinds.items()},
         bodies={structure: Character.of(structure, skeleton, structure=structure)},
         rows=range(1, len(names)),
-        points=[*joints, *(k for _, k in tips)],
+        points=[*joints, *(k for _, k in last)],
         motion=tensor(mine["input/motion"]).transpose(1, 2).unflatten(2, (-1, 4)),
         bones=torch.cat(bones, 1),
         heights=torch.ones(2),

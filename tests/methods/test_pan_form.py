@@ -195,12 +195,12 @@ def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(fe
     assert turns.max() < 1e-6, "the pelvis follows the hips, and what hangs from it is turned as it was"
 
 
-def test_tips_are_where_the_file_has_them():
+def test_end_sites_are_where_the_file_has_them():
     body = Pan(parts="three", variant="released")._own(BODIES["one"])
     names = BODIES["one"].skeleton.names
-    assert {names[body.joints[rank]] for rank in body.tips} == {"LeftToeBase", "RightToeBase"}
-    for tip in body.tips.values():
-        np.testing.assert_allclose(tip, [0.0, 0.0, 0.05], atol=1e-9)
+    assert {names[body.joints[rank]] for rank in body.end_sites} == {"LeftToeBase", "RightToeBase"}
+    for place in body.end_sites.values():
+        np.testing.assert_allclose(place, [0.0, 0.0, 0.05], atol=1e-9)
 
 
 def test_signs_of_slots_do_not_matter_to_their_mean():
