@@ -13,6 +13,7 @@ from pan_oracle import Arrays, Theirs, below, tensor
 from torch import Tensor
 
 from retarget_bench.methods.pan import Pan, losses
+from retarget_bench.methods.pan.network import _over_time
 from retarget_bench.methods.pan.training import PanTraining
 from retarget_bench.training.contract import Terms
 
@@ -260,6 +261,28 @@ def test_motions_are_encoded_and_decoded_as_theirs(one: tuple[Case, str]):
         close(as_theirs(structure.decoder(code), wanted), wanted)
 
 
+@pytest.mark.parametrize("name", PEOPLE)
+def test_every_layer_is_theirs(people: Case, name: str):
+    """Of the transformer the tokens, eight frames of a sample; edges are dropped behind it."""
+    theirs, structure = people.every[name], people.structure(name)
+    encoder, motion, wanted = structure.encoder, theirs.motion, below(theirs.arrays, "between/")
+    embedded = encoder._embedded(encoder._chosen(motion[:1, :8]))
+    close(embedded.transpose(0, 1), wanted["embedded_slots"])
+    tokens, _ = encoder._first(motion, None)
+    close(tokens[:8].transpose(0, 1), wanted["transformer"][: encoder.count])
+    first = encoder.convolutions[0](encoder._padded(_over_time(tokens, 2)))
+    close(first, wanted["conv1"])
+    raw = motion.index_select(2, encoder.raw_edges).flatten(2).transpose(1, 2)
+    residual = encoder.raw(encoder._padded(raw))
+    close(residual, wanted["conv_residual"])
+    close(encoder.convolutions[1](encoder._padded(encoder._rectified(first + residual))), wanted["conv2"])
+    bones = people.side(pan_oracle._key(people.module, name))["bones"]
+    code = encoder(motion) + structure.skeleton(bones).unsqueeze(1)
+    decoder = structure.decoder
+    hidden = decoder.inner(decoder._wider(channels(code)))
+    close(torch.nn.functional.leaky_relu(hidden, decoder.leak), wanted["decoder_layer0"])
+
+
 def as_theirs(edges: Tensor, wanted: np.ndarray) -> Tensor:
     """Channels last where theirs are, and without the fourth of the root where they have three."""
     if wanted.shape[1] == edges.shape[1]:
@@ -295,11 +318,13 @@ def test_discriminators_score_as_theirs(one: tuple[Case, str]):
     real = case.module._real(key, side)
     score = case.discriminator(name)(case.seen(name, real))
     close(score, theirs.arrays["output/discriminator_of_input"].reshape(2, 50))
-    decoded = theirs.arrays.get("output/discriminator_of_decoded")
-    if decoded is not None:
-        edges = case.structure(name).answer(case.structure(name).encoder(real.edges), side["bones"])
-        answer = case.module._answer(key, edges, side)
-        close(case.discriminator(name)(case.seen(name, answer)), decoded)
+    edges = case.structure(name).answer(case.structure(name).encoder(real.edges), side["bones"])
+    answer = case.module._answer(key, edges, side)
+    if name in PEOPLE:
+        score = case.discriminator(name)(case.seen(name, answer))
+        close(score, theirs.arrays["output/discriminator_of_decoded"])
+    else:
+        close(answer.positions, theirs.arrays["output/fk_world_of_decoded"][:, :, theirs.points])
 
 
 # ------------------------------------------------------------------------------------------- one step
@@ -396,6 +421,38 @@ def test_gradients_are_as_long_as_theirs(which: str, request: pytest.FixtureRequ
             assert own.grad.norm().item() == pytest.approx(wanted, rel=near), (name, key)
             seen += 1
     assert seen > 75
+
+
+def test_each_discriminator_s_loss_is_theirs(people: Case, legs: Case):
+    """``D_loss_0`` of legs is the dog's."""
+    for case, numbers in ((people, {"S23": 0, "S28": 1}), (legs, {"dog": 0, "human": 1})):
+        for key, real, answers in case.memory["shown"]:
+            scores = [case.discriminator(case.names[key])(each) for each in (real, answers)]
+            wanted = case.step[f"loss/D_loss_{numbers[case.names[key]]}"]
+            assert losses.discriminator_loss(*scores).item() == pytest.approx(float(wanted), rel=1e-5)
+
+
+def test_least_squares_are_theirs(folder: Path):
+    gan = below(pan_oracle.arrays(folder / "pan_step.npz"), "gan/")
+    real, fake = (tensor(gan[f"predicted_{kind}"]) for kind in ("real", "fake"))
+    assert losses.least_squares(fake, True).item() == pytest.approx(float(gan["generator"]), rel=1e-6)
+    found = losses.discriminator_loss(real, fake).item()
+    assert found == pytest.approx(float(gan["discriminator"]), rel=1e-6)
+
+
+def test_ends_of_the_sources_move_as_theirs_and_rest_as_often(people: Case):
+    names = [people.names[key] for key in people.module._names]
+    rest = []
+    for name in names:
+        key = pan_oracle._key(people.module, name)
+        joints = people.every[name].arrays["structure/ee_ids"].tolist()
+        real = people.module._real(key, people.side(key))
+        same_velocities(real.positions[:, :, joints], people.step[f"step/{name}/end_velocities"])
+        for other in names:
+            ids = people.every[other].arrays["structure/ee_ids"].tolist()
+            moved = 10.0 * people.shown[f"{name}_{other}"].positions[:, :, ids].diff(dim=1)
+            rest.append((moved.norm(dim=-1) < losses.NEAR).float().mean().item())
+    np.testing.assert_allclose(rest, people.step["share_of_rest"], rtol=1e-5)
 
 
 def test_resting_ends_are_weighed_as_theirs(folder: Path):
