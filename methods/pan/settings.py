@@ -77,6 +77,7 @@ PARAMETERS = {
 DIFFERS: Mapping[str, Mapping[str, str]] = {
     "six": {
         "variant": "released networks",
+        "conv_mask": "masks as written",
         "dropout": "no dropout",
         "lengths": "in hip heights",
         "root": "height as a feature",
@@ -85,7 +86,7 @@ DIFFERS: Mapping[str, Mapping[str, str]] = {
         "kinematic": "other losses",
     },
     "three": {
-        "variant": "released networks",
+        "variant": "released networks on edges",
         "lengths": "in hip heights",
         "root": "height as a feature",
         "path": "path relative to the source's",
