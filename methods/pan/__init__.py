@@ -80,10 +80,10 @@ class Pan(LearnedMethod):
     pairs: motions are reconstructed, carried to the other structure, where a discriminator sees them, and
     back.
 
-    variant: ``paper`` is sections 3 to 5 as written; ``released`` what the authors' code does, with which
-    their numbers were made; ``own`` the released networks without dropout, on bodies in hip heights that
-    face ahead, with more weight on joint positions. Where a parameter is empty or negative, the variant
-    decides:
+    variant: ``paper`` is sections 3 to 5 as written; ``released`` what the authors' code does, mistakes
+    included, with which their numbers were made; ``own`` the released networks without these and without
+    dropout, on bodies in hip heights that face ahead, with more weight on joint positions. Where a
+    parameter is empty or negative, the variant decides:
 
     root, lengths, facing, path: the features of motions; see ``Features``.
     statistics: eq. 15 by ``structure`` or, as released, by ``character``. target_stats: by character, the

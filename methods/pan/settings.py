@@ -279,6 +279,8 @@ class Settings:
             again = share * self.weights.again_positions
             parts["weights"] |= {"root": share * self.weights.root, "again_positions": again}
         features = replace(self.features, **parts["features"])
+        if self.weights.positions == "summed" and features.root != "velocity":
+            parts["weights"]["positions"] = "world"
         found = replace(
             self,
             features=features,

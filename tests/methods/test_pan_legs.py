@@ -49,6 +49,14 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
         )
 
 
+def test_positions_are_sums_of_what_roots_move_only_where_roots_say_that():
+    released = {
+        root: Pan(variant="released", parts="three", root=root) for root in ("", "velocity", "height")
+    }
+    found = {root: each.settings.weights.positions for root, each in released.items()}
+    assert found == {"": "summed", "velocity": "summed", "height": "world"}
+
+
 def test_losses_are_over_common_parts_only():
     """What arms and tails do changes no loss but what discriminators say."""
     module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
