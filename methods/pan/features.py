@@ -1,5 +1,6 @@
 """The features of motions that the networks read and write."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -21,7 +22,7 @@ MIDDLING = 90.0
 Root = Literal["velocity", "position", "height"]
 Lengths = Literal["world", "body"]
 Yaw = Literal["predicted", "source"]
-Path = Literal["decoded", "relative", "carried"]
+Path = Literal["decoded", "relative", "steady", "carried"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ class Features:
     facing: frames over which the direction that a body faces is averaged.
     path: ``decoded``: the root's channels of an answer are the decoder's output (as published);
     ``relative``: likewise, and what the path differs by from the source's fades (``root_rules.relative``);
+    ``steady``: and of that, movement that differs for long adds nothing (``without_bias``);
     ``carried``: the source's channels, in the target's unit, plus that output.
     """
 
@@ -123,11 +125,29 @@ class Features:
             faced = facing.rotation(turn)
         if self.path == "relative":
             hips = root_rules.relative(hips, lead, FPS)
+        elif self.path == "steady":
+            hips = without_bias(hips, lead, FPS)
         return body.motion(edges[:, :-1], faced, hips, FPS, ends)
 
     def ratio(self, source: Character, target: Character) -> float:
         """Metres of the target per unit of the source, for the places of hips."""
         return root_rules.ratio(RULE, source, target) * self.unit(source)
+
+
+def without_bias(path: np.ndarray, lead: np.ndarray, fps: float) -> np.ndarray:
+    """``root_rules.relative``, for steps that differ for long: from the difference of every step its mean
+    before that step is taken, which follows within ``root_rules.MEMORY`` seconds and begins with the first.
+
+    So a path that moves at another velocity than ``lead``, always by as much, is ``lead``. Both
+    ``(frames, 3)``.
+    """
+    steps = np.diff(path - lead, axis=0)
+    if not len(steps):
+        return lead
+    share = -math.expm1(-1.0 / (fps * root_rules.MEMORY))
+    means = share * root_rules.fading(steps, fps, steps[0] / share)
+    changes = steps - np.concatenate([steps[:1], means[:-1]])
+    return lead + root_rules.fading(np.concatenate([np.zeros_like(lead[:1]), changes]), fps)
 
 
 def unfit(character: Character, features: Features) -> str:
