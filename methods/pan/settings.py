@@ -55,8 +55,8 @@ PARAMETERS = {
     "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
     "facing": "frames over which the direction faced is averaged; negative: as the variant",
     "yaw": "source (faces where it does) or predicted; empty: as the variant",
-    "path": "of the root: decoded, relative (to the source's; what differs fades), steady (what differs for "
-    "long adds nothing) or carried (the source's plus what is decoded); empty: as the variant",
+    "path": "of the root: decoded, relative (to the source's; what differs fades), steady (what differs "
+    "for long adds nothing) or carried (the source's plus what is decoded); empty: as the variant",
     "statistics": "mean and deviation by structure or by character; empty: as the variant",
     "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
     "conv_mask": "of convolutions: paper, or released (shifted by one edge); empty: as the variant",
