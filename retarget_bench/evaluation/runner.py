@@ -41,6 +41,9 @@ def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
     by_paths = {unit.paths: unit for unit in todo}
     if keep and plan.redo == "missing":
         _take_over(plan.root, by_paths)
+    for unit in wanted if plan.redo != "never" else ():
+        if case_metadata.damaged(unit.paths):
+            case_metadata.write(unit.paths, unit.data, unit.infos)
     done = {unit: _begun(unit) if keep else {} for unit in todo}
     for unit in todo if keep else ():
         if not unit.paths.cases.exists():
