@@ -419,7 +419,8 @@ def test_answers_in_the_step_are_the_authors(step, oracle, here, there):
     vectors = step.module._seen(there, answer)
     close(vectors, record[f"{known}/bone_vectors"])
     ends = answer.in_heights[:, :, oracle(there)["structure/ee_ids"].tolist()]
-    close(10 * ends.diff(dim=1), record[f"{known}/end_velocities"])
+    # differences of positions about a height away, in single precision: in double ours differ as much
+    assert (10 * ends.diff(dim=1) - record[f"{known}/end_velocities"]).abs().max() < 1e-5
     rests = (10 * ends.diff(dim=1)).norm(dim=-1) < 0.008
     order = [(a, b) for a in BOTH for b in BOTH].index((here, there))
     assert rests.float().mean().item() == pytest.approx(float(record["share_of_rest"][order]), rel=1e-5)
@@ -438,7 +439,11 @@ def test_gradients_of_the_generator_have_the_authors_norms(step, oracle):
             ours = f"{structure}.skeleton.layers.0.{kind}"
         else:
             continue
-        assert step.gradients[ours] == pytest.approx(float(record[key]), rel=1e-5), key
+        # what the last layer adds to all frames has a gradient that nearly cancels: theirs, in single
+        # precision, is up to 6e-5 away from ours in double
+        added = "dec.layers.1.2" in key and not key.endswith("1.2.weight")
+        rounding = 1e-4 if added else 1e-5
+        assert step.gradients[ours] == pytest.approx(float(record[key]), rel=rounding), key
         compared += 1
     assert compared == len(step.gradients)
 
