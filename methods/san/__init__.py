@@ -62,7 +62,7 @@ class San(LearnedMethod):
     presets: Mapping[str, TrainingConfig] = {
         "paper": TrainingConfig(steps=150_000, batch=512, window=64, rate=2e-4, validate=2000),
         "default": TrainingConfig(
-            steps=20_000, batch=16, window=64, rate=5e-4, schedule="cosine", warm_up=100, validate=200
+            steps=20_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
         ),
         "gpu": TrainingConfig(
             steps=20_000, batch=128, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=300
