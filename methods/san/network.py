@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -25,6 +26,8 @@ SHARE = 0.01
 BONE, PLACE, TURN = 3, 3, 4
 """Numbers per slot of bones, of what discriminators see, and of motion; every layer doubles them."""
 STRIDE = 2
+SEGMENT = 16
+"""Frames at the ends of a motion, more than a convolution reaches from either of them."""
 
 
 @dataclass(frozen=True)
@@ -153,18 +156,55 @@ class SkeletalConvolution(Skeletal):
 
         added: ``(motions, rows * outputs)``, the same in every frame."""
         kernel, bias = self.dense()
+        result = self._convolved(values, kernel)
+        if bias is None:
+            return result
+        return result.add_((bias if added is None else added + bias).unsqueeze(-1))
+
+    def _convolved(self, values: Tensor, kernel: Tensor) -> Tensor:
         if self.padding:
             values = functional.pad(values, (self.padding, self.padding), mode="reflect")
-        if added is None:
-            return functional.conv1d(values, kernel, bias, self.stride)
-        shift = added if bias is None else added + bias
-        return functional.conv1d(values, kernel, None, self.stride) + shift.unsqueeze(-1)
+        return functional.conv1d(values, kernel, stride=self.stride)
+
+
+class DoublingConvolution(SkeletalConvolution):
+    """A convolution that doubles the frames first, by linear interpolation.
+
+    Once its weights are frozen, it is one convolution of the frames as they are, with fewer taps, for the
+    even and for the odd frames of the answer. That takes three fifths of the products.
+    """
+
+    phases: Tensor | None
+
+    def __init__(self, *sizes: Any, **groups: Any) -> None:
+        super().__init__(*sizes, **groups)
+        self.register_buffer("phases", None, persistent=False)
+
+    def freeze(self) -> None:
+        super().freeze()
+        with torch.no_grad():
+            kernel = self.dense()[0]
+            self.phases = torch.einsum("oit,ptj->opij", kernel, _phases().to(kernel)).flatten(0, 1)
+
+    def _convolved(self, values: Tensor, kernel: Tensor) -> Tensor:
+        if self.phases is None or values.shape[-1] < SEGMENT:
+            return super()._convolved(_doubled(values), kernel)
+        reach = self.phases.shape[-1] // 2
+        inner = functional.conv1d(functional.pad(values, (reach, reach)), self.phases)
+        inner = inner.unflatten(1, (-1, 2)).transpose(2, 3).flatten(2)
+        # near the ends the reflection is of doubled frames, and no sum of frames as they are
+        first, last = (
+            super(DoublingConvolution, self)._convolved(_doubled(end), kernel)
+            for end in (values[..., :SEGMENT], values[..., -SEGMENT:])
+        )
+        return torch.cat([first[..., :SEGMENT], inner[..., SEGMENT:-SEGMENT], last[..., -SEGMENT:]], -1)
 
 
 class BodyConvolution(nn.Module):
     """A skeletal convolution, and a skeletal linear layer that adds the code of a body to it.
 
-    channels: input and output channels per slot; bone: numbers per slot of the body's code."""
+    channels: input and output channels per slot. bone: numbers per slot of the body's code. With a stride
+    of 1 the convolution is one that doubles the frames."""
 
     def __init__(
         self,
@@ -176,7 +216,8 @@ class BodyConvolution(nn.Module):
         read: Slots | None = None,
     ) -> None:
         super().__init__()
-        self.motion = SkeletalConvolution(neighbours, *channels, KERNEL, stride, written=written, read=read)
+        kind = DoublingConvolution if stride == 1 else SkeletalConvolution
+        self.motion = kind(neighbours, *channels, KERNEL, stride, written=written, read=read)
         self.body = SkeletalLinear(neighbours, bone, channels[1], written=written)
 
     def forward(self, values: Tensor, code: Tensor) -> Tensor:
@@ -252,8 +293,8 @@ class Decoder(nn.Module):
         """``(motions, frames, slots, 4)`` from ``(motions, frames / 4, chains + 1, 16)`` and codes of the
         bodies that answer."""
         first, second = self.layers
-        hidden = functional.leaky_relu_(first(_doubled(code.flatten(2).transpose(1, 2)), codes[1]), LEAK)
-        motion = second(_doubled(hidden), codes[0])
+        hidden = functional.leaky_relu_(first(code.flatten(2).transpose(1, 2), codes[1]), LEAK)
+        motion = second(hidden, codes[0])
         if self.padded:
             motion = functional.pad(motion[:, :-1], (0, 0, 0, 1))
         rows, channels, frames = motion.shape
@@ -290,6 +331,19 @@ class Discriminator(nn.Module):
 
 def _doubled(hidden: Tensor) -> Tensor:
     return functional.interpolate(hidden, scale_factor=2, mode="linear", align_corners=False)
+
+
+def _phases() -> Tensor:
+    """``(2, taps, 9)``: what a tap on doubled frames, seen from an even and from an odd one of them, is on
+    the frames as they are, which are a quarter of a frame away from those doubled."""
+    found = torch.zeros(2, KERNEL, KERNEL // 4 * 2 + 3)
+    middle = found.shape[-1] // 2
+    for phase in range(2):
+        for tap in range(KERNEL):
+            frame, odd = divmod(tap - KERNEL // 2 + phase, 2)
+            found[phase, tap, middle + frame] = 0.75
+            found[phase, tap, middle + frame + (1 if odd else -1)] = 0.25
+    return found
 
 
 def _group(groups: Slots) -> dict[int, int]:

@@ -199,7 +199,7 @@ def test_networks_answer_as_the_authors(found):
         close(channels(decoded), found["output/decoded"])
         close(channels(made.plain(seen, rows(found))), found["output/motion_denormalised"])
         made.freeze()
-        assert torch.equal(made.decoder(made.encoder(seen, codes), codes), decoded)
+        close(channels(made.decoder(made.encoder(seen, codes), codes)), found["output/decoded"])
 
 
 def test_layers_answer_as_the_authors(found):
@@ -216,10 +216,8 @@ def test_layers_answer_as_the_authors(found):
         hidden = found["between/encoder_layer0"]
         close(leak(second(hidden, codes[1]), 0.2), found["between/encoder_layer1"])
         close(second(hidden, codes[1]), pools[1] @ found["between/encoder_conv1"])
-        wide = torch.nn.functional.interpolate(
-            found["between/encoder_layer1"], scale_factor=2, mode="linear", align_corners=False
-        )
-        close(leak(made.decoder.layers[0](wide, codes[1]), 0.2), found["between/decoder_layer0"])
+        answer = made.decoder.layers[0](found["between/encoder_layer1"], codes[1])
+        close(leak(answer, 0.2), found["between/decoder_layer0"])
 
 
 def test_kinematics_are_the_authors(found):
