@@ -26,8 +26,9 @@ SHARE = 0.01
 BONE, PLACE, TURN = 3, 3, 4
 """Numbers per slot of bones, of what discriminators see, and of motion; every layer doubles them."""
 STRIDE = 2
-SEGMENT = 16
-"""Frames at the ends of a motion, more than a convolution reaches from either of them."""
+SEGMENT, LONG = 16, 64
+"""Frames at the ends of a motion, more than a convolution reaches from either of them; and those from which
+on these are so few of all that it pays to do them apart."""
 
 
 @dataclass(frozen=True)
@@ -187,11 +188,11 @@ class DoublingConvolution(SkeletalConvolution):
             self.phases = torch.einsum("oit,ptj->opij", kernel, _phases().to(kernel)).flatten(0, 1)
 
     def _convolved(self, values: Tensor, kernel: Tensor) -> Tensor:
-        if self.phases is None or values.shape[-1] < SEGMENT:
+        if self.phases is None or values.shape[-1] < LONG:
             return super()._convolved(_doubled(values), kernel)
         reach = self.phases.shape[-1] // 2
         inner = functional.conv1d(functional.pad(values, (reach, reach)), self.phases)
-        inner = inner.unflatten(1, (-1, 2)).transpose(2, 3).flatten(2)
+        inner = inner.view(len(values), -1, 2, values.shape[-1]).transpose(2, 3).flatten(2)
         # near the ends the reflection is of doubled frames, and no sum of frames as they are
         first, last = (
             super(DoublingConvolution, self)._convolved(_doubled(end), kernel)
