@@ -65,8 +65,7 @@ PARAMETERS = {
 """A line on each parameter, for the method's card."""
 
 DIFFERS = {
-    "variant": "root's slot mended",
-    "neighbours": "",
+    "neighbours": "root's slot mended",
     "lengths": "in hip heights",
     "root": "height as a feature",
     "path": "the source's path and direction",

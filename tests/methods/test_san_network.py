@@ -267,7 +267,8 @@ def test_structures_begin_with_codes_alike():
     assert distance(share=True) < 0.9 * distance(share=False)
 
 
-def test_the_card_says_what_is_trained_and_how():
-    assert San().card.title == "SAN"
-    assert San("released").facts()["neighbours"] == "released"
+def test_what_it_does_in_its_own_way_is_what_the_label_says():
+    own, released = (San(variant).settings.values() for variant in ("own", "released"))
+    assert {key for key, value in own.items() if released[key] != value} == set(San().card.differs)
+    assert not San("released").card.differs
     assert San("released", neighbours="fixed").settings.design == Design("fixed", padded=True)
