@@ -110,18 +110,17 @@ def _answered(
     given, wanted = (
         torch.stack(each).to(device) for each in zip(*(one.statistics for one in asked), strict=True)
     )
-    bones = (
-        torch.from_numpy(np.stack([features.bones(getattr(each, body)) for each in asked])).to(device)
-        for body in ("actor", "body")
+    actors, bodies = (
+        torch.from_numpy(np.stack([features.bones(body) for body in cast])).to(device)
+        for cast in zip(*((each.actor, each.body) for each in asked), strict=True)
     )
     with torch.inference_mode():
-        actors, bodies = (one.codes(each) for one, each in zip(structures, bones, strict=True))
-        seen = (whole - given[:, :1]) / given[:, 1:]
+        seen, own = (whole - given[:, :1]) / given[:, 1:], source.codes(actors)
         out = []
         for first in range(0, whole.shape[1], PIECE):
             start, end = max(first - MARGIN, 0), min(first + PIECE + MARGIN, whole.shape[1])
-            code = carried(source.encoder(seen[:, start:end], actors), source.layout, target.layout)
-            out.append(target.decoder(code, bodies)[:, first - start :][:, :PIECE])
+            code = carried(source.encoder(seen[:, start:end], own), source.layout, target.layout)
+            out.append(target.answer(code, bodies)[:, first - start :][:, :PIECE])
         plain = torch.cat(out, 1)[:, :frames] * wanted[:, 1:] + wanted[:, :1]
         if features.path == "carried":
             plain[:, :, -1] += whole[:, :frames, -1] - wanted[:, 0, -1:]

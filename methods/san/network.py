@@ -191,14 +191,15 @@ class DoublingConvolution(SkeletalConvolution):
         if self.phases is None or values.shape[-1] < LONG:
             return super()._convolved(_doubled(values), kernel)
         reach = self.phases.shape[-1] // 2
-        inner = functional.conv1d(functional.pad(values, (reach, reach)), self.phases)
-        inner = inner.view(len(values), -1, 2, values.shape[-1]).transpose(2, 3).flatten(2)
+        inner = functional.conv1d(values, self.phases, padding=reach)
+        answer = inner.view(len(values), -1, 2, values.shape[-1]).transpose(2, 3).flatten(2)
         # near the ends the reflection is of doubled frames, and no sum of frames as they are
         first, last = (
             super(DoublingConvolution, self)._convolved(_doubled(end), kernel)
             for end in (values[..., :SEGMENT], values[..., -SEGMENT:])
         )
-        return torch.cat([first[..., :SEGMENT], inner[..., SEGMENT:-SEGMENT], last[..., -SEGMENT:]], -1)
+        answer[..., :SEGMENT], answer[..., -SEGMENT:] = first[..., :SEGMENT], last[..., -SEGMENT:]
+        return answer
 
 
 class BodyConvolution(nn.Module):

@@ -1,16 +1,14 @@
 """What a training step of SAN costs, and how fast it retargets, beside its networks built the plain way.
 
-Run it with ``python tests/benchmarks/san_speed.py [--threads N] [--rounds N] [--rows N] [--profile]``. A step
-is one update of generators and one of discriminators with the released choices: two structures (22 and 27
-edges), each with ``rows`` windows of 64 frames, all four pairs. The plain networks are
+Run it with ``python tests/benchmarks/san_speed.py [--threads N] [--rounds N] [--rows N] [--profile]``. A
+step is one update of generators and one of discriminators with the released choices: two structures (22 and
+27 edges), each with ``rows`` windows of 64 frames, all four pairs. The plain networks are
 ``tests/methods/san_reference.py``: dense layers times masks, poolings and unpoolings as products of
 matrices, as the authors write them. Both do the same work around the networks, and put calls of one network
-together, which the authors' code does not. Inference is of the networks alone, from the larger structure to
-the smaller, of one clip and of 32.
-Processor time is given beside wall time, because other processes on the machine move it less. Lean and plain
-take turns; the ratio is the median of those of the turns.
-
-Two shared cores, one thread, torch 2.13, 32 rows: RESULTS
+together, which the authors' code does not. Inference is of the networks alone, from the larger structure
+to the smaller.
+Processor time is given beside wall time, because other processes on the machine move it less. Lean and
+plain take turns; the ratio is the median of those of the turns.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ import method_bodies
 from san_reference import PlainDiscriminator, make_plain
 
 from retarget_bench.methods.san import San
-from retarget_bench.methods.san.structure import Structure
+from retarget_bench.methods.san.losses import carried
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
@@ -87,17 +85,10 @@ def inference(clips: int, frames: int, plain: bool) -> Callable[[], None]:
 
     def run() -> None:
         with torch.inference_mode():
-            target.answer(
-                _carried(source, target, source.encoder(motion, source.codes(bones[0]))), bones[1]
-            )
+            code = source.encoder(motion, source.codes(bones[0]))
+            target.answer(carried(code, source.layout, target.layout), bones[1])
 
     return run
-
-
-def _carried(source: Structure, target: Structure, code: torch.Tensor) -> torch.Tensor:
-    from retarget_bench.methods.san.losses import carried
-
-    return carried(code, source.layout, target.layout)
 
 
 def seconds(call: Callable[[], None]) -> tuple[float, float]:
