@@ -53,12 +53,12 @@ def test_gradients_reach_every_parameter(variant, names):
 
 def test_it_learns_one_batch_by_heart():
     module = san_material.training_module(TWO[:2])
-    batch = san_material.batch(module)
+    batch = san_material.batch(module, rows=2)
     first = terms(module, batch)["generator"]
     steps(module, 50, batch, rate=3e-3)
     last = terms(module, batch)["generator"]
     for name in ("edges", "positions", "root", "ends"):
-        assert last[name] < 0.25 * first[name], name
+        assert last[name] < 0.5 * first[name], name
 
 
 def test_training_repeats_itself_and_depends_on_its_seed():
