@@ -256,7 +256,7 @@ def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str
         ("smrm", ("adversarial", "path relative")),
         (
             "pan[dropout=0.1]",
-            ("hip heights", "source's path", "by structure", "height as", "losses", "released"),
+            ("hip heights", "source's path", "by structure", "height as", "losses", "released", "masks"),
         ),
         ("pan[parts=three]", ("hip heights", "path relative", "height as", "losses", "released")),
     ],
