@@ -18,7 +18,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from ..pan.body import FOUR, PanBody, aligned, structure_key
+from ..pan.body import FOUR, PanBody, structure_key, tree_of
 from ..pan.features import unfit
 from .settings import ALL, DIFFERS, PARAMETERS, SETTINGS, TWO_LEGGED, Overrides, Settings, Variant
 from .skeleton import layout_of
@@ -115,7 +115,7 @@ class San(LearnedMethod):
         return unfit(character, self.settings.features)
 
     def body(self, character: Character) -> PanBody:
-        return _body(character)
+        return _body(character, self.settings.rerooted)
 
     def structure(self, character: Character) -> str:
         return structure_key(character)
@@ -197,10 +197,10 @@ class San(LearnedMethod):
 
 
 @lru_cache(maxsize=1024)
-def _body(character: Character) -> PanBody:
+def _body(character: Character, turned: bool) -> PanBody:
     """The joints that position errors count, those at and below the hips, in a layout of their own."""
-    mine = aligned(character)
-    return PanBody(character, layout_of(mine.skeleton.parents.tolist(), mine.roles), mine.joints)
+    parents, joints = tree_of(character, turned)
+    return PanBody(character, layout_of(parents, [character.roles[joint] for joint in joints]), joints)
 
 
 plugin = San

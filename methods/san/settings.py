@@ -105,7 +105,7 @@ class Settings:
     """Everything that a variant chooses.
 
     statistics: whether mean and deviation are by structure or by character; deviations are
-    ``least_deviation`` or more. heights: that the movement of end effectors is compared in: of the bodies,
+    ``least_deviation`` or more. rerooted: trees begin where the legs do (PAN's ``tree.py``). heights: that the movement of end effectors is compared in: of the bodies,
     or numbers that start there and are learnt. shared: structures have the same initial weights for what
     they have in common.
     """
@@ -114,6 +114,7 @@ class Settings:
     design: Design
     weights: Weights
     statistics: Statistics
+    rerooted: bool = False
     heights: Heights = "given"
     least_deviation: float = 0.0
     shared: bool = False
@@ -149,7 +150,11 @@ class Settings:
 
 SETTINGS: Mapping[Variant, Settings] = {
     "released": Settings(
-        Features("position", "world", 0.0), Design("released", padded=True), Weights(), "character"
+        Features("position", "world", 0.0),
+        Design("released", padded=True),
+        Weights(),
+        "character",
+        rerooted=True,
     ),
     "own": Settings(
         Features("height", "body", 0.0, "carried"),

@@ -45,8 +45,9 @@ class SanTraining:
             raise NotSupported("san learns from at least two characters, and there is one")
         self._build, self._settings, self._names = build, settings, sorted(bodies)
         # batches say which character each row is of, for statistics and learnt heights alike
+        ends: dict[str, list[int]] = {name: [] for name in bodies}
         self._windows = Windows(
-            training_data, config.window, bodies, settings.features, backwards=True, by_character=True
+            training_data, config.window, bodies, ends, settings.features, backwards=True, by_character=True
         )
         own, first = settings.statistics == "character", 0
         self._structures, self._firsts = {}, {}

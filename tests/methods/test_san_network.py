@@ -13,6 +13,8 @@ from retarget_bench.methods.san import San
 from retarget_bench.methods.san.network import Design, Discriminator, Skeletal
 from retarget_bench.methods.san.skeleton import Edges, layout_of
 from retarget_bench.methods.san.structure import Structure, share_initialisation
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.joint_datasets import dataset
 
 DESIGNS = {"released": Design("released", padded=True), "fixed": Design()}
 designs = pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
@@ -115,6 +117,19 @@ def test_chains_are_named_after_the_parts_that_the_body_ends_in():
         "left_leg_3",
     )
     assert layout_of((-1, 0, 0), (None,) * 3).names == ("end 1", "end 2")
+
+
+def test_the_authors_trees_begin_where_the_legs_do():
+    """So that a body with a pelvis below its hips has the chains of others; ours keeps the hips."""
+    cast = dataset(Spec.parse("puppets")).characters()
+    names = {
+        variant: [San(variant).body(cast[each]).layout.names for each in ("petra", "ada", "mina")]
+        for variant in ("released", "own")
+    }
+    assert len({*names["released"]}) == 1
+    pelvis, *others = names["own"]
+    assert {*others} == {names["released"][0]}
+    assert {*pelvis} - {*others[0]} == {"left_leg+right_leg"}
 
 
 # ------------------------------------------------------------------------------------------- counts
