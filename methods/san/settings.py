@@ -105,9 +105,9 @@ class Settings:
     """Everything that a variant chooses.
 
     statistics: whether mean and deviation are by structure or by character; deviations are
-    ``least_deviation`` or more. rerooted: trees begin where the legs do (PAN's ``tree.py``). heights: that the movement of end effectors is compared in: of the bodies,
-    or numbers that start there and are learnt. shared: structures have the same initial weights for what
-    they have in common.
+    ``least_deviation`` or more. rerooted: trees begin where the legs do (PAN's ``tree.py``). heights: that
+    the movement of end effectors is compared in: of the bodies, or numbers that start there and are learnt.
+    shared: structures have the same initial weights for what they have in common.
     """
 
     features: Features
