@@ -6,6 +6,7 @@ that they are of (``retarget_bench/training/ablation.py``).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from retarget_bench.plugins import registry
 from retarget_bench.tables.published import published_tables
@@ -69,7 +70,8 @@ def table(name: str) -> PrintedTable:
     """A table. Raises BenchError for a name that there is none of."""
     method, _, key = name.partition(" ")
     if key:
-        return _of_ablation(name, registry.load("methods", method).ablations[key])
+        plugin: Any = registry.load("methods", method)
+        return _of_ablation(name, plugin.ablations[key])
     return _of_published(name, published_tables.published(name))
 
 
