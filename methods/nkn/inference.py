@@ -84,6 +84,7 @@ class Stream:
 class Retargeter(Choices, LearnedMethod):
     """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
 
+    variant: features.Variant = "own"
     facing: float = 20.0
     yaw: features.Yaw = "predicted"
     path: root_rules.PathKind = "relative"
@@ -143,9 +144,8 @@ class Retargeter(Choices, LearnedMethod):
 
     def see(self, source: Prediction) -> features.Sight:
         character = source.character
-        return features.see(
-            source, self.body(character), self.facing, features.unit(character, self.lengths)
-        )
+        unit = features.unit(character, self.lengths)
+        return features.see(source, self.body(character), self.facing, unit, self.variant)
 
     def bones(self, character: Character) -> np.ndarray:
         """``(joints, 3)`` float32 as the networks are told, in the unit."""
@@ -180,20 +180,29 @@ class Retargeter(Choices, LearnedMethod):
         return [found[number] for number in range(len(sources))]
 
     def stream(
-        self, sources: Sequence[Character], targets: Sequence[Character], device: str = "cpu"
+        self,
+        sources: Sequence[Character],
+        targets: Sequence[Character],
+        device: str = "cpu",
+        heights: Sequence[float] = (),
     ) -> Stream:
         """A batch of targets, to be moved on by chunks of what ``features.see`` gives for the sources; all
-        of one pair of structures."""
+        of one pair of structures.
+
+        heights: of the ``released`` variant, metres: ``Sight.height`` of the sources, scaled.
+        """
         source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
         unit = np.array([features.unit(each, self.lengths) for each in targets])
-        path = features.Path(unit, self.path, self.yaw)
+        path = features.Path(unit, self.path, self.yaw, self.variant)
         offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets])).to(device)
         lacks = torch.from_numpy(np.stack([self.lacks(each) for each in targets]))
+        raised = torch.from_numpy(np.asarray(heights) / unit).float().unsqueeze(1) if len(heights) else None
         bodies = Bodies(
             Tree.of(self.body(targets[0]).skeleton).to(device),
             offsets,
             target.scale,
             lacks.to(device) if lacks.any() else None,
+            heights=raised.to(device) if raised is not None else None,
         )
         return Stream(source.encoder, source.scale, target.decoder, bodies, path)
 
@@ -206,7 +215,8 @@ class Retargeter(Choices, LearnedMethod):
         ratio = [root_rules.ratio(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
         poses, turn = _padded([sight.poses for sight in seen]), _padded([sight.turn for sight in seen])
         hips = _padded([sight.hips * by for sight, by in zip(seen, ratio, strict=True)])
-        stream = self.stream(actors, targets, device)
+        heights = [sight.height * by for sight, by in zip(seen, ratio, strict=True)]
+        stream = self.stream(actors, targets, device, heights if self.variant == "released" else ())
         parts = []
         for first in range(0, len(poses), CHUNK):
             chunk = slice(first, first + CHUNK)

@@ -21,10 +21,10 @@ from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entr
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
-from .features import SIGNATURE, Signature, begin
+from .features import SIGNATURE, Signature, Variant, begin
 from .network import Generator
 from .network.cells import Kind
-from .network.pose import MOVES, Bodies, Scale, quaternions
+from .network.pose import MOVES, UP, Bodies, Scale, quaternions
 
 Losses = Literal["autoencoder", "cycle", "adversarial"]
 SMALL = 1e-3
@@ -36,21 +36,23 @@ OWN = 0.5
 @dataclass(eq=False)
 class Choices:
     """cell, hidden: of the networks. losses: which terms. same: how often the target is the source.
-    drift: weight of ``losses.drift``."""
+    drift: weight of ``losses.drift``. variant: form of the input and of the terms."""
 
     cell: Kind = "tf"
     hidden: int = 512
     losses: Losses = "adversarial"
     same: float = 0.2
     drift: float = 0.05
+    variant: Variant = "own"
 
 
 @dataclass(eq=False)
 class Fake:
-    """Answers of one group on other bodies, and real clips of these bodies.
+    """Answers of one group, and real clips; ours: of rows that go to other bodies only.
 
-    motion, real: ``(rows, frames, channels)`` as the discriminator sees them. bones: ``(rows, ...)``.
-    logits: ``(rows,)`` of the answers, with gradients.
+    motion, real: ``(rows, frames, channels)`` as the discriminator sees them. bones, real_bones:
+    ``(rows, ...)`` of their bodies. logits: ``(rows,)`` of the answers, with gradients. fooling: those of
+    answers on other bodies, which the generator learns from.
     """
 
     structure: int
@@ -58,8 +60,10 @@ class Fake:
     motion: Tensor
     lengths: Tensor
     real: Tensor
+    real_bones: Tensor
     real_lengths: Tensor
     logits: Tensor
+    fooling: Tensor
 
 
 class Ends:
@@ -151,17 +155,14 @@ class NknTraining:
         target = source if own else int(numbers.choice(beside))
         cast = self._material.cast(numbers, rows, self._casts[self._names[source]])
         same = (numbers.random(rows) < self._choices.same / often) & own | alone
-        names = []
-        for name, itself in zip(cast, same, strict=True):
-            others = [other for other in self._casts[self._names[target]] if other != name]
-            if others and not itself:
-                name = others[int(numbers.integers(len(others)))]
-            names.append(name)
+        names = self._targets(numbers, cast, same, self._casts[self._names[target]])
+        if not self._released:
+            same = np.array([a == b for a, b in zip(cast, names, strict=True)])
         windows = self._material.draw(numbers, cast, self._window)
         group = self._windows(windows) | {
             "structures": (source, target),  # not arrays: what is asked for on a GPU is waited for
-            "same": np.array([a == b for a, b in zip(cast, names, strict=True)]),
-            "other": np.flatnonzero([a != b for a, b in zip(cast, names, strict=True)]),
+            "same": same,
+            "other": np.flatnonzero(~same),
             "bones": np.stack([self._bones[name] for name in cast]),
             "target_bones": np.stack([self._bones[name] for name in names]),
         }
@@ -173,11 +174,33 @@ class NknTraining:
         if self.ends is not None and source != target:
             group["ends"] = self.ends.shares(cast, names)
         if self._choices.losses == "adversarial":
-            group["real"] = self._windows(self._material.draw(numbers, names, self._window))
+            shown = names
+            if self._released:  # beside a target that is the source there is a clip of anybody
+                anybody = self._material.cast(numbers, rows, self._casts[self._names[target]])
+                shown = [a if itself else b for a, b, itself in zip(anybody, names, same, strict=True)]
+            real = self._material.draw(numbers, shown, self._window)
+            group["real"] = self._windows(real)
+            group["real_bones"] = np.stack([self._bones[name] for name in real.characters])
+        if self._released:
+            height = group["poses"][:, 0, UP : UP + 1]
+            clips = self._material.draw(numbers, names, 1).arrays["poses"]
+            group["heights"] = height
+            group["target_heights"] = np.where(same[:, None], height, clips[:, 0, UP : UP + 1])
         return group
 
+    def _targets(
+        self, numbers: np.random.Generator, cast: Sequence[str], same: np.ndarray, among: Sequence[str]
+    ) -> list[str]:
+        """Of every row; ``released`` may draw the source itself, ours only where there is no other."""
+        names = []
+        for name, itself in zip(cast, same, strict=True):
+            others = [other for other in among if self._released or other != name]
+            names.append(others[int(numbers.integers(len(others)))] if others and not itself else name)
+        return names
+
     def _windows(self, windows: WindowBatch) -> dict[str, Any]:
-        poses = begin(windows.arrays["poses"]) * windows.mask[..., None]
+        poses = windows.arrays["poses"]
+        poses = (poses if self._released else begin(poses)) * windows.mask[..., None]
         return {"poses": poses.astype(np.float32), "lengths": windows.lengths}
 
     # -------------------------------------------------------------------------------------- losses
@@ -194,11 +217,19 @@ class NknTraining:
         for group in groups:
             for name, term in self._terms(group, fakes).items():
                 found.setdefault(name, []).append(term)
-        terms = {name: torch.stack(each).sum() / frames for name, each in found.items()}
+        kept = frames
+        if self._released:
+            kept = (
+                torch.stack([(group["lengths"] * group["same"]).sum() for group in groups])
+                .sum()
+                .clamp(min=1)
+            )
+        over = {"same_places": kept, "same_moves": kept}
+        terms = {name: torch.stack(each).sum() / over.get(name, frames) for name, each in found.items()}
         if self._choices.losses == "adversarial":
-            rows = sum(len(fake.bones) for fake in fakes)
+            rows = sum(len(fake.fooling) for fake in fakes)
             total = sum(
-                (cross_entropy(fake.logits, True).sum() for fake in fakes),
+                (cross_entropy(fake.fooling, True).sum() for fake in fakes),
                 torch.zeros((), device=frames.device),
             )
             terms["adversarial"] = losses.ADVERSARIAL * total / max(rows, 1)
@@ -215,6 +246,7 @@ class NknTraining:
                 self._generators[name].scale,
                 group.get(f"{whose}lacks"),
                 group.get(f"{whose}lacking"),
+                group.get(f"{whose}heights"),
             )
             for name, whose in zip(names, ("", "target_"), strict=True)
         )
@@ -243,7 +275,8 @@ class NknTraining:
             drifts.append(losses.drift(back, poses, real))
         if self._choices.drift:
             terms["drift"] = self._choices.drift * torch.stack(drifts).sum()
-        twists = [losses.twist(quaternions(raw[..., :-MOVES]), real) for _, raw, _ in outputs]
+        variant = self._choices.variant
+        twists = [losses.twist(quaternions(raw[..., :-MOVES]), real, variant) for _, raw, _ in outputs]
         changes = [losses.smooth(through.scale.plain(seen), real) for seen, _, through in outputs]
         terms["twist"] = losses.TWIST * torch.stack(twists).mean()
         terms["smooth"] = losses.SMOOTH * torch.stack(changes).mean()
@@ -252,22 +285,26 @@ class NknTraining:
         return terms
 
     def _show(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[Fake]) -> None:
-        """The discriminator's logits for rows whose source is another body."""
-        rows = group["other"]
+        """The discriminator's logits: ``released`` for all rows, ours for those that go to another body."""
+        other, variant = group["other"], self._choices.variant
+        rows = torch.arange(len(group["same"]), device=answers.device) if self._released else other
         if not len(rows):
             return
-        real = group["real"]
-        bones = self._generators[name].scale.bones(group["target_bones"][rows])
-        motion, lengths = losses.differences(answers)[rows], group["lengths"][rows] - 1
+        real, scale = group["real"], self._generators[name].scale
+        bones = scale.bones(group["target_bones"][rows])
+        motion, lengths = losses.differences(answers, variant)[rows], group["lengths"][rows] - 1
+        logits = self._discriminators[name](motion, bones, lengths)
         fakes.append(
             Fake(
                 structure=self._names.index(name),
                 bones=bones,
                 motion=motion.detach(),
                 lengths=lengths,
-                real=losses.differences(real["poses"].transpose(0, 1))[rows],
+                real=losses.differences(real["poses"].transpose(0, 1), variant)[rows],
+                real_bones=scale.bones(group["real_bones"][rows]),
                 real_lengths=real["lengths"][rows] - 1,
-                logits=self._discriminators[name](motion, bones, lengths),
+                logits=logits,
+                fooling=logits[other] if self._released else logits,
             )
         )
 
@@ -279,10 +316,10 @@ class NknTraining:
         for fake in fakes:
             if learns[fake.structure]:
                 network = self._discriminators[self._names[fake.structure]]
-                real = network(fake.real, fake.bones, fake.real_lengths, learns=True)
+                real = network(fake.real, fake.real_bones, fake.real_lengths, learns=True)
                 shown = network(fake.motion, fake.bones, fake.lengths, learns=True)
                 both = torch.cat([cross_entropy(real, True), cross_entropy(shown, False)])
-                found.append(both.mean())
+                found.append(both.mean() * (2 if self._released else 1))  # a sum of two means, as released
         if not found:  # another process has rows of what learns, and waits for this one's gradients
             found = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
         return {"cross_entropy": torch.stack(found).sum()}
@@ -296,8 +333,21 @@ class NknTraining:
         """Statistics of the training clips, and of the bones of the reference poses."""
         poses = self._material.stacked("poses", cast)
         rest = np.stack([self._bones[name].reshape(-1) for name in cast])
+        if self._released:  # one of every clip, whose hips are as high as the clip's
+            rest = np.concatenate([self._rest(name) for name in cast])
         scale.fit("places", np.concatenate([poses[:, :-MOVES], rest]), SMALL)
         scale.fit("moves", poses[:, -MOVES:], SMALL)
+
+    def _rest(self, name: str) -> np.ndarray:
+        """``(clips, 3 joints)``: bones, and in the row of the hips how high they are in each clip."""
+        clips = self._material.clips[name]
+        rest = np.tile(self._bones[name].reshape(-1), (len(clips), 1))
+        rest[:, UP] = [clip.arrays["poses"][0, UP] for clip in clips]
+        return rest
+
+    @property
+    def _released(self) -> bool:
+        return self._choices.variant == "released"
 
     # ----------------------------------------------------------------------------------- the outcome
     def method(self) -> Method:

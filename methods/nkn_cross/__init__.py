@@ -62,7 +62,9 @@ class NknCross(Retargeter):
         version="1",
         paper="Hu, Zhang, Zhong, Jiang, Wang, Zhang: Pose-Aware Attention Network for Flexible Motion "
         "Retargeting by Body Part, TVCG 2023 (NKN*)",
-        published=({"drift": 0.0, "ends": 0.0, "lengths": "world", "path": "integrated"},),
+        published=(
+            {"variant": "released", "drift": 0.0, "ends": 0.0, "lengths": "world", "path": "integrated"},
+        ),
         differs={**DIFFERS, "ends": "loss on ends of limbs"},
         accepts=("motion", "positions"),
         default=False,
