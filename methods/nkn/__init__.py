@@ -12,7 +12,8 @@ from retarget_bench.motion.body22 import Body22, unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.training.config import TrainingConfig
 
-from .inference import Retargeter, common_reasons
+from .inference import Retargeter
+from .retargeter import common_reasons
 
 STRUCTURE = "body22"
 

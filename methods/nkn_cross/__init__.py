@@ -18,9 +18,11 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 
 from ..nkn import DIFFERS, PARAMETERS, Nkn, features
+from ..nkn.ends import Ends
 from ..nkn.features import SIGNATURE, Signature
-from ..nkn.inference import Retargeter, common_reasons
-from ..nkn.training import Ends, NknTraining
+from ..nkn.inference import Retargeter
+from ..nkn.retargeter import common_reasons
+from ..nkn.training import NknTraining
 
 ENDS = ("head", *(f"{side}_{part}" for side in SIDES for part in ("forearm", "hand", "leg", "foot")))
 """Roles of the joints that the loss ``ends`` watches."""
