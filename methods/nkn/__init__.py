@@ -2,20 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import ClassVar
 
-import numpy as np
-
 from retarget_bench.api import MethodCard
-from retarget_bench.motion.body22 import Body22, unfit
-from retarget_bench.motion.character import Character
 from retarget_bench.training.config import TrainingConfig
 
 from .inference import Retargeter
-from .retargeter import common_reasons
-
-STRUCTURE = "body22"
+from .one_structure import OneStructure
 
 PARAMETERS = {
     "cell": "the GRU: tf (one bias per gate, reset before the product) or torch",
@@ -41,7 +34,7 @@ DIFFERS = {
 
 
 @dataclass(eq=False)
-class Nkn(Retargeter):
+class Nkn(OneStructure, Retargeter):
     """Neural kinematic networks for unsupervised motion retargetting (Villegas et al., CVPR 2018).
 
     An encoder reads the places of 22 joints as seen from where the body faces; a decoder, told the bones of
@@ -101,23 +94,6 @@ class Nkn(Retargeter):
         accepts=("motion", "positions"),
         parameters=PARAMETERS,
     )
-
-    def unfit(self, character: Character) -> str:
-        return unfit(character, self.card.name) or common_reasons(character)
-
-    def body(self, character: Character) -> Body22:
-        return _body(character)
-
-    def lacks(self, character: Character) -> np.ndarray:
-        return _body(character).lacks
-
-    def structure(self, character: Character) -> str:
-        return STRUCTURE
-
-
-@lru_cache(maxsize=1024)
-def _body(character: Character) -> Body22:
-    return Body22(character)
 
 
 plugin = Nkn

@@ -16,6 +16,7 @@ from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
@@ -67,6 +68,10 @@ class SightRetargeter(LearnedMethod):
     def lacks(self, character: Character) -> np.ndarray:
         """``(joints,)`` bool: those of them that are of no length since the body lacks them."""
         return np.zeros(len(self.body(character).skeleton), dtype=bool)
+
+    @abstractmethod
+    def roles(self, character: Character) -> tuple[str | None, ...]:
+        """Of the joints that the networks see."""
 
     @abstractmethod
     def structure(self, character: Character) -> str:
@@ -183,6 +188,10 @@ class SightRetargeter(LearnedMethod):
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """``poses`` ``(frames, channels)``: see ``pose.py``."""
         return {"poses": self.see(motion).poses}
+
+    @abstractmethod
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Any:
+        """See ``training/contract.py``."""
 
     def casts(self, training_data: TrainingData) -> dict[str, list[str]]:
         """Structure -> names of its characters."""

@@ -172,14 +172,7 @@ class NknTraining(UnpairedTraining):
         outputs = [(answers, raw, target)]
         nothing = answers.new_zeros(())
         terms, drifts = {"same_places": nothing, "same_moves": nothing}, []
-        if self.ends is not None:
-            terms |= {"ends": nothing, "ends_moves": nothing}
-        if self.ends is not None and "ends" in group:
-            asked, given = source.scale.plain(poses), target.scale.plain(answers)
-            seen = [self.ends.seen(each, group["ends"], k) for k, each in enumerate((asked, given))]
-            terms["ends"] = self.ends.weight * losses.ends(seen[0], seen[1], real)
-            moved = (asked[..., -MOVES:] - given[..., -MOVES:]) / source.scale.moves_deviation
-            terms["ends_moves"] = (moved.square().sum(-1) * real).sum()
+        terms |= self._ended(group, source.scale, target.scale, poses, answers, real)
         if names[0] == names[1]:
             kept = real * group["same"]
             terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)

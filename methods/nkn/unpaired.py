@@ -16,6 +16,7 @@ from retarget_bench.training.contract import Batch
 from retarget_bench.training.data import TrainingData, WindowBatch
 from retarget_bench.training.layers import exported
 
+from . import losses
 from .ends import Ends
 from .features import SIGNATURE, Signature, Variant, begin
 from .network.pose import MOVES, UP, Scale
@@ -136,6 +137,30 @@ class UnpairedTraining:
         poses = windows.arrays["poses"]
         poses = (poses if self._released else begin(poses)) * windows.mask[..., None]
         return {"poses": poses.astype(np.float32), "lengths": windows.lengths}
+
+    def _ended(
+        self,
+        group: Mapping[str, Any],
+        source: Scale,
+        target: Scale,
+        asked: Tensor,
+        given: Tensor,
+        real: Tensor,
+    ) -> dict[str, Tensor]:
+        """Terms on ends of limbs and on movements, where a group goes to another structure; sums over real
+        frames ``(frames, rows)``. asked, given: normalised poses of sources and answers."""
+        if self.ends is None:
+            return {}
+        nothing = given.new_zeros(())
+        if "ends" not in group:
+            return {"ends": nothing, "ends_moves": nothing}
+        asked, given = source.plain(asked), target.plain(given)
+        seen = [self.ends.seen(each, group["ends"], number) for number, each in enumerate((asked, given))]
+        moved = (asked[..., -MOVES:] - given[..., -MOVES:]) / source.moves_deviation
+        return {
+            "ends": self.ends.weight * losses.ends(seen[0], seen[1], real),
+            "ends_moves": (moved.square().sum(-1) * real).sum(),
+        }
 
     def _kept(self, groups: Sequence[Mapping[str, Any]]) -> Tensor:
         """Real frames of the rows whose target is the source, at least one."""
