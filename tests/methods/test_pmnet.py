@@ -364,8 +364,8 @@ def test_the_answer_begins_at_the_scaled_place_and_depends_on_the_source(method)
 
 @pytest.mark.parametrize("variant", ["own", "released"])
 def test_movements_that_are_kept_are_scaled_by_heights_alone(variant):
-    """With the identity for its movement network, lengths in the world's unit and no mean, an answer goes as
-    far as the source does, times the ratio of heights along the bones."""
+    """With the identity for its movement network, lengths in the world's unit and no mean, an answer goes
+    as far as the source does, times the ratio of heights along the bones."""
     made = training_module(plugin(**{**VARIANTS[variant], "lengths": "world"}))
     network = made.modules["generator"]["body22"]
     network.scale.moves_mean.zero_()
