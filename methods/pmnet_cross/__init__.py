@@ -24,12 +24,7 @@ class PmnetCross(ManyStructures, Retargeter):
     those of ``nkn_cross``.
     """
 
-    presets: ClassVar[Mapping[str, TrainingConfig]] = {
-        **Pmnet.presets,
-        "default": TrainingConfig(
-            steps=20_000, batch=32, window=60, rate=1e-3, schedule="cosine", warm_up=200, validate=500
-        ),
-    }
+    presets: ClassVar[Mapping[str, TrainingConfig]] = Pmnet.presets
 
     card = MethodCard(
         name="pmnet_cross",
