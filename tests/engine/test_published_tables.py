@@ -258,8 +258,9 @@ def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str
     [
         ("humot", ("small", "ahead", "one size", "varied", "mirrored", "root rule hip_height")),
         ("humot[root_rule=leg_length,varied=false]", ("small", "ahead", "one size", "mirrored")),
-        ("nkn", ("displacement", "hip heights", "path relative")),
-        ("nkn[drift=0]", ("hip heights", "path relative")),
+        ("nkn", ("own form", "displacement", "hip heights", "path relative")),
+        ("nkn[drift=0]", ("own form", "hip heights", "path relative")),
+        ("pmnet", ("own form", "hip heights", "path relative")),
         ("smrm", ("adversarial", "path relative")),
         (
             "pan[dropout=0.1]",
