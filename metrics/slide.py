@@ -11,6 +11,10 @@ DEFINITION = (
     "mean over the steps t-1 -> t of contact joints that are labelled planted in both frames of "
     "|horizontal (x, z) part of p(t) - p(t-1)| * fps"
 )
+FIRST = (
+    "where labels are found by speed, frame 0 has no speed and takes the label of frame 1, so that the "
+    "first step counts where frame 1 is planted"
+)
 SCALES = {
     "": ("cm/frame", "* 100 / 30: centimetres per frame of 30 per second, whatever the clip's rate"),
     "_h": ("% of height/s", "* 100 / h"),
@@ -30,8 +34,8 @@ def _value(suffix: str, *, source: bool) -> Value:
         unit=unit,
         better="lower",
         formula=(
-            f"{DEFINITION} {scale}; joints and true labels as {labels}; left out where no joint is "
-            "labelled planted in two frames in a row"
+            f"{DEFINITION} {scale}; joints and true labels as {labels}; {FIRST}; left out where no joint "
+            "is labelled planted in two frames in a row"
         ),
         source="mean horizontal displacement during true contacts, per frame as animation papers state it",
         tolerance=1e-4,

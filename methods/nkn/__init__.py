@@ -2,25 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import ClassVar
 
-import numpy as np
-
 from retarget_bench.api import MethodCard
-from retarget_bench.motion.body22 import Body22, unfit
-from retarget_bench.motion.character import Character
 from retarget_bench.training.config import TrainingConfig
 
-from .inference import Retargeter, common_reasons
-
-STRUCTURE = "body22"
+from .inference import Retargeter
+from .one_structure import OneStructure
 
 PARAMETERS = {
     "cell": "the GRU: tf (one bias per gate, reset before the product) or torch",
     "hidden": "width of the GRU layers",
     "losses": "training terms: autoencoder, cycle or adversarial (all)",
     "same": "share of training rows whose target is the source itself",
+    "variant": "own, or released (input and losses of the authors' code)",
     "drift": "weight of errors of movements summed up over time (the paper: 0)",
     "facing": "frames over which the direction that a body faces is averaged",
     "yaw": "where the target turns: predicted, or as the source",
@@ -30,6 +25,7 @@ PARAMETERS = {
     "weights": "name of shipped weights, or a path to others",
 }
 DIFFERS = {
+    "variant": "own form of input and losses",
     "lengths": "in hip heights",
     "drift": "loss on displacement",
     "path": "path relative to the source's",
@@ -38,7 +34,7 @@ DIFFERS = {
 
 
 @dataclass(eq=False)
-class Nkn(Retargeter):
+class Nkn(OneStructure, Retargeter):
     """Neural kinematic networks for unsupervised motion retargetting (Villegas et al., CVPR 2018).
 
     An encoder reads the places of 22 joints as seen from where the body faces; a decoder, told the bones of
@@ -52,6 +48,13 @@ class Nkn(Retargeter):
 
     cell: ``tf`` is the GRU of the published code and its parameter counts.
     losses: ``adversarial`` is the paper's method, ``cycle`` and ``autoencoder`` its ablations.
+    variant: ``released`` is the authors' code. All places are raised by the height of the hips above the
+    floor in their clip's first frame, so that the row of the hips is constant. A frame has the movement to
+    the next one. The terms of rows whose target is the source are means over these rows, and the hips may
+    twist. Any body may be drawn as target, the source too, and the discriminator learns from all rows.
+    ``own``: the row of the hips is how far they have risen, and a frame has the movement since the one
+    before. All terms are divided by all frames, and the hips count as twisted too. A target is the source
+    where that is meant, else another body, and the discriminator learns from rows of the latter.
     drift: a term of our own, squared differences of movements summed up over time; the paper has none (0),
     and its path drifts until training has been long.
     facing: an answer depends on three times as many frames to come.
@@ -63,7 +66,8 @@ class Nkn(Retargeter):
     which a movement that is copied is one that is scaled. In centimetres nothing but the discriminator says
     how far a smaller body should go, since a path that is copied as it is comes back as it was.
 
-    As published, with no weights shipped: ``nkn[drift=0,lengths=world,path=integrated]``, preset ``paper``.
+    As published, with no weights shipped: ``nkn[variant=released,drift=0,lengths=world,path=integrated]``,
+    preset ``paper``; docs/nkn.md says what still differs.
     """
 
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
@@ -85,28 +89,11 @@ class Nkn(Retargeter):
         version="1",
         paper="Villegas, Yang, Ceylan, Lee: Neural Kinematic Networks for Unsupervised Motion "
         "Retargetting, CVPR 2018",
-        published=({"drift": 0.0, "lengths": "world", "path": "integrated"},),
+        published=({"variant": "released", "drift": 0.0, "lengths": "world", "path": "integrated"},),
         differs=DIFFERS,
         accepts=("motion", "positions"),
         parameters=PARAMETERS,
     )
-
-    def unfit(self, character: Character) -> str:
-        return unfit(character, self.card.name) or common_reasons(character)
-
-    def body(self, character: Character) -> Body22:
-        return _body(character)
-
-    def lacks(self, character: Character) -> np.ndarray:
-        return _body(character).lacks
-
-    def structure(self, character: Character) -> str:
-        return STRUCTURE
-
-
-@lru_cache(maxsize=1024)
-def _body(character: Character) -> Body22:
-    return Body22(character)
 
 
 plugin = Nkn

@@ -22,6 +22,12 @@ CENTIMETRE = 0.01
 MIDDLING = 90.0
 """Of a body's own centimetres, how many its hips stand above the floor."""
 Lengths = Literal["world", "body"]
+Variant = Literal["own", "released"]
+"""Form of input and losses: ours, or that of the authors' code; see ``Nkn``."""
+SOLES = ("_foot", "_toe")
+"""Ends of the roles of joints that stand on the floor."""
+SOFTNESS = 0.5
+"""Of the minimum that the authors' code takes over time for the floor, in units of length."""
 Yaw = Literal["predicted", "source"]
 SIGNATURE = ".signature"
 """Suffix of the tensor that holds a structure's joints, after the structure's name."""
@@ -41,17 +47,22 @@ def unit(character: Character, lengths: Lengths) -> float:
 class Sight:
     """A motion as the networks see it, at 30 frames per second.
 
-    poses: ``(frames, 3 joints + 4)`` float32; see ``network/pose.py``. The movement of a frame is
-           that since the frame before; the first frame is given that of the second.
+    poses: ``(frames, 3 joints + 4)`` float32; see ``network/pose.py``. ``own``: the movement of a frame is
+           that since the frame before; the first frame is given that of the second. ``released``: it is
+           that to the next frame, and the last frame does not move.
     turn:  ``(frames,)`` unit complex numbers, where the body faces. hips: ``(frames, 3)`` metres.
+    height: metres of the hips above the floor in the first frame.
     """
 
     poses: np.ndarray
     turn: np.ndarray
     hips: np.ndarray
+    height: float
 
 
-def see(source: Prediction, body: Aligned | Body22, smoothing: float, unit: float) -> Sight:
+def see(
+    source: Prediction, body: Aligned | Body22, smoothing: float, unit: float, variant: Variant = "own"
+) -> Sight:
     """smoothing: frames over which the direction is averaged (``facing.facing``). unit: metres."""
     places = source.positions
     if len(places) > 1:
@@ -60,13 +71,30 @@ def see(source: Prediction, body: Aligned | Body22, smoothing: float, unit: floa
     turn = facing.facing(places, source.character, smoothing)
     hips = places[:, body.joints[0]]
     local = facing.seen(places[:, list(body.joints)] - hips[:, None], turn[:, None])
-    local[:, 0, 1] = hips[:, 1] - hips[0, 1]
+    height = hips[0, 1] - floor(places, source.character, unit)
     steps = facing.seen(np.diff(hips, axis=0, prepend=hips[:1]), turn)
     turns = np.angle(turn * np.concatenate([turn[:1], turn[:-1]]).conj())
     moves = np.concatenate([steps / unit, turns[:, None]], axis=1)
-    moves[:1] = moves[1:2] if len(moves) > 1 else moves[:1]
+    if variant == "released":
+        local[..., 1] += height
+        moves = np.concatenate([moves[1:], np.zeros_like(moves[:1])])
+    else:
+        local[:, 0, 1] = hips[:, 1] - hips[0, 1]
+        moves[:1] = moves[1:2] if len(moves) > 1 else moves[:1]
     flat = local.reshape(len(local), -1) / unit
-    return Sight(np.concatenate([flat, moves], axis=1).astype(np.float32), turn, hips)
+    return Sight(np.concatenate([flat, moves], axis=1).astype(np.float32), turn, hips, height)
+
+
+def floor(places: np.ndarray, character: Character, unit: float) -> float:
+    """Metres: the lowest that feet and toes are, softly, as the authors' code takes it for the floor.
+
+    places: ``(frames, joints, 3)`` metres. unit: metres; a foot that stands still is log 1.5 units above
+    its floor, any other almost log 0.5 units below.
+    """
+    feet = [joint for role, joint in character.joint_of.items() if role.endswith(SOLES)]
+    heights = places[:, feet or slice(None), 1] / unit
+    lowest = heights.min(axis=1)
+    return float(lowest.min() - np.log(SOFTNESS + np.exp(lowest.min() - lowest.max()))) * unit
 
 
 def begin(poses: np.ndarray) -> np.ndarray:
@@ -81,15 +109,17 @@ class Path:
     """Places and facing directions of the bodies of a batch; goes on from chunk to chunk.
 
     unit: ``(rows,)`` metres. kind: of the path, and of directions where ``yaw`` is ``predicted``.
+    variant: ``released`` movements are those to the next frame.
     """
 
     unit: np.ndarray
     kind: root_rules.PathKind = "integrated"
     yaw: Yaw = "predicted"
+    variant: Variant = "own"
 
     def __post_init__(self) -> None:
         self._lead: tuple[np.ndarray, np.ndarray] | None = None
-        self._place = self._turn = self._astray = self._askew = np.zeros(())
+        self._place = self._turn = self._astray = self._askew = self._due = np.zeros(())
 
     def follow(
         self, moves: np.ndarray, turn: np.ndarray, hips: np.ndarray
@@ -100,6 +130,9 @@ class Path:
         turn, hips: of the sources, directions and places scaled to the targets.
         """
         moves = np.array(moves, dtype=np.float64)
+        if self.variant == "released":
+            due = np.broadcast_to(self._due, moves[:1].shape)
+            moves, self._due = np.concatenate([due, moves[:-1]]), moves[-1:]
         if self._lead is None:
             moves[0], self._lead = 0.0, (turn[0], hips[0])
             self._turn, self._place = self._lead

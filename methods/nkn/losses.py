@@ -1,7 +1,9 @@
 """Losses of NKN. Time comes first: ``(frames, rows, ...)``.
 
-Weights and terms of Villegas et al., CVPR 2018, as the published code has them: sums over the numbers of a
-frame, means over the real frames of a batch, in normalised units but for smoothness.
+Weights and terms of Villegas et al., CVPR 2018: sums over the numbers of a frame, in normalised units but
+for smoothness, over the real frames of a batch. ``training.py`` divides them by all of these; in the
+variant ``released``, as in the authors' code, those of rows whose target is the source by the frames of
+these rows.
 """
 
 from math import radians
@@ -12,6 +14,7 @@ from torch.nn import functional
 
 from retarget_bench.training.layers.masks import frame_mask
 
+from .features import Variant
 from .network.pose import MOVES
 
 TWIST, SMOOTH, ADVERSARIAL = 10.0, 0.01, 0.001
@@ -44,12 +47,13 @@ def ends(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
     return ((a - b).square().sum((-1, -2)) * real).sum()
 
 
-def twist(turns: Tensor, real: Tensor) -> Tensor:
+def twist(turns: Tensor, real: Tensor, variant: Variant = "own") -> Tensor:
     """The mean over joints, summed over real frames, of the squared angle beyond the limit, radians.
 
-    turns: ``(frames, rows, joints, 4)`` unit. The angle is the first of the order YZX: q = q_y q_z q_x.
+    turns: ``(frames, rows, joints, 4)`` unit, the hips first, which ``released`` leaves out. The angle is
+    the first of the order YZX: q = q_y q_z q_x.
     """
-    w, x, y, z = turns.unbind(-1)
+    w, x, y, z = (turns[..., 1:, :] if variant == "released" else turns).unbind(-1)
     sine, cosine = 2.0 * (w * y - x * z), w * w + x * x - y * y - z * z
     locked = sine.square() + cosine.square() < 1e-12
     angle = torch.atan2(sine, torch.where(locked, torch.ones_like(cosine), cosine))
@@ -62,8 +66,10 @@ def smooth(poses: Tensor, real: Tensor) -> Tensor:
     return ((moves[1:] - moves[:-1]).square().sum(-1) * real[1:]).sum()
 
 
-def differences(poses: Tensor) -> Tensor:
+def differences(poses: Tensor, variant: Variant = "own") -> Tensor:
     """``(rows, frames - 1, channels)``, rows first: what the discriminator sees of poses
-    ``(frames, rows, channels)`` in centimetres: changes of places, and movements."""
+    ``(frames, rows, channels)`` in centimetres: changes of places, and the movements in between, which
+    ``released`` poses have beside the first of two frames and ours beside the second."""
     places = poses[1:, :, :-MOVES] - poses[:-1, :, :-MOVES]
-    return torch.cat([places, poses[1:, :, -MOVES:]], -1).transpose(0, 1)
+    moves = poses[:-1] if variant == "released" else poses[1:]
+    return torch.cat([places, moves[..., -MOVES:]], -1).transpose(0, 1)

@@ -41,6 +41,10 @@ class SMRM(Weighting, LearnedMethod):
     the source's path, scaled by hip heights; what the decoder's steps differ by is summed up and fades
     within ``root_rules.MEMORY``.
 
+    variant: weights of the losses. ``paper`` is eq. 2 as printed: the adversarial term counts 1, and no row
+    goes to its own body. With errors in squared metres or hip heights this term outweighs all others a
+    hundred times, so ``own`` gives it 0.0001; and a fifth of the rows goes to their own body, as in NKN.
+
     The paper leaves these open; they are parameters, and weights depend on all of them:
 
     normalisation: what the networks see. ``body``: lengths in hip heights of the body they belong to,
@@ -51,14 +55,14 @@ class SMRM(Weighting, LearnedMethod):
         from the clip's first frame on; in long clips that is far from anything seen in training.
     yaw: ``removed``: seen from where the character faces in that frame, which is given back to the answer.
         ``kept``: directions are the world's, and training turns every window at random.
-    adversarial: weight of the adversarial term. 1 is what eq. 2 says. With errors in squared metres it
-        outweighs all else a hundred times, so the default is smaller; 0: no discriminator. It is NKN's
-        (on 69 numbers of a frame, not 70: 280,285 parameters), with NKN's rule that it learns only
-        while it is fooled more often than three times in ten.
+    adversarial: weight of the adversarial term. 0: no discriminator. It is NKN's (on 69 numbers of a frame,
+        not 70: 280,285 parameters), with NKN's rule that it learns only while it is fooled more often than
+        three times in ten.
     rotation_cycle: 0 in a row of Table 2. smooth: of the hips' path in the world.
     reference_rotation: what the rotations that come back are compared with. ``truth``: those of the clip.
         ``self``: those of the same clip carried to its own body.
-    same: as in NKN; in these rows the answer itself is compared with the clip too. context: see Table 3.
+    same: share of rows that go to their own body, as in NKN; in these rows the answer itself is compared
+        with the clip too. context: see Table 3.
 
     The cycle loss on joints is the mean squared error of places relative to the hips plus that of the hips'
     path over the window, in units of the normalisation (metres, or hip heights). Adam is torch's, gradients
@@ -83,19 +87,20 @@ class SMRM(Weighting, LearnedMethod):
         "bodies that lack some of the 22 joints",
         version="1",
         paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
-        published=({"adversarial": 1.0, "path": "integrated"},),
-        differs={"adversarial": "adversarial weight 0.0001", "path": "path relative to the source's"},
+        published=({"variant": "paper", "path": "integrated"},),
+        differs={"variant": "adversarial weight 0.0001", "path": "path relative to the source's"},
         accepts=("motion", "positions"),
         parameters={
             "weights": "name of shipped weights, or a path to others",
             "normalisation": "lengths in hip heights (body) or metres (global), in deviations; or none",
             "root": "what is seen of the hips: height (and level steps), displacement, position",
             "yaw": "directions seen from where the character faces (removed) or the world's (kept)",
-            "adversarial": "weight of the adversarial term (eq. 2: 1)",
+            "variant": "weights of the losses: own, or paper (eq. 2 as printed)",
+            "adversarial": "weight of the adversarial term (eq. 2: 1); negative: as the variant",
             "rotation_cycle": "weight of the rotations' cycle loss (0: without)",
             "smooth": "weight of the mean acceleration of the hips",
             "reference_rotation": "what rotations are compared with: truth, self",
-            "same": "share of training rows whose target is their own character",
+            "same": "share of training rows whose target is their own character; negative: as the variant",
             "context": "frames of a training window",
             "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
             "hidden": "numbers of a GRU's state",
@@ -103,6 +108,7 @@ class SMRM(Weighting, LearnedMethod):
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.context < 2 or self.hidden < 1:
             raise BenchError("smrm needs a context of two frames or more, and at least one hidden number")
         if min(self.adversarial, self.rotation_cycle, self.smooth) < 0 or not 0 <= self.same <= 1:
@@ -132,8 +138,8 @@ class SMRM(Weighting, LearnedMethod):
 
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        """All parameters that weights depend on."""
-        return {name: x for name, x in asdict(self).items() if name not in ("path", "weights")}
+        """All parameters that weights depend on; of the variant, what it decides."""
+        return {name: x for name, x in asdict(self).items() if name not in ("path", "variant", "weights")}
 
     def unfit(self, character: Character) -> str:
         return unfit(character)

@@ -7,7 +7,7 @@ _COLUMNS = (
     AblationColumn("MPJPE", "m", "mpjpe_m"),
     AblationColumn("PA-MPJPE", "m", "pa_mpjpe_m"),
     AblationColumn("Acc", "m/frame^2", "acc"),
-    AblationColumn("PA-Acc", "m/frame^2", "pa_acc"),
+    AblationColumn("PA-Acc", "m/frame^2", "pa_acc.rigid"),
     AblationColumn("MPVD", "m", missing=_SKIN),
     AblationColumn("PA-MPVD", "m", missing=_SKIN),
     AblationColumn("MEDL", "m", missing=_SKIN),

@@ -26,19 +26,29 @@ from .features import FPS, Features
 from .network import MOVES, Answer, Generator
 
 Reference = Literal["truth", "self"]
+Variant = Literal["own", "paper"]
+VARIANTS: Mapping[Variant, tuple[float, float]] = {"own": (0.0001, 0.2), "paper": (1.0, 0.0)}
+"""The weight of the adversarial term, and the share of rows whose target is their own character."""
 LEAST = 1e-2
 """Units: what varies less between frames or bodies is not blown up; of the hips a tenth."""
 
 
 @dataclass(eq=False)
 class Weighting:
-    """Weights of the losses; see ``SMRM``. same: the share of rows whose target is their own character."""
+    """Weights of the losses; see ``SMRM``. same: the share of rows whose target is their own character.
+    Negative ones are as the variant has them."""
 
-    adversarial: float = 0.0001
+    variant: Variant = "own"
+    adversarial: float = -1.0
     rotation_cycle: float = 0.01
     smooth: float = 0.001
     reference_rotation: Reference = "truth"
-    same: float = 0.2
+    same: float = -1.0
+
+    def __post_init__(self) -> None:
+        adversarial, same = VARIANTS[self.variant]
+        self.adversarial = adversarial if self.adversarial < 0 else self.adversarial
+        self.same = same if self.same < 0 else self.same
 
 
 class SmrmTraining:

@@ -103,6 +103,33 @@ def test_terms_of_a_step_are_those_of_its_answers():
     assert found["rotations"] == pytest.approx(((2 - 2 * dots) / 4).mean().item(), rel=1e-4)
 
 
+def test_the_variant_paper_is_eq_2_as_printed():
+    """Cycle of joints and hips + adversarial + 0.01 rotations + 0.001 smooth, and nothing else."""
+    module = still(smrm_material.training_module(variant="paper"))
+    batch, memory = smrm_material.batch(module), {}
+    found = {name: term.item() for name, term in module.losses("generator", batch, memory).items()}
+    assert not batch["same"].any()
+    assert found["self_joints"] == found["self_hips"] == 0.0
+    source, features = batch["source"], module.features
+    with torch.no_grad():
+        there = _carried(module, source["positions"], source["moves"], batch["target"])
+        back = _carried(module, there.positions, there.moves, batch["body"])
+        path = features.path(there.moves, source["turn"]).numpy()
+    logits = memory["shown"][3].detach().numpy()
+    assert found["adversarial"] == pytest.approx(np.log1p(np.exp(-logits)).mean(), rel=1e-5)
+    dots = (back.rotations * source["rotations"]).sum(-1).abs()
+    assert found["rotations"] == pytest.approx(0.01 * ((2 - 2 * dots) / 4).mean().item(), rel=1e-4)
+    bends = np.linalg.norm(np.diff(path, 2, axis=1), axis=-1).mean()
+    assert found["smooth"] == pytest.approx(0.001 * bends, rel=1e-4)
+
+
+def test_weights_that_are_given_override_those_of_the_variant():
+    assert SMRM().facts() == SMRM(adversarial=0.0001, same=0.2).facts()
+    assert SMRM(variant="paper").facts() == SMRM(adversarial=1.0, same=0.0).facts()
+    mixed = SMRM(variant="paper", adversarial=0.5)
+    assert (mixed.adversarial, mixed.same) == (0.5, 0.0)
+
+
 def _carried(module, positions, moves, body):
     codes, _ = module.generator.encode(positions, moves)
     return module.generator.decode(codes, body["offsets"], body["resting"])[0]
@@ -309,7 +336,7 @@ def test_batches_move_to_a_device_as_they_are():
     }
 
 
-@pytest.mark.parametrize("odd", [{"context": 1}, {"hidden": 0}, {"same": 1.5}, {"adversarial": -1.0}])
+@pytest.mark.parametrize("odd", [{"context": 1}, {"hidden": 0}, {"same": 1.5}, {"smooth": -1.0}])
 def test_parameters_that_cannot_be_are_refused(odd):
     with pytest.raises(BenchError, match="smrm"):
         SMRM(**odd)

@@ -30,7 +30,7 @@ FIXED_LENGTHS = {
 """Values with a threshold in centimetres: they change with scale in no simple way."""
 LENGTHS = {"mpjpe_m", "pan_eq16_mean", "nkn_mse_h", "nkn_mse_local", "foot_slide", "foot_slide_src"} | {
     *("penetration.mean", "penetration.max", "floating.mean", "acc", "acceleration", "jerk"),
-    *("pa_mpjpe_m", "pa_acc"),
+    *("pa_mpjpe_m", "pa_acc", "pa_acc.rigid"),
 }
 """Values that grow with scale; all others do not feel it."""
 UPRIGHT = {

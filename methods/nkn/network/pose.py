@@ -3,7 +3,8 @@
 A pose is ``channels = 3 joints + 4`` numbers: the places of the joints relative to the hips in centimetres,
 seen from where the body faces, with the height of the hips above their first place in the row of the hips,
 then left, up, forward (centimetres per frame) and turn (radians per frame); see ``features.py``, also for
-centimetres that grow with the body.
+centimetres that grow with the body. In the ``released`` variant all places are raised by the height of the
+hips above the floor in the first frame of their clip instead, which is also what the row of the hips holds.
 """
 
 from collections.abc import Sequence
@@ -21,7 +22,7 @@ from retarget_bench.training.layers.normaliser import Normaliser
 MOVES = 4
 """Numbers of a frame that are no joint's: left, up, forward and turn."""
 UP = 1
-"""Which of the movements is the vertical one."""
+"""Which of the movements, and of the coordinates of a place, is the vertical one."""
 
 
 class Scale(Normaliser):
@@ -58,6 +59,8 @@ class Bodies:
     offsets: ``(rows, joints, 3)`` centimetres, the bones of the reference pose.
     lacks: ``(rows, 22)`` bool, joints of no length (``motion/body22.py``); None: none.
     lacking: ranks of those, where they are known; see ``folded``.
+    heights: ``(rows, 1)`` of the hips, the same in all frames and added to all places, as in the authors'
+             code; None: the hips rise with the movements, and the other joints are relative to them.
     """
 
     tree: Tree
@@ -65,6 +68,7 @@ class Bodies:
     scale: Scale
     lacks: Tensor | None = None
     lacking: Sequence[int] | None = None
+    heights: Tensor | None = None
 
     @property
     def bones(self) -> Tensor:
@@ -82,13 +86,16 @@ class Bodies:
         rotations = quaternions(turns.unsqueeze(1))
         if self.lacks is not None:
             rotations = folded(rotations, self.lacks.unsqueeze(1), self.lacking)
-        places, _ = kinematics(self.tree, self.offsets, rotations, raw.new_zeros(rows, 1, 3))
-        if not first:
-            up = slice(UP, UP + 1)
-            rise = rise + moves[:, up] * self.scale.moves_deviation[up] + self.scale.moves_mean[up]
+        up, root = slice(UP, UP + 1), raw.new_zeros(rows, 1, 3)
+        if self.heights is not None:
+            root[:, 0, up] = self.heights
+        places, _ = kinematics(self.tree, self.offsets, rotations, root)
         flat = places.reshape(rows, 3 * joints)
-        risen = torch.cat([flat[:, :1], rise, flat[:, 2:]], 1)
-        return torch.cat([self.scale.normalise("places", risen), moves], 1), rise
+        if self.heights is None:
+            if not first:
+                rise = rise + moves[:, up] * self.scale.moves_deviation[up] + self.scale.moves_mean[up]
+            flat = torch.cat([flat[:, :1], rise, flat[:, 2:]], 1)
+        return torch.cat([self.scale.normalise("places", flat), moves], 1), rise
 
 
 def quaternions(turns: Tensor) -> Tensor:

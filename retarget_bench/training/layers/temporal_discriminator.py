@@ -5,6 +5,8 @@ Source: Villegas et al., CVPR 2018, the second architecture of the published cod
 the third, fourth and last convolution is the one reading under which it has 280,413 parameters.
 """
 
+from collections.abc import Sequence
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
@@ -39,7 +41,7 @@ class FrameNorm(nn.Module):
 class TemporalDiscriminator(nn.Module):
     """Convolutions over time of kernel 4 and stride 2, then one of kernel 4 without padding.
 
-    channels: numbers per frame. bones: numbers that describe the body, 0: none.
+    channels: numbers per frame. bones: numbers that describe the body, 0: none. widths: of four layers.
     dropout:  share of input numbers that are dropped while the discriminator itself learns.
 
     Batch normalisation (second to fourth layer) always takes the statistics of the batch at hand, over
@@ -50,15 +52,21 @@ class TemporalDiscriminator(nn.Module):
     over time is taken.
     """
 
-    def __init__(self, channels: int = 70, bones: int = 63, dropout: float = 0.3) -> None:
+    def __init__(
+        self,
+        channels: int = 70,
+        bones: int = 63,
+        dropout: float = 0.3,
+        widths: Sequence[int] = WIDTHS,
+    ) -> None:
         super().__init__()
-        wide = (channels, *WIDTHS)
+        wide = (channels, *widths)
         self.layers = nn.ModuleList(
             nn.Conv1d(wide[k] + (bones if k > 1 else 0), wide[k + 1], KERNEL, stride=2)
-            for k in range(len(WIDTHS))
+            for k in range(len(widths))
         )
-        self.norms = nn.ModuleList(FrameNorm(width) for width in WIDTHS[1:])
-        self.last = nn.Conv1d(WIDTHS[-1] + bones, 1, KERNEL)
+        self.norms = nn.ModuleList(FrameNorm(width) for width in widths[1:])
+        self.last = nn.Conv1d(widths[-1] + bones, 1, KERNEL)
         self.dropout = dropout
 
     def forward(

@@ -1,0 +1,221 @@
+"""Retargeting of what ``features.see`` gives by networks of structures, any number of motions together."""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+from torch import nn
+
+from retarget_bench.api import Context, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import facing, root_rules, transfer
+from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.body22 import Body22
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
+
+from . import features
+from .features import SIGNATURE
+
+ROOT_RULE = "hip_height"
+"""What the first place of the hips is scaled by."""
+
+
+class Stream(Protocol):
+    """A batch of motions while they are retargeted, of one pair of structures."""
+
+    def advance(
+        self, poses: np.ndarray, turn: np.ndarray, hips: np.ndarray, clean: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The next frames: quaternions ``(frames, rows, joints, 4)`` seen from where the targets face,
+        these directions ``(frames, rows)`` and the hips ``(frames, rows, 3)`` in metres.
+
+        poses: ``(frames, rows, channels)`` of the sources (``features.see``), at least one frame.
+        turn:  ``(frames, rows)``, where the sources face.
+        hips:  ``(frames, rows, 3)`` metres, those of the sources, scaled to the targets.
+        clean: the published clean-up of movements (``features.cleaned``).
+        """
+
+
+@dataclass(eq=False)
+class SightRetargeter(LearnedMethod):
+    """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
+
+    variant: features.Variant = "own"
+    facing: float = 20.0
+    yaw: features.Yaw = "predicted"
+    path: root_rules.PathKind = "relative"
+    clean: bool = False
+    lengths: features.Lengths = "body"
+    weights: str = "puppets"
+
+    @property
+    def chunk(self) -> int:
+        """Frames that go through the networks at a time."""
+        return 1 << 30
+
+    # ---------------------------------------------------------------------------- bodies and networks
+    @abstractmethod
+    def body(self, character: Character) -> Aligned | Body22:
+        """The joints that the networks see. Raises SkeletonError where there are none."""
+
+    def lacks(self, character: Character) -> np.ndarray:
+        """``(joints,)`` bool: those of them that are of no length since the body lacks them."""
+        return np.zeros(len(self.body(character).skeleton), dtype=bool)
+
+    @abstractmethod
+    def roles(self, character: Character) -> tuple[str | None, ...]:
+        """Of the joints that the networks see."""
+
+    @abstractmethod
+    def structure(self, character: Character) -> str:
+        """Whose networks a character that fits is put through."""
+
+    @abstractmethod
+    def unfit(self, character: Character) -> str:
+        """Reason why a character can be neither source nor target nor trained on; "" if it can."""
+
+    @abstractmethod
+    def generator(self, joints: int) -> nn.Module:
+        """New networks of a structure with so many joints, with a ``scale``."""
+
+    def networks(self, device: str = "cpu") -> Mapping[str, Any]:
+        """Structure -> networks, ready for inference. Raises BenchError where there are no weights."""
+        if device not in self._networks:
+            found: dict[str, nn.Module] = {}
+            for name in sorted({name.partition(".")[0] for name in self.tensors}):
+                head = f"{name}."
+                mine = {
+                    key.removeprefix(head): each.float()
+                    for key, each in self.tensors.items()
+                    if key.startswith(head) and key != name + SIGNATURE
+                }
+                found[name] = self.generator(len(mine["scale.places_mean"]) // 3).eval()
+                found[name].load_state_dict(mine)
+                found[name].to(device)
+            self._networks[device] = found
+        return self._networks[device]
+
+    @cached_property
+    def _networks(self) -> dict[str, Mapping[str, Any]]:
+        """By device, those that were asked for."""
+        return {}
+
+    def see(self, source: Prediction) -> features.Sight:
+        character = source.character
+        unit = features.unit(character, self.lengths)
+        return features.see(source, self.body(character), self.facing, unit, self.variant)
+
+    def bones(self, character: Character) -> np.ndarray:
+        """``(joints, 3)`` float32 as the networks are told, in the unit."""
+        unit = features.unit(character, self.lengths)
+        return np.asarray(self.body(character).offsets / unit, dtype=np.float32)
+
+    # ------------------------------------------------------------------------------------ retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        for each in (source, target):
+            if why := self.unfit(each):
+                return why
+        return root_rules.reason(ROOT_RULE, source, target) or self.untrained or None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        return self.retarget_batch([source], [target], contexts=[context])[0]
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> list[Motion]:
+        """The motions of the targets, those of the same structures together, in chunks of frames."""
+        groups: dict[tuple[str, str, str], list[int]] = {}
+        cases = zip(sources, targets, contexts, strict=True)
+        for number, (source, target, context) in enumerate(cases):
+            if why := self.supports(source.character, target):
+                raise NotSupported(why)
+            key = (self.structure(source.character), self.structure(target), context.device)
+            groups.setdefault(key, []).append(number)
+        found: dict[int, Motion] = {}
+        for (_, _, device), rows in groups.items():
+            motions = self._together(device, [sources[row] for row in rows], [targets[row] for row in rows])
+            found |= dict(zip(rows, motions, strict=True))
+        return [found[number] for number in range(len(sources))]
+
+    @abstractmethod
+    def stream(
+        self,
+        sources: Sequence[Character],
+        targets: Sequence[Character],
+        device: str = "cpu",
+        heights: Sequence[float] = (),
+        lengths: Sequence[int] = (),
+    ) -> Stream:
+        """A batch of targets, to be moved on by chunks of what ``features.see`` gives for the sources; all
+        of one pair of structures.
+
+        heights: of the ``released`` variant, metres: ``Sight.height`` of the sources, scaled.
+        lengths: frames of each; none: all are as long as what the stream is given.
+        """
+
+    def _together(
+        self, device: str, sources: Sequence[Prediction], targets: Sequence[Character]
+    ) -> list[Motion]:
+        """Of one pair of structures; shorter motions are followed by zeros, which nothing real sees."""
+        actors = [source.character for source in sources]
+        seen = [self.see(source) for source in sources]
+        ratio = [root_rules.ratio(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
+        poses, turn = _padded([sight.poses for sight in seen]), _padded([sight.turn for sight in seen])
+        hips = _padded([sight.hips * by for sight, by in zip(seen, ratio, strict=True)])
+        heights = [sight.height * by for sight, by in zip(seen, ratio, strict=True)]
+        told = heights if self.variant == "released" else ()
+        stream = self.stream(actors, targets, device, told, [len(sight.poses) for sight in seen])
+        parts = []
+        for first in range(0, len(poses), self.chunk):
+            chunk = slice(first, first + self.chunk)
+            parts.append(stream.advance(poses[chunk], turn[chunk], hips[chunk], self.clean))
+        turns, faced, hips = (np.concatenate(each) for each in zip(*parts, strict=True))
+        found = []
+        for row, (source, target, sight) in enumerate(zip(sources, targets, seen, strict=True)):
+            own = slice(len(sight.poses)), row
+            body, frames, fps = self.body(target), len(source.positions), source.fps
+            found.append(features.answer(body, turns[own], faced[own], hips[own], frames, fps))
+        return found
+
+    # --------------------------------------------------------------------------------------- training
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        """``poses`` ``(frames, channels)``: see ``pose.py``."""
+        return {"poses": self.see(motion).poses}
+
+    @abstractmethod
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Any:
+        """See ``training/contract.py``."""
+
+    def casts(self, training_data: TrainingData) -> dict[str, list[str]]:
+        """Structure -> names of its characters."""
+        found: dict[str, list[str]] = {}
+        for name in sorted(training_data.clips):
+            found.setdefault(self.structure(training_data.characters[name]), []).append(name)
+        return found
+
+
+@lru_cache(maxsize=1024)
+def common_reasons(character: Character) -> str:
+    """Reason why these networks cannot see a body, whatever its structure; "" if there is none."""
+    return (
+        facing.unknown(character)
+        or transfer.reason(character, character)
+        or root_rules.reason(ROOT_RULE, character, character)
+        or ""
+    )
+
+
+def _padded(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """``(frames, rows, ...)`` from rows ``(frames', ...)``, zeros behind the shorter ones."""
+    frames = max(len(each) for each in arrays)
+    out = np.zeros((frames, len(arrays), *arrays[0].shape[1:]), arrays[0].dtype)
+    for row, each in enumerate(arrays):
+        out[: len(each), row] = each
+    return out

@@ -1,0 +1,135 @@
+"""Retargeting by PMnet and its cross-structural variant, whole clips at a time."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from retarget_bench.api import Prediction
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+
+from ..nkn import features
+from ..nkn.losses import mask
+from ..nkn.network.pose import MOVES
+from ..nkn.retargeter import SightRetargeter
+from .network import Bodies, Generator, divided
+from .training import Choices, PmnetTraining
+
+
+class Stream:
+    """A batch of whole motions; poses go through one by one, movements by convolutions over time.
+
+    sizes: ``(rows, 1)`` of the sources. lengths: frames of each.
+    """
+
+    def __init__(
+        self,
+        source: Generator,
+        target: Generator,
+        sizes: Tensor,
+        bodies: Bodies,
+        path: features.Path,
+        lengths: Sequence[int],
+    ) -> None:
+        self._source, self._target, self._sizes, self._bodies = source, target, sizes, bodies
+        self._path, self._lengths = path, lengths
+
+    def advance(
+        self, poses: np.ndarray, turn: np.ndarray, hips: np.ndarray, clean: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See ``nkn/retargeter.Stream``."""
+        device = self._sizes.device
+        lengths = torch.tensor(self._lengths or [len(poses)] * poses.shape[1], device=device)
+        with torch.no_grad():
+            seen = self._source.scale.poses(torch.from_numpy(poses).to(device))
+            codes = self._source.encode(seen[..., :-MOVES])
+            turns = self._target.answer(codes, self._bodies).cpu().numpy()
+            walked = divided(seen[..., -MOVES:], self._sizes)
+            walks = self._target.moved(walked, mask(len(poses), lengths))
+            given = self._target.scale.restore("moves", divided(walks, 1.0 / self._bodies.sizes))
+            moves = given.cpu().numpy().astype(np.float64)
+        if clean:
+            moves = features.cleaned(moves, poses[..., -MOVES:])
+        return turns, *self._path.follow(moves, turn, hips)
+
+
+@dataclass(eq=False)
+class Retargeter(Choices, SightRetargeter):
+    """Retargets by an encoder, two heads of quaternions and a movement network of each structure."""
+
+    def __post_init__(self) -> None:
+        if self.hidden < 1 or not 0.0 <= self.same <= 1.0 or self.facing < 0.0:
+            raise BenchError("hidden is at least 1, same between 0 and 1; facing is not negative")
+
+    def facts(self) -> Mapping[str, Scalar]:
+        free = ("yaw", "path", "clean", "weights")
+        return {each.name: getattr(self, each.name) for each in fields(self) if each.name not in free}
+
+    def generator(self, joints: int) -> Generator:
+        return Generator(joints, self.hidden)
+
+    def see(self, source: Prediction) -> features.Sight:
+        """Ours: relative to the hips, whose row is zero. A pose does not say how far they have risen."""
+        sight = super().see(source)
+        if self.variant == "own":
+            sight.poses[:, :3] = 0.0
+        return sight
+
+    def size(self, character: Character) -> float:
+        """Height along the bones (``Measures.h2``) in hundreds of the unit, as in the authors' code."""
+        sizes = character.measures
+        return (sizes.h2 or sizes.height) / features.unit(character, self.lengths) / 100.0
+
+    def stream(
+        self,
+        sources: Sequence[Character],
+        targets: Sequence[Character],
+        device: str = "cpu",
+        heights: Sequence[float] = (),
+        lengths: Sequence[int] = (),
+    ) -> Stream:
+        source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
+        unit = np.array([features.unit(each, self.lengths) for each in targets])
+        lacks = torch.from_numpy(np.stack([self.lacks(each) for each in targets]))
+        raised = np.asarray(heights) / unit if len(heights) else np.zeros(len(targets))
+        bodies = Bodies(
+            Tree.of(self.body(targets[0]).skeleton).to(device),
+            torch.from_numpy(np.stack([self.bones(each) for each in targets])).to(device),
+            _column(raised, device),
+            _column([self.size(each) for each in targets], device),
+            lacks.to(device) if lacks.any() else None,
+        )
+        path = features.Path(unit, self.path, self.yaw, self.variant)
+        sizes = _column([self.size(each) for each in sources], device)
+        return Stream(source, target, sizes, bodies, path, lengths)
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PmnetTraining:
+        casts, cast = self.casts(training_data), training_data.characters
+        if len(training_data.clips) < 2:
+            raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
+        first = {name: cast[mine[0]] for name, mine in casts.items()}
+        names = sorted(training_data.clips)
+        return PmnetTraining(
+            training_data,
+            casts,
+            {name: self.body(body).skeleton for name, body in first.items()},
+            {name: self.bones(cast[name]) for name in names},
+            {name: self.lacks(cast[name]) for name in names},
+            {name: self.size(cast[name]) for name in names},
+            {name: self.roles(body) for name, body in first.items()},
+            self,
+            config,
+            lambda tensors: replace(self).using(tensors),
+        )
+
+
+def _column(values: Sequence[float] | np.ndarray, device: str) -> Tensor:
+    """``(rows, 1)``"""
+    return torch.tensor(np.asarray(values), dtype=torch.float32, device=device).unsqueeze(1)

@@ -1,0 +1,405 @@
+"""pmnet: its networks, its losses by their formulas in NumPy, what it learns from and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from method_bodies import body, dance, without
+from nkn_toys import CAST, apart, batch, train, training_data, training_module
+from scipy.spatial.transform import Rotation
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.nkn.losses import mask
+from retarget_bench.methods.pmnet import losses, plugin
+from retarget_bench.methods.pmnet.network import Generator, divided
+from retarget_bench.motion.body22 import PARENTS
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.structures import BODY22
+from retarget_bench.training.config import TrainingConfig
+
+SMALL = {"hidden": 24, "facing": 3.0}
+VARIANTS = {"own": SMALL, "released": {**SMALL, **plugin.card.published[0]}}
+
+
+def moving(variant: str, rows: int = 6):
+    """A training module whose answers turn, without dropout, and a batch of rows of unequal length."""
+    made = training_module(plugin(**VARIANTS[variant]), window=30)
+    made.modules.eval()
+    for each in made.modules["generator"].parameters():
+        each.data += 0.1 * torch.randn_like(each)
+    for each in made.modules["discriminator"].values():
+        each.dropout = 0.0
+    drawn = (batch(made, rows, step) for step in range(50))
+    return made, next(now for now in drawn if 0 < int(now["groups"][0]["same"].sum()) < rows)
+
+
+@pytest.fixture(scope="module")
+def method():
+    return moving("own")[0].method()
+
+
+def run(method, source: Motion, target: Character) -> Motion:
+    return method.retarget(source, target, context=Context())
+
+
+# ------------------------------------------------------------------------------------------ the networks
+def test_the_networks_have_the_parameters_of_record():
+    made = training_module(plugin())
+    counts = [
+        sum(each.numel() for each in made.modules[name].parameters())
+        for name in ("generator", "discriminator")
+    ]
+    assert counts == [918_244, 27_569]
+
+
+def test_a_new_network_turns_nothing():
+    generator = Generator(22)
+    assert generator.turns.bias.tolist() == generator.mapping.bias.tolist() == [1.0, 0.0, 0.0, 0.0] * 22
+    turns = generator.eval().solved(torch.randn(2, 3, 512)).detach()
+    assert float((turns[..., 0] - 1.0).abs().max()) < 0.05
+
+
+@pytest.mark.parametrize("frames", [1, 2, 37])
+def test_any_number_of_frames(method, frames):
+    answer = run(method, dance(CAST["one"], 60).at(slice(0, frames)), CAST["long"])
+    assert answer.frames == frames
+
+
+def test_poses_go_through_one_by_one():
+    generator = Generator(22, 16).eval()
+    places = torch.randn(5, 3, 66)
+    whole = generator.encode(places)
+    np.testing.assert_array_equal(whole[2:3].detach(), generator.encode(places[2:3]).detach())
+
+
+def test_movements_are_two_convolutions_of_three_frames():
+    generator = Generator(22, 16)
+    first, second = (layer.weight.detach().double().numpy() for layer in generator.movement)
+    for layer in generator.movement:
+        layer.bias.data.normal_()
+    biases = [layer.bias.detach().double().numpy() for layer in generator.movement]
+    moves = np.random.default_rng(0).normal(size=(7, 4))
+
+    def convolved(signal, weight, bias):
+        ended = np.pad(signal, ((1, 1), (0, 0)))
+        return np.array(
+            [bias + sum(weight[:, :, k] @ ended[t + k] for k in range(3)) for t in range(len(signal))]
+        )
+
+    hidden = convolved(moves, first, biases[0])
+    expected = convolved(np.where(hidden > 0, hidden, 0.2 * hidden), second, biases[1])
+    rows = torch.zeros(9, 2, 4)
+    rows[:7, 0] = torch.from_numpy(moves)
+    rows[7:] = 1e3
+    found = generator.moved(rows, mask(9, torch.tensor([7, 9])))[:, 0].detach().numpy()
+    np.testing.assert_allclose(found[:7], expected, atol=1e-5)
+    assert not found[7:].any()
+
+
+def test_joints_of_knees_feet_and_arms_weigh_twice():
+    assert [rank for rank, weight in enumerate(losses.emphasis(BODY22)) if weight == 2.0] == [
+        *(7, 8, 11, 12),
+        *(15, 16, 19, 20),
+    ]
+
+
+# -------------------------------------------------------------------------------------------- the losses
+class Plain:
+    """A batch carried over by the networks' layers and by kinematics in NumPy: one row at a time."""
+
+    def __init__(self, made, group) -> None:
+        self.network, self.group = made.modules["generator"]["body22"], group
+        scale = self.network.scale
+        self.mean, self.deviation = (
+            np.concatenate(
+                [getattr(scale, f"{kind}_{what}").double().numpy() for kind in ("places", "moves")]
+            )
+            for what in ("mean", "deviation")
+        )
+        self.same = group["same"].numpy()
+        self.rows = [self.row(number, int(n)) for number, n in enumerate(group["lengths"])]
+        self.frames = int(group["lengths"].sum())
+
+    def row(self, row: int, length: int) -> dict[str, np.ndarray]:
+        poses = self.group["poses"][row, :length].double().numpy()
+        seen = (poses - self.mean) / self.deviation
+        features = self.encoded(seen[:, :66])
+        solved = self.turned(self.layer("turns", features))
+        heights = [
+            float(self.group[key][row]) if key in self.group else 0.0
+            for key in ("heights", "target_heights")
+        ]
+        bones = [self.group[key][row].double().numpy() for key in ("bones", "target_bones")]
+        sizes = [float(self.group[key][row]) for key in ("sizes", "target_sizes")]
+        rest = bones[1].copy()
+        rest[0, 1] = heights[1]
+        told = (rest.reshape(-1) - self.mean[:66]) / self.deviation[:66]
+        told = 1.0 / (1.0 + np.exp(-self.layer("reference", told)))
+        told = np.tile(told, (length, 1))
+        change = self.turned(self.layer("mapping", np.concatenate([features, told], -1)))
+        answers = [[a * b for a, b in zip(*both, strict=True)] for both in zip(solved, change, strict=True)]
+        here = [self.kinematics(turns, bones[0], heights[0]) for turns in solved]
+        there = [self.kinematics(turns, bones[1], heights[1]) for turns in answers]
+        here, there = ((np.array(x) - self.mean[:66]) / self.deviation[:66] for x in (here, there))
+        walked = seen[:, 66:] / np.array([*[sizes[0]] * 3, 1.0])
+        with torch.no_grad():
+            given = torch.from_numpy(walked).float()[:, None]
+            walks = self.network.moved(given, torch.ones(length, 1))[:, 0].double().numpy()
+        moved = walks * np.array([*[sizes[1]] * 3, 1.0])
+        return {
+            "seen": seen, "features": features, "solved": solved, "answers": answers, "here": here,
+            "there": there, "walked": walked, "walks": walks, "sizes": sizes,
+            "given": np.concatenate([there, moved], -1),
+        }  # fmt: skip
+
+    def layer(self, name: str, inputs: np.ndarray) -> np.ndarray:
+        layer = self.network.get_submodule(name)
+        return inputs @ layer.weight.detach().double().numpy().T + layer.bias.detach().double().numpy()
+
+    def encoded(self, places: np.ndarray) -> np.ndarray:
+        for number in range(4):
+            places = np.maximum(self.layer(f"encoder.{number}", places), 0.0)
+        return places
+
+    def turned(self, numbers: np.ndarray) -> list[list[Rotation]]:
+        return [
+            [Rotation.from_quat(each[[1, 2, 3, 0]]) for each in frame.reshape(22, 4)] for frame in numbers
+        ]
+
+    def kinematics(self, turns: list[Rotation], bones: np.ndarray, height: float) -> np.ndarray:
+        places, turned = [np.array([0.0, height, 0.0])], [turns[0]]
+        for joint in range(1, 22):
+            places.append(places[PARENTS[joint]] + turned[PARENTS[joint]].apply(bones[joint]))
+            turned.append(turned[PARENTS[joint]] * turns[joint])
+        return np.concatenate(places)
+
+    def trajectory(self, poses: np.ndarray, size: float, variant: str) -> np.ndarray:
+        """The mean of all joints in the world, step by step, in heights; ``released``: normalised."""
+        if variant == "own":
+            poses = poses * self.deviation + self.mean
+            size *= 100.0
+        place, yaw, found = np.zeros(3), 0.0, []
+        for frame, pose in enumerate(poses):
+            if variant == "own" and frame:
+                yaw += pose[69]
+                place = place + Rotation.from_euler("Y", yaw).apply(pose[66:69])
+            middle = Rotation.from_euler("Y", yaw).apply(pose[:66].reshape(22, 3).mean(0))
+            found.append((middle + place) / size)
+            if variant == "released":
+                yaw += pose[69]
+                place = place + Rotation.from_euler("Y", yaw).apply(pose[66:69])
+        return np.array(found)
+
+    def judged(self, made, which: str, variant: str) -> np.ndarray:
+        size = 0 if which == "seen" else 1
+        paths = [self.trajectory(row[which], row["sizes"][size], variant) for row in self.rows]
+        padded = np.zeros((len(paths), max(map(len, paths)), 3))
+        for row, path in enumerate(paths):
+            padded[row, : len(path)] = path
+        with torch.no_grad():
+            logits = made.modules["discriminator"]["body22"](
+                torch.from_numpy(padded).float(), torch.zeros(len(paths), 0), self.group["lengths"]
+            )
+        return logits.double().numpy()
+
+
+def twisted(turns: list[Rotation]) -> float:
+    beyond = [max(0.0, abs(each.as_euler("YZX")[0]) - np.radians(100.0)) for each in turns[1:]]
+    return float(np.mean(np.square(beyond)))
+
+
+@pytest.mark.parametrize("variant", ["own", "released"])
+def test_every_term_is_its_formula(variant):
+    made, now = moving(variant)
+    (group,), given = now["groups"], {}
+    terms = {name: each.item() for name, each in made.losses("generator", now, given).items()}
+    plain = Plain(made, group)
+    emphasis = np.ones(22)
+    emphasis[[7, 8, 11, 12, 15, 16, 19, 20]] = 2.0
+
+    def places(row, key) -> float:
+        squares = (row[key] - row["seen"][:, :66]).reshape(-1, 22, 3) ** 2
+        return float((squares.sum(-1) @ emphasis).sum())
+
+    kept = [row for row, same in zip(plain.rows, plain.same, strict=True) if same]
+    others = [row for row, same in zip(plain.rows, plain.same, strict=True) if not same]
+    own = sum(len(row["seen"]) for row in kept)
+    twists = sum(
+        twisted(turns) for row in plain.rows for key in ("solved", "answers") for turns in row[key]
+    )
+    logits = plain.judged(made, "given", variant)
+    expected = {
+        "places": sum(places(row, "here") for row in plain.rows) / plain.frames,
+        "same_places": sum(places(row, "there") for row in kept) / own,
+        "same_moves": sum(float(((row["walks"] - row["walked"]) ** 2).sum()) for row in kept) / own,
+        "twist": 10.0 * twists / plain.frames,
+        "features": 20.0
+        * sum(float(((row["features"] - plain.encoded(row["there"])) ** 2).sum()) for row in others)
+        / plain.frames,
+        "adversarial": 2.0 * np.log1p(np.exp(-logits[~plain.same])).mean(),
+    }
+    assert min(expected.values()) > 0.0
+    assert terms == pytest.approx(expected, rel=1e-3)
+    found = made.losses("discriminator", now, given)["cross_entropy"].item()
+    real = plain.judged(made, "seen", variant)
+    assert found == pytest.approx(
+        np.log1p(np.exp(-real)).mean() + np.log1p(np.exp(logits)).mean(), rel=1e-3
+    )
+
+
+def test_the_running_score_decides_whether_the_discriminator_learns():
+    made, now = moving("own")
+    given: dict = {}
+    made.losses("generator", now, given)
+    scores, logits = made.modules["scores"], given["shown"][0].logits.detach()
+    assert set(made.losses("discriminator", now, given)) == {"cross_entropy"}
+    assert float(scores.running[0]) == pytest.approx(0.495 + 0.01 * float(logits.sigmoid().mean()))
+    scores.running.fill_(0.29)
+    given["shown"][0].logits = torch.full_like(logits, -100.0)
+    assert made.losses("discriminator", now, given) == {}
+
+
+def test_movements_are_divided_by_sizes_and_turns_are_not():
+    moves = divided(torch.ones(3, 2, 4), torch.tensor([[2.0], [4.0]]))
+    assert moves[1].tolist() == [[0.5, 0.5, 0.5, 1.0], [0.25, 0.25, 0.25, 1.0]]
+
+
+# ----------------------------------------------------------------------------------------------- learning
+@pytest.mark.parametrize("variant", ["own", "released"])
+def test_gradients_reach_every_parameter_of_both_networks(variant):
+    made, now = moving(variant)
+    given: dict = {}
+    for phase in made.phases:
+        torch.stack(list(made.losses(phase.name, now, given).values())).sum().backward()
+        for name, each in made.modules[phase.name].named_parameters():
+            assert float(each.grad.abs().max()) > 0.0, name
+        made.modules.zero_grad(set_to_none=True)
+
+
+@pytest.mark.parametrize("variant", ["own", "released"])
+def test_padding_and_the_order_of_rows_change_nothing(variant):
+    made, now = moving(variant)
+    (group,) = now["groups"]
+    whole = {name: each.item() for name, each in made.losses("generator", now, {}).items()}
+    order = torch.tensor([2, 0, 5, 3, 1, 4])
+    kept = ("structures", "other")
+    mixed = {name: each[order] for name, each in group.items() if name not in kept}
+    mixed |= {"structures": group["structures"], "other": torch.nonzero(~mixed["same"])[:, 0]}
+    behind = torch.arange(30) >= mixed["lengths"][:, None]
+    mixed["poses"] = torch.where(behind[..., None], torch.tensor(1e3), mixed["poses"])
+    again = {name: each.item() for name, each in made.losses("generator", {"groups": [mixed]}, {}).items()}
+    assert again == pytest.approx(whole, rel=1e-4)
+
+
+def test_the_same_seed_gives_the_same_weights_and_another_gives_others():
+    runs = []
+    for seed in (0, 0, 1):
+        made = training_module(plugin(**SMALL), seed=seed)
+        train(made, 3)
+        runs.append(made.export())
+    assert all(torch.equal(runs[0][name], runs[1][name]) for name in runs[0])
+    assert any(not torch.equal(runs[0][name], runs[2][name]) for name in runs[0])
+
+
+def test_one_batch_is_learned_by_heart():
+    made = training_module(plugin(hidden=64, facing=3.0), window=6)
+    made.modules.eval()
+    now = batch(made, rows=2)
+    optimiser = torch.optim.Adam(made.modules["generator"].parameters(), lr=5e-3)
+    for step in range(120):
+        optimiser.param_groups[0]["lr"] = 5e-3 * (1.0 - step / 120)
+        optimiser.zero_grad()
+        terms = made.losses("generator", now, {})
+        if not step:
+            before = terms["places"].item()
+        torch.stack([terms[name] for name in ("places", "same_places", "same_moves")]).sum().backward()
+        optimiser.step()
+    assert terms["places"].item() < 0.02 * before
+
+
+def test_exported_weights_make_the_same_method_again(method):
+    made = training_module(plugin(**SMALL), seed=1)
+    source, target = dance(CAST["one"]), CAST["small"]
+    before = run(method, source, target)
+    assert apart(run(made.method(), source, target), before) > 0.0
+    made.load(method.tensors)
+    np.testing.assert_array_equal(run(made.method(), source, target).rotations, before.rotations)
+
+
+def test_one_character_is_not_enough():
+    with pytest.raises(NotSupported, match="two characters"):
+        plugin(**SMALL).training_module(
+            training_data(plugin(**SMALL), {"one": CAST["one"]}), TrainingConfig(1, 4, 16, 1e-3)
+        )
+
+
+def test_presets_are_the_papers_and_smaller_ones():
+    paper = plugin.presets["paper"]
+    assert (paper.steps, paper.batch, paper.window, paper.rate) == (15_000, 16, 60, 1e-4)
+
+
+# -------------------------------------------------------------------------------------------- retargeting
+def test_company_changes_nothing(method):
+    names = (("one", 40), ("long", 7), ("small", 90))
+    sources = [dance(CAST[name], frames, seed=frames) for name, frames in names]
+    sources[1] = replace(sources[1], fps=60.0)
+    targets = [CAST["small"], CAST["one"], CAST["one"]]
+    together = method.retarget_batch(sources, targets, contexts=[Context()] * 3)
+    for source, target, found in zip(sources, targets, together, strict=True):
+        assert (found.frames, found.fps) == (source.frames, source.fps)
+        assert apart(found, run(method, source, target)) < 1e-5
+
+
+def test_the_answer_begins_at_the_scaled_place_and_depends_on_the_source(method):
+    target = CAST["small"]
+    answers = [run(method, dance(CAST["one"], seed=seed), target) for seed in (0, 1)]
+    np.testing.assert_allclose(answers[0].root[0], 0.6 * dance(CAST["one"]).root[0], atol=1e-6)
+    assert apart(*answers) > 1e-3
+
+
+@pytest.mark.parametrize("variant", ["own", "released"])
+def test_movements_that_are_kept_are_scaled_by_heights_alone(variant):
+    """With the identity for its movement network, lengths in the world's unit and no mean, an answer goes
+    as far as the source does, times the ratio of heights along the bones."""
+    made = training_module(plugin(**{**VARIANTS[variant], "lengths": "world"}))
+    network = made.modules["generator"]["body22"]
+    network.scale.moves_mean.zero_()
+    first, second = network.movement
+    for layer in (first, second):
+        layer.weight.data.zero_()
+    for k in range(4):  # a leaky ReLU of x less that of -x is 1.2 x
+        first.weight.data[2 * k, k, 1], first.weight.data[2 * k + 1, k, 1] = 1.0, -1.0
+        second.weight.data[k, 2 * k, 1], second.weight.data[k, 2 * k + 1, 1] = 1 / 1.2, -1 / 1.2
+    source, target = dance(CAST["one"], 30), CAST["small"]
+    answer = run(replace(made.method(), path="integrated").using(made.export()), source, target)
+    np.testing.assert_allclose(np.diff(answer.root, axis=0), 0.6 * np.diff(source.root, axis=0), atol=1e-5)
+
+
+def test_positions_are_enough(method):
+    source = dance(CAST["one"])
+    known = source.character.positions(source.positions, source.fps)
+    assert apart(run(method, known, CAST["long"]), run(method, source, CAST["long"])) < 1e-9
+
+
+def test_bodies_that_are_not_like_the_22_joints_are_refused_with_a_reason(method):
+    armless = without(CAST["one"], "LeftHand")
+    assert "left_hand" in method.supports(armless, CAST["one"])
+    assert method.supports(CAST["one"], CAST["small"]) is None
+    assert not method.unfit(body("bendy", spines=4))
+
+
+def test_a_body_that_lacks_a_toe_is_answered_for(method):
+    lacking = without(CAST["one"], "LeftToeBase")
+    answer = run(method, dance(CAST["one"]), lacking)
+    assert np.isfinite(answer.positions).all()
+
+
+@pytest.mark.parametrize("wrong", [{"hidden": 0}, {"same": 1.5}, {"facing": -1.0}])
+def test_values_out_of_range_are_refused(wrong):
+    with pytest.raises(BenchError):
+        plugin(**wrong)

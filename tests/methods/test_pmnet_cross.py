@@ -1,0 +1,112 @@
+"""pmnet_cross: structures with networks of their own around features of one size."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from method_bodies import body, dance
+from nkn_toys import apart, structured, training_module
+
+from retarget_bench.api import Context
+from retarget_bench.methods.pmnet import plugin as Pmnet
+from retarget_bench.methods.pmnet_cross import plugin
+from retarget_bench.training.phases import to_device
+
+SMALL = {"hidden": 12, "facing": 3.0}
+CAST = {
+    name: structured(character, name, structure)
+    for name, character, structure in (
+        ("one", body(), "three"),
+        ("long", body(thigh=0.6, arm=0.35), "three"),
+        ("bendy", body(spines=5), "five.spine"),
+        ("small", body(spines=5, scale=0.6), "five.spine"),
+    )
+}
+
+
+@pytest.fixture(scope="module")
+def made():
+    found = training_module(plugin(**SMALL), cast=CAST)
+    for each in found.modules["generator"].parameters():
+        each.data += 0.1 * torch.randn_like(each)
+    return found
+
+
+def group_of(made, crossing: bool):
+    drawn = (made.draw(np.random.default_rng(seed), 4)["groups"] for seed in range(50))
+    found = next(
+        group
+        for groups in drawn
+        for group in groups
+        if (group["structures"][0] != group["structures"][1]) == crossing
+    )
+    return to_device(found, torch.device("cpu"))
+
+
+def test_every_structure_has_networks_of_its_own_size(made):
+    generators = made.modules["generator"]
+    assert list(generators) == ["five_spine", "three"]
+    for name, joints in (("five_spine", 24), ("three", 22)):
+        assert generators[name].encoder[0].in_features == 3 * joints
+        assert generators[name].turns.out_features == 4 * joints
+        assert generators[name].turns.in_features == 12
+    assert list(made.modules["discriminator"]) == ["five_spine", "three"]
+
+
+def test_with_one_structure_it_is_pmnet():
+    cast = {name: CAST[name] for name in ("one", "long")}
+    sizes = [
+        sum(each.numel() for each in training_module(method, cast=cast).modules["generator"].parameters())
+        for method in (plugin(), Pmnet())
+    ]
+    assert sizes == [918_244, 918_244]
+
+
+def test_rows_of_two_structures_are_held_to_features_and_ends(made):
+    crossing, within = ({"groups": [group_of(made, kind)]} for kind in (True, False))
+    terms = {name: each.item() for name, each in made.losses("generator", crossing, {}).items()}
+    assert terms["same_places"] == terms["same_moves"] == 0.0
+    assert min(terms[name] for name in ("places", "features", "adversarial", "ends", "ends_moves")) > 0.0
+    other = made.losses("generator", within, {})
+    assert list(other) == list(terms)
+    assert other["ends"].item() == other["ends_moves"].item() == 0.0
+    assert training_module(plugin(**SMALL, ends=0.0), cast=CAST).ends is None
+
+
+def test_gradients_of_a_crossing_row_reach_the_heads_of_the_target_alone(made):
+    group = group_of(made, True)
+    source, target = (made.modules["generator"][made._names[k]] for k in group["structures"])
+    made.losses("generator", {"groups": [group]}, {})["features"].backward()
+    assert float(target.mapping.weight.grad.abs().max()) > 0.0
+    assert source.mapping.weight.grad is None
+    assert float(source.encoder[0].weight.grad.abs().max()) > 0.0
+    made.modules.zero_grad(set_to_none=True)
+
+
+def test_sources_are_real_to_the_discriminator_of_their_own_structure(made):
+    group, given = group_of(made, True), {}
+    made.losses("generator", {"groups": [group]}, given)
+    made.losses("discriminator", {"groups": [group]}, given)["cross_entropy"].backward()
+    answered = made._names[group["structures"][1]]
+    for name, network in made.modules["discriminator"].items():
+        learned = network.last.weight.grad is not None
+        assert learned == (name == answered)  # the other has judged no answer, so its score stays
+    made.modules.zero_grad(set_to_none=True)
+
+
+def test_it_retargets_between_structures_and_in_company(made):
+    method = made.method()
+    stranger = structured(body(spines=5, shin=0.6), "stranger", "five.spine")
+    sources = [dance(CAST[name], 20 + number) for number, name in enumerate(("one", "small", "one"))]
+    targets = [CAST["bendy"], CAST["long"], stranger]
+    together = method.retarget_batch(sources, targets, contexts=[Context()] * 3)
+    for source, target, found in zip(sources, targets, together, strict=True):
+        alone = method.retarget(source, target, context=Context())
+        assert (alone.character, alone.frames) == (target, source.frames)
+        assert apart(found, alone) < 1e-5
+
+
+def test_other_structures_are_refused_with_a_reason(made):
+    four = structured(body(spines=4), "four", "four")
+    assert "these weights know five_spine, three" in made.method().supports(CAST["one"], four)
