@@ -58,7 +58,7 @@ class SkeletonAwareNetwork(nn.Module):
     also a change is read as deviations from the mean rotation.
     """
 
-    def __init__(self, dropout: float = 0.2) -> None:
+    def __init__(self, dropout: float = 0.0) -> None:
         super().__init__()
         self.scale = Normaliser(positions=3 * JOINTS, rotations=4 * JOINTS)
         self.motion = JointEncoder(4, MOTION, 4, dropout)
@@ -71,10 +71,13 @@ class SkeletonAwareNetwork(nn.Module):
     order: Tensor
 
     def bones(self, offsets: Tensor) -> Tensor:
-        """Codes of bodies ``(..., 22, 128)`` from their offsets ``(..., 22, 3)``, see ``features.offsets``."""
-        normal = self.scale.normalise("positions", offsets.flatten(-2))
-        code: Tensor = self.body(normal.unflatten(-1, (JOINTS, 3)))
+        """Codes ``(..., 22, 128)`` of bodies from their ``features.offsets`` ``(..., 22, 3)``."""
+        code: Tensor = self.body(self.normal("positions", offsets))
         return code
+
+    def normal(self, kind: str, values: Tensor) -> Tensor:
+        """Positions ``(..., 22, 3)`` or rotations ``(..., 22, 4)`` as deviations from their means."""
+        return self.scale.normalise(kind, values.flatten(-2)).reshape(values.shape)
 
     def forward(self, rotations: Tensor, source: Tensor, target: Tensor) -> Tensor:
         """Changes ``(..., 22, 4)``, unit quaternions: a target's rotation is the source's times its change.
@@ -82,15 +85,12 @@ class SkeletonAwareNetwork(nn.Module):
         rotations: ``(..., 22, 4)`` of the source, see ``features.rotations``.
         source, target: codes of both bodies, broadcast to ``(..., 22, 128)``.
         """
-        normal = self.scale.normalise("rotations", rotations.flatten(-2)).unflatten(-1, (JOINTS, 4))
-        code = self.motion(normal)
+        code = self.motion(self.normal("rotations", rotations))
         bodies = (each.expand(*code.shape[:-1], -1) for each in (source, target))
         joined = torch.cat([code, *bodies], -1)
         placed = self.dropout(joined * sqrt(joined.shape[-1]) + self.order)
         raw = self.change(self.dropout(functional.relu(self.join(placed)))).float()
-        return rotation.normalise(
-            self.scale.restore("rotations", raw.flatten(-2)).unflatten(-1, (JOINTS, 4))
-        )
+        return rotation.normalise(self.scale.restore("rotations", raw.flatten(-2)).reshape(raw.shape))
 
 
 def joint_code(width: int) -> Tensor:

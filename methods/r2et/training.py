@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
-from retarget_bench.motion.body22 import JOINTS, SKELETON, folded
+from retarget_bench.motion.body22 import SKELETON, folded
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.training import parallel, weights
@@ -116,7 +116,7 @@ class R2ETTraining:
         found, places = self._answered(batch)
         source, real = batch["rotations"], frame_mask(batch["lengths"], self._window)
         own = real & batch["same"].unsqueeze(1)
-        seen, answered = self._normal(batch["positions"]), self._normal(places)
+        seen, answered = (self.network.normal("positions", each) for each in (batch["positions"], places))
         joint_weights = self._weights.to(seen.device, non_blocking=True)
         return {
             "positions": losses.positions(answered, seen, joint_weights, own),
@@ -137,9 +137,6 @@ class R2ETTraining:
             self._tree = self._tree.to(offsets.device)
         hips = offsets[:, :1].expand(-1, found.shape[1], -1)
         return found, kinematics(self._tree, offsets, found, hips)[0]
-
-    def _normal(self, places: Tensor) -> Tensor:
-        return self.network.scale.normalise("positions", places.flatten(-2)).unflatten(-1, (JOINTS, 3))
 
     # --------------------------------------------------------------------------------- discriminator
     def _fooling(self, seen: Tensor, answered: Tensor, batch: Batch, memory: dict[str, Any]) -> Tensor:
@@ -178,7 +175,7 @@ def _trajectory(places: Tensor, batch: Batch, heights: Tensor) -> Tensor:
     """``(rows, frames, 3)`` what the discriminator sees: the mean of the joints along the path, over the
     height in metres.
 
-    As in the published code, joints are normalised, the path is not, and it is scaled to the height, so that
+    As in the published code, joints are normalised and the path is not; it is scaled to the height, so that
     after division it is the source's.
     """
     x, y, z = places.mean(2).unbind(-1)
