@@ -59,7 +59,6 @@ TRAININGS = (
     Training("humot", hours=4, minutes=4),
     Training("nkn", hours=2, minutes=2.5),
     Training("smrm", hours=2, minutes=2),
-    Training("r2et", hours=1, minutes=2),
 )
 DATA = "puppets[size=large,bodies=200]"
 """What all of them are trained on."""
