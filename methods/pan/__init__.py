@@ -19,7 +19,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .body import FOUR, Assignment, PanBody, aligned, assign, structure_key
+from .body import FOUR, Assignment, PanBody, assign, structure_key, tree_of
 from .features import unfit
 from .layout import Layout, parts_of
 from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
@@ -80,10 +80,10 @@ class Pan(LearnedMethod):
     pairs: motions are reconstructed, carried to the other structure, where a discriminator sees them, and
     back.
 
-    variant: ``paper`` is sections 3 to 5 as written; ``released`` what the authors' code does, with which
-    their numbers were made; ``own`` the released networks without dropout, on bodies in hip heights that
-    face ahead, with more weight on joint positions. Where a parameter is empty or negative, the variant
-    decides:
+    variant: ``paper`` is sections 3 to 5 as written; ``released`` what the authors' code does, mistakes
+    included, with which their numbers were made; ``own`` the released networks without these and without
+    dropout, on bodies in hip heights that face ahead, with more weight on joint positions. Where a
+    parameter is empty or negative, the variant decides:
 
     root, lengths, facing, path: the features of motions; see ``Features``.
     statistics: eq. 15 by ``structure`` or, as released, by ``character``. target_stats: by character, the
@@ -204,11 +204,11 @@ class Pan(LearnedMethod):
 
     def _own(self, character: Character) -> PanBody:
         """The character in its own structure's layout."""
-        mine = aligned(character)
-        layout = Layout.of(
-            mine.skeleton.parents.tolist(), mine.roles, self._part_map, character.four_legged
-        )
-        return PanBody(character, layout, mine.joints)
+        parents, joints = tree_of(character, self.settings.rerooted)
+        roles = [character.roles[joint] for joint in joints]
+        slots = self.settings.design.slots
+        layout = Layout.of(parents, roles, self._part_map, character.four_legged, slots)
+        return PanBody(character, layout, joints)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:

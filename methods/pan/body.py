@@ -18,6 +18,7 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 
 from .layout import Layout
+from .tree import rerooted, where_legs_begin
 
 if TYPE_CHECKING:
     from .structure import Structure
@@ -36,7 +37,8 @@ class PanBody:
     """A character's joints in the order of a layout's.
 
     joints: ``(joints of the layout,)`` the character's, -1 where it has none: there the layout has a bone
-            of no length that does not turn (section 6.2.3).
+            of no length that does not turn (section 6.2.3). The first one, the root, is the hips or hangs
+            below them (``tree.py``).
     """
 
     character: Character
@@ -45,7 +47,7 @@ class PanBody:
 
     @cached_property
     def positions(self) -> np.ndarray:
-        """``(joints, 3)`` metres, in the reference pose, relative to the hips."""
+        """``(joints, 3)`` metres, in the reference pose, relative to the root."""
         skeleton, pose = self.character.skeleton, self.character.reference_pose
         known = kinematics.forward(skeleton, pose, np.zeros(3))[0]
         found = np.zeros((len(self.joints), 3))
@@ -55,20 +57,32 @@ class PanBody:
 
     @cached_property
     def bones(self) -> np.ndarray:
-        """``(edges, 3)`` metres: the bone that each edge turns, in the reference pose."""
-        return self.positions[1:] - self.positions[self.layout.turned]
+        """``(edges, 3)`` metres: the bone that each edge turns, in the reference pose; of joints the one
+        to each, zero for the root."""
+        return self.skeleton.offsets[self.layout.leads]
 
     @cached_property
     def skeleton(self) -> Skeleton:
         """The layout as a tree with these bones."""
         names = tuple(str(rank) for rank in range(len(self.joints)))
-        offsets = np.concatenate([np.zeros((1, 3)), self.bones])
-        return Skeleton(names, np.array(self.layout.parents), offsets)
+        parents = np.array(self.layout.parents)
+        offsets = self.positions - self.positions[np.maximum(parents, 0)]
+        return Skeleton(names, parents, offsets)
+
+    @cached_property
+    def end_sites(self) -> dict[int, np.ndarray]:
+        """Joint of the layout -> ``(3,)`` metres from it to the end of its bone, in the reference pose."""
+        character, found = self.character, {}
+        for site in reversed(character.skeleton.end_sites):
+            if site.parent in self.joints:
+                turn = character.reference_globals[site.parent]
+                found[self.joints.index(site.parent)] = rotation.rotate(turn, np.array(site.offset))
+        return dict(sorted(found.items()))
 
     @cached_property
     def chains(self) -> Skeleton:
-        """The tree that turns edge by edge, every edge on its own: the hips, then per edge the joint that
-        it leaves, then the ends of the edges from whose child no edge leaves.
+        """The tree that turns edge by edge, every edge on its own: the root, then per edge the joint that
+        it leaves, then the ends of the edges from whose child no edge leaves. Not of joints.
 
         Joint 0 does not turn, joint s + 1 is turned by edge s, the ends do not turn."""
         above, ends = self.layout.above, self.layout.ends
@@ -90,24 +104,33 @@ class PanBody:
         local = rotation.continuous(local)[:, self.layout.turned]
         return local * np.where(local[:1, :, :1] < 0.0, -1.0, 1.0)
 
+    def root(self, motion: Motion) -> np.ndarray:
+        """``(frames, 3)`` metres: where the root is."""
+        if self.joints[0] == self.character.joint_of["hips"]:
+            return transfer.hips(motion)
+        return motion.positions[:, self.joints[0]]
+
     def motion(
         self,
         edges: np.ndarray,
         turn: np.ndarray | None,
-        hips: np.ndarray,
+        root: np.ndarray,
         fps: float,
         ends: np.ndarray | None = None,
     ) -> Motion:
         """The whole body's motion: the inverse of ``see``.
 
         A joint that several edges leave is turned by their mean; what hangs below keeps its orientation.
-        edges: ``(frames, edges, 4)``. hips: ``(frames, 3)`` metres.
+        edges: ``(frames, edges, 4)``. root: ``(frames, 3)`` metres.
         ends:  ``(frames, joints, 4)`` local rotations of joints that no edge leaves; None: at rest.
         """
         turned = self._orientations(rotation.normalise(edges), ends)
         if turn is not None:
             turned = rotation.multiply(turn[:, None], turned)
-        ranks = [rank for rank, joint in enumerate(self.joints) if joint >= 0]
+        ranks, hips = [rank for rank, joint in enumerate(self.joints) if joint >= 0], root
+        if self.joints[0] != self.character.joint_of["hips"]:
+            ranks.sort(key=lambda rank: self.joints[rank])  # as the file's tree has them
+            hips = root + rotation.rotate(turned[:, ranks[0]], self.positions[ranks[0]])
         known = Aligned(self.character, tuple(self.joints[rank] for rank in ranks))
         local = kinematics.local_from_global(known.skeleton, turned[:, ranks])
         return known.motion(rotation.normalise(local), hips, fps)
@@ -115,6 +138,8 @@ class PanBody:
     def _orientations(self, edges: np.ndarray, ends: np.ndarray | None) -> np.ndarray:
         """``(frames, joints, 4)`` of the layout's joints, relative to the reference pose."""
         frames, layout = len(edges), self.layout
+        if layout.slots == "joints":
+            return kinematics.forward(self.skeleton, edges, np.zeros((frames, 3)))[1]
         identity = np.zeros((frames, 1, 4))
         identity[..., 0] = 1.0
         rest = np.repeat(identity, len(layout.ends), axis=1)
@@ -151,14 +176,30 @@ def _mean(turned: np.ndarray) -> np.ndarray:
     return np.asarray(rotation.normalise(total))
 
 
+def tree_of(character: Character, turned: bool) -> tuple[list[int], tuple[int, ...]]:
+    """Parents of the joints that position errors count, and the joints; ``turned``: see ``rerooted``."""
+    mine = aligned(character)
+    parents, joints = mine.skeleton.parents.tolist(), mine.joints
+    if turned:
+        parents, order = rerooted(parents, mine.roles)
+        joints = tuple(joints[joint] for joint in order)
+    return parents, joints
+
+
 def in_layout(character: Character, layout: Layout) -> PanBody:
     """The character in this layout: joint for joint where it is of that structure, else by roles.
 
     Joints without a role are matched by their order between joints with one."""
     mine = aligned(character)
-    if tuple(mine.skeleton.parents.tolist()) == layout.parents and mine.roles == layout.roles:
-        return PanBody(character, layout, mine.joints)
+    for turned in (False, True):
+        parents, joints = tree_of(character, turned)
+        roles = tuple(character.roles[joint] for joint in joints)
+        if tuple(parents) == layout.parents and roles == layout.roles:
+            return PanBody(character, layout, joints)
     found = [character.joint_of.get(role, -1) if role else -1 for role in layout.roles]
+    if layout.roles[0] != "hips":
+        found[0] = mine.joints[where_legs_begin(mine.skeleton.parents.tolist(), mine.roles)]
+        found[1:] = [joint if joint != found[0] else -1 for joint in found[1:]]
     kept = [joint if joint in mine.joints else -1 for joint in found]
     for rank in range(len(kept)):
         if kept[rank] >= 0:
@@ -223,7 +264,8 @@ def assign(character: Character, structures: Mapping[str, Structure]) -> Assignm
     mine = structure_key(character)
     best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
     body = bodies[best]
-    if not any(body.joints[edge + 1] >= 0 for part in body.layout.parts for edge in part):
+    leads = body.layout.leads
+    if not any(body.joints[leads[edge]] >= 0 for part in body.layout.parts for edge in part):
         names = ", ".join(name.replace("_", " ") for name in body.layout.names)
         raise NotSupported(f"{character.name} has no joint of any part that these weights know ({names})")
     return Assignment(best, body)

@@ -1,12 +1,13 @@
 """The features of motions that the networks read and write."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from retarget_bench.motion import facing, root_rules, transfer
+from retarget_bench.motion import facing, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.rates import FPS
@@ -21,7 +22,7 @@ MIDDLING = 90.0
 Root = Literal["velocity", "position", "height"]
 Lengths = Literal["world", "body"]
 Yaw = Literal["predicted", "source"]
-Path = Literal["decoded", "relative", "carried"]
+Path = Literal["decoded", "relative", "steady", "carried"]
 
 
 @dataclass(frozen=True)
@@ -31,12 +32,13 @@ class Features:
     root: the root's channels. ``velocity`` (paper): left, up, ahead of every frame as seen from where the
     body faces, in units per frame, and its turn in radians per frame. ``height``: the same, but how high
     the hips are instead of how they rise, so that errors of height do not add up. ``position`` (released
-    code): the hips in the world, and zero; rotations are not relative to where the body faces.
+    code): the root in the world, and zero; rotations are not relative to where the body faces.
     lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
     (``body``): a movement that is copied then is one that is scaled.
     facing: frames over which the direction that a body faces is averaged.
     path: ``decoded``: the root's channels of an answer are the decoder's output (as published);
     ``relative``: likewise, and what the path differs by from the source's fades (``root_rules.relative``);
+    ``steady``: and of that, movement that differs for long adds nothing (``without_bias``);
     ``carried``: the source's channels, in the target's unit, plus that output.
     """
 
@@ -54,9 +56,12 @@ class Features:
         """Metres."""
         return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
-    def bones(self, body: PanBody) -> np.ndarray:
-        """``(edges + 1, 3)`` float32, in units; zero for the root."""
-        bones = np.concatenate([body.bones, np.zeros((1, 3))])
+    def bones(self, body: PanBody, end_sites: Sequence[int] = ()) -> np.ndarray:
+        """``(edges + 1 + end sites, 3)`` float32, in units; zero for the root's movement.
+
+        end_sites: joints of the layout whose ``PanBody.end_sites`` come last."""
+        last = [body.end_sites[joint][None] for joint in end_sites]
+        bones = np.concatenate([body.bones, np.zeros((1, 3)), *last])
         return (bones / self.unit(body.character)).astype(np.float32)
 
     def see(self, motion: Motion, body: PanBody) -> Mapping[str, np.ndarray]:
@@ -64,9 +69,9 @@ class Features:
 
         edges: ``(edges + 1, 4)`` rotations, and the root's channels in the last row.
         turn:  ``(2,)`` where the body faces, the parts of a unit complex number.
-        hips:  ``(3,)`` where they are, in units.
+        hips:  ``(3,)`` where they (or the layout's root) are, in units.
         """
-        hips = transfer.hips(motion) / self.unit(motion.character)
+        hips = body.root(motion) / self.unit(motion.character)
         if self.local:
             turn = facing.facing(motion.positions, motion.character, self.facing)
             rotations = body.see(motion, facing.rotation(turn))
@@ -120,11 +125,29 @@ class Features:
             faced = facing.rotation(turn)
         if self.path == "relative":
             hips = root_rules.relative(hips, lead, FPS)
+        elif self.path == "steady":
+            hips = without_bias(hips, lead, FPS)
         return body.motion(edges[:, :-1], faced, hips, FPS, ends)
 
     def ratio(self, source: Character, target: Character) -> float:
         """Metres of the target per unit of the source, for the places of hips."""
         return root_rules.ratio(RULE, source, target) * self.unit(source)
+
+
+def without_bias(path: np.ndarray, lead: np.ndarray, fps: float) -> np.ndarray:
+    """``root_rules.relative``, for steps that differ for long: from the difference of every step its mean
+    before that step is taken, which follows within ``root_rules.MEMORY`` seconds and begins with the first.
+
+    So a path that moves at another velocity than ``lead``, always by as much, is ``lead``. Both
+    ``(frames, 3)``.
+    """
+    steps = np.diff(path - lead, axis=0)
+    if not len(steps):
+        return lead
+    share = -math.expm1(-1.0 / (fps * root_rules.MEMORY))
+    means = share * root_rules.fading(steps, fps, steps[0] / share)
+    changes = steps - np.concatenate([steps[:1], means[:-1]])
+    return lead + root_rules.fading(np.concatenate([np.zeros_like(lead[:1]), changes]), fps)
 
 
 def unfit(character: Character, features: Features) -> str:

@@ -157,7 +157,7 @@ def _tips(source: Motion, actor: PanBody, body: PanBody) -> np.ndarray:
     for joint, role in enumerate(body.layout.roles):
         there = place.get(role or "", 0)
         known = there > 0 and joint > 0 and actor.joints[there] >= 0
-        if known and actor.layout.encoded[there - 1] and body.layout.encoded[joint - 1]:
+        if known and actor.layout.encoded[there] and body.layout.encoded[joint]:
             found[:, joint] = turned[:, there]
     return found
 
@@ -182,14 +182,17 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     with torch.inference_mode():
         pieces = torch.split(normalised, PIECE, 1)
         found = [structure.encoder.attention(piece)[0].numpy() for piece in pieces]
-    led = [edge for edge in range(body.layout.edges) if body.joints[edge + 1] >= 0]
+    leads, given = body.layout.leads, np.concatenate(found)
+    if body.layout.slots == "joints":  # the hips' rotation and the root's movement are one joint's
+        given[:, :, -1] += given[:, :, 0]
+    led = [edge for edge, joint in enumerate(leads) if joint > 0 and body.joints[joint] >= 0]
     order = [body.layout.edges, *led]
-    joints = [body.joints[0], *(body.joints[edge + 1] for edge in led)]
+    joints = [body.joints[0], *(body.joints[leads[edge]] for edge in led)]
     parts = body_parts(body.layout, settings.design)
     sees = np.array([[edge in part for edge in order] for part in parts])
     kept = sees.any(axis=0)
     low, share = rates.between(source.frames, source.fps, rates.FPS, shown.frames)
-    weights = interpolated(np.concatenate(found)[:, :, order], low, share)
+    weights = interpolated(given[:, :, order], low, share)
     return {
         "parts": body.layout.names if settings.design.by_part else ("whole body",),
         "joints": np.array(joints)[kept],

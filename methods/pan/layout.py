@@ -1,8 +1,11 @@
 """The edges of a structure that the networks see, and the body parts that they belong to.
 
-A edge is an edge of the tree, from a joint to one that hangs from it, and carries the rotation of the
+An edge is an edge of the tree, from a joint to one that hangs from it, and carries the rotation of the
 joint that it leaves; several edges that leave one joint each carry that joint's. The edge of the child c
 is c - 1. One edge more, the last, is that of the root's movement; it belongs to every part.
+
+Where the layout is one of joints, joints take the place of edges, and each carries its own rotation: so do
+ends of chains. The hips then belong to every part as the root's movement does.
 """
 
 from __future__ import annotations
@@ -12,12 +15,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import roles as anatomy
 
+Slots = Literal["edges", "joints"]
 Parts = Mapping[str, tuple[str, ...]]
 """Name of a part -> what of ``roles.body_part`` belongs to it."""
 
@@ -73,20 +78,28 @@ def _read(name: str) -> Parts:
 
 @dataclass(frozen=True)
 class Layout:
-    """A structure as edges and parts.
+    """A structure as edges (or joints) and parts.
 
-    parents: ``(joints,)`` whose child each joint is, the hips (-1) first. roles: of the joints.
-    names:   the parts that this structure has. parts: the edges of each, without the root's.
+    parents: ``(joints,)`` whose child each joint is, the root (-1) first. roles: of the joints.
+    names:   the parts that this structure has. parts: the edges of each, without those of every part.
+    slots:   whether the networks see edges or joints; what is said of edges here holds for either.
     """
 
     parents: tuple[int, ...]
     roles: tuple[str | None, ...]
     names: tuple[str, ...]
     parts: tuple[tuple[int, ...], ...]
+    slots: Slots = "edges"
+    four_legged: bool = False
 
     @classmethod
     def of(
-        cls, parents: Sequence[int], roles: Sequence[str | None], parts: Parts, four_legged: bool
+        cls,
+        parents: Sequence[int],
+        roles: Sequence[str | None],
+        parts: Parts,
+        four_legged: bool,
+        slots: Slots = "edges",
     ) -> Layout:
         """The parts that a structure with these joints has. Raises BenchError where it has none."""
         where = _body_parts(parents, roles)
@@ -96,38 +109,52 @@ class Layout:
             wanted = set(members)
             if four_legged and wanted >= HIND and not apart:
                 wanted |= FORE
-            own = {joint - 1 for joint in range(1, len(parents)) if where[joint] & wanted}
+            own = {joint for joint in range(1, len(parents)) if where[joint] & wanted}
+            if own and slots == "edges":
+                own = {joint - 1 for joint in own | _chests(parents, where, wanted)}
             if own:
-                found[name] = tuple(sorted(own | _chest(parents, where, wanted)))
+                found[name] = tuple(sorted(own))
         if not found:
             raise BenchError("there is no joint of any of the body parts that pan looks at")
-        return cls(tuple(parents), tuple(roles), tuple(found), tuple(found.values()))
+        return cls(tuple(parents), tuple(roles), tuple(found), tuple(found.values()), slots, four_legged)
 
     @property
     def edges(self) -> int:
-        """Without the root's."""
-        return len(self.parents) - 1
+        """Without the root's movement."""
+        return len(self.leads)
+
+    @cached_property
+    def common(self) -> tuple[int, ...]:
+        """The edges of every part: the root's movement, last; of joints the hips as well."""
+        return (self.edges,) if self.slots == "edges" else (0, self.edges)
+
+    @cached_property
+    def leads(self) -> np.ndarray:
+        """``(edges,)`` the joint that each edge leads to."""
+        return np.arange(1 if self.slots == "edges" else 0, len(self.parents))
 
     @cached_property
     def turned(self) -> np.ndarray:
         """``(edges,)`` which joint's rotation each edge carries."""
-        return np.array(self.parents[1:])
+        return np.array(self.parents)[self.leads] if self.slots == "edges" else self.leads
 
     @cached_property
     def above(self) -> np.ndarray:
-        """``(edges,)`` the edge that leads to the joint that each edge leaves; -1 at the hips."""
+        """``(edges,)`` the edge that leads to the joint that each edge leaves; -1 at the root.
+
+        Not of layouts of joints."""
         return self.turned - 1
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """The edges from whose child no edge leaves."""
+        """The edges from whose child no edge leaves. Not of layouts of joints."""
         return np.setdiff1d(np.arange(self.edges), self.above)
 
     @cached_property
     def encoded(self) -> np.ndarray:
-        """``(edges,)`` bool: belongs to a part."""
-        mask = np.zeros(self.edges, dtype=bool)
-        mask[[edge for part in self.parts for edge in part]] = True
+        """``(joints,)`` bool: the root, and joints that an edge of a part leads to."""
+        mask = np.zeros(len(self.parents), dtype=bool)
+        mask[[0, *self.leads[[edge for part in self.parts for edge in part]]]] = True
         return mask
 
 
@@ -144,11 +171,11 @@ def _body_parts(parents: Sequence[int], roles: Sequence[str | None]) -> list[fro
     return found
 
 
-def _chest(parents: Sequence[int], where: Sequence[frozenset[str]], wanted: set[str]) -> set[int]:
-    """The edges that lead to where a part that branches from the chest begins."""
+def _chests(parents: Sequence[int], where: Sequence[frozenset[str]], wanted: set[str]) -> set[int]:
+    """The joints where a part that branches from the chest begins."""
     begins = (
         parents[joint]
         for joint in range(1, len(parents))
         if where[joint] & wanted & BRANCHES and where[parents[joint]] == {"trunk"}
     )
-    return {chest - 1 for chest in begins if chest > 0}
+    return {chest for chest in begins if chest > 0}

@@ -37,14 +37,19 @@ def code_distance(a: Tensor, b: Tensor, measure: Literal["l1", "l2"]) -> Tensor:
     return (a - b).abs().mean() if measure == "l1" else mse_loss(a, b)
 
 
-def end_effectors(source: Tensor, answer: Tensor) -> Tensor:
+def end_effectors(source: Tensor, answer: Tensor, resting: bool) -> Tensor:
     """Difference of how end effectors ``(rows, frames, ends, 3)`` move, in heights, and of where they rest.
 
-    As released, the answer decides which of them rest, not the source.
+    As released, the answer decides which of them rest, not the source. The second term is a mean over all
+    of them, or, where ``resting``, over those that rest: zero where none does, as whose mean the released
+    code takes not-a-number.
     """
     wanted, found = FASTER * source.diff(dim=1), FASTER * answer.diff(dim=1)
     rests = (found.detach().square().sum(-1, keepdim=True) < NEAR**2).to(found.dtype)
-    return mse_loss(found, wanted) + RESTING * mse_loss(found * rests, wanted * rests)
+    still = mse_loss(found * rests, wanted * rests)
+    if resting:
+        still = still / rests.mean().clamp_min(0.5 / rests.numel())
+    return mse_loss(found, wanted) + RESTING * still
 
 
 def rescaled(velocity: Tensor, range_: Tensor) -> Tensor:
@@ -66,37 +71,45 @@ class Answer(NamedTuple):
     """A motion as the losses compare it.
 
     edges: normalised channels ``(rows, frames, edges + 1, 4)``. plain: with mean and deviation. local:
-    joints relative to the hips ``(rows, frames, joints, 3)``. positions: in the world; see
-    ``Weights.lengths``.
+    joints, and end sites, relative to the root ``(rows, frames, joints + end sites, 3)``. positions: in the
+    world; see ``Weights``. scale: ``(rows,)`` of both, what a unit of ``Features`` is in them.
     """
 
     edges: Tensor
     plain: Tensor
     local: Tensor
     positions: Tensor
+    scale: Tensor
 
 
 class Objective:
-    """The generator's terms of one step; each is the mean over the structures and pairs that have it.
+    """The generator's terms of one step; each is the mean over the structures and pairs that have it, or
+    the sum (``Weights.summed``).
 
-    layouts: by structure. ranges: ``(2,)`` the slowest and the fastest movement of the hips (eq. 20).
+    layouts: by structure. end_sites: joints that have one in ``Answer``. ranges: ``(2,)`` the slowest and
+    the fastest movement of the hips (eq. 20).
     Terms keep the names that logs and cards have: ``slots`` (edge channels), ``places`` and
     ``again_places`` (joint positions).
     """
 
     def __init__(
-        self, settings: Settings, layouts: Mapping[str, Layout], ranges: Mapping[str, Tensor]
+        self,
+        settings: Settings,
+        layouts: Mapping[str, Layout],
+        end_sites: Mapping[str, Sequence[int]],
+        ranges: Mapping[str, Tensor],
     ) -> None:
         self.weights, self.height = settings.weights, settings.features.root == "height"
+        self.padded = settings.design.padded
         self._layouts = layouts
         self._tensors: dict[tuple[str, ...], Tensor] = {
             ("speeds", name): each for name, each in ranges.items()
         }
         ends = {name: ends_of(layout) for name, layout in layouts.items()}
         for name, layout in layouts.items():
-            encoded = torch.tensor([*np.flatnonzero(layout.encoded), layout.edges])
-            self._tensors["edges", name] = encoded
-            self._tensors["joints", name] = (encoded + 1) % (layout.edges + 1)
+            edges = np.flatnonzero(layout.encoded[layout.leads])
+            self._tensors["edges", name] = torch.tensor([*edges, layout.edges])
+            self._tensors["joints", name] = torch.tensor(compared_joints(layout, end_sites[name]))
             for other, theirs in layouts.items():
                 both = sorted(ends[name].keys() & ends[other].keys())
                 joints = [ends[name][end] for end in both]
@@ -112,31 +125,34 @@ class Objective:
 
     def total(self) -> Terms:
         """The same names in every step, whichever structures it has."""
-        return {name: torch.stack(found).mean() for name, found in self._terms.items()}
+        every = {name: torch.stack(found) for name, found in self._terms.items()}
+        return {name: each.sum() if self.weights.summed else each.mean() for name, each in every.items()}
 
-    def add(self, name: str, weight: float, term: Tensor) -> None:
+    def add(self, name: str, weight: float, term: Tensor, times: int = 1) -> None:
+        """times: of how many structures or pairs this is the mean."""
         if weight:
-            self._terms.setdefault(name, []).append(weight * term)
+            factor = weight * times if self.weights.summed else weight
+            self._terms.setdefault(name, []).append(factor * term)
 
     # ------------------------------------------------------------------------------------------ terms
     def reconstruction(self, name: str, answer: Answer, real: Answer) -> None:
         """Eq. 10, and the second term of eq. 13."""
-        weights, (edges, joints) = self.weights, self._compared(name)
-        found, wanted = answer.edges, real.edges
-        self.add("slots", weights.edges, mse_loss(found[:, :, edges], wanted[:, :, edges]))
-        self.add("moves", weights.moves, mse_loss(found[:, :, -1], wanted[:, :, -1]))
+        weights, joints = self.weights, self._tensors["joints", name]
+        self.add("slots", weights.edges, mse_loss(self._edges(name, answer), self._edges(name, real)))
+        self.add("moves", weights.moves, mse_loss(answer.edges[:, :, -1], real.edges[:, :, -1]))
         positions, truth = self._positions(answer), self._positions(real)
         self.add("places", weights.kinematic, mse_loss(positions[:, :, joints], truth[:, :, joints]))
         self.add("root", weights.root, mse_loss(positions[:, :, 0], truth[:, :, 0]))
 
     def cycle(self, name: str, answer: Answer, real: Answer, times: int) -> None:
         """The second term of eq. 11 and the first of eq. 13, over ``times`` motions that came back."""
-        weights, (edges, joints) = self.weights, self._compared(name)
-        wanted = real.edges[:, :, edges].repeat(times, 1, 1, 1)
-        self.add("again", weights.again, mse_loss(answer.edges[:, :, edges], wanted))
+        weights, joints = self.weights, self._tensors["joints", name]
+        seen = self._edges(name, real)
+        wanted = seen.repeat(times, *(1,) * (seen.ndim - 1))
+        self.add("again", weights.again, mse_loss(self._edges(name, answer), wanted), times)
         positions = self._positions(real)[:, :, joints].repeat(times, 1, 1, 1)
         found = self._positions(answer)[:, :, joints]
-        self.add("again_places", weights.again_positions, mse_loss(found, positions))
+        self.add("again_places", weights.again_positions, mse_loss(found, positions), times)
 
     def compare(self, pair: tuple[str, str], code: Tensor, again: Tensor) -> None:
         """The first term of eq. 11, over the parts that both structures have.
@@ -154,7 +170,7 @@ class Objective:
         ours, theirs = self._tensors["ends", here, there], self._tensors["ends", there, here]
         if weights.ends and len(ours):
             source, answer = real.positions[:, :, ours], shown.positions[:, :, theirs]
-            self.add("ends", weights.ends, end_effectors(source, answer))
+            self.add("ends", weights.ends, end_effectors(source, answer, weights.resting))
         elif weights.ends:  # none in common; processes must agree on the names of terms
             self.add("ends", weights.ends, shown.positions.new_zeros(()))
         if weights.velocity:
@@ -168,14 +184,29 @@ class Objective:
             self.add("velocity", weights.velocity, wrong)
 
     def _positions(self, answer: Answer) -> Tensor:
-        """``(rows, frames, joints, 3)``, the hips first: in the world, or ``local`` (see ``Weights``)."""
-        if not self.weights.local:
+        """``(rows, frames, joints, 3)``, the root first; see ``Weights.positions``."""
+        if self.weights.positions != "local":
             return answer.positions
         return torch.cat([answer.positions[:, :, :1], answer.local[:, :, 1:]], 2)
 
-    def _compared(self, name: str) -> tuple[Tensor, Tensor]:
-        """The edges and joints that losses compare: those of parts (section 7.1), and the root."""
-        return self._tensors["edges", name], self._tensors["joints", name]
+    def _edges(self, name: str, answer: Answer) -> Tensor:
+        """``(rows, frames, ...)`` channels of the edges of parts (section 7.1), and of the root."""
+        edges = self._tensors["edges", name]
+        if self.weights.rotations:
+            return answer.plain[:, :, edges[:-1]]
+        seen = answer.edges[:, :, edges]
+        return seen.flatten(2)[..., :-1] if self.padded else seen
+
+
+def compared_joints(layout: Layout, end_sites: Sequence[int]) -> list[int]:
+    """The joints of parts, then the root; then their end sites, by their place behind all joints.
+
+    On four legs the head's is left out, as in the released code."""
+    (root, *joints), count = np.flatnonzero(layout.encoded).tolist(), len(layout.parents)
+    left_out = {"head"} if layout.four_legged else set()
+    compared = [layout.encoded[joint] and layout.roles[joint] not in left_out for joint in end_sites]
+    kept = np.flatnonzero(compared).tolist()
+    return [*joints, root, *(count + n for n in kept)]
 
 
 def ends_of(layout: Layout) -> dict[int, int]:
@@ -184,7 +215,7 @@ def ends_of(layout: Layout) -> dict[int, int]:
     for number, wanted in enumerate(END_EFFECTORS):
         known: Sequence[str] = [role for role in wanted if role in layout.roles]
         joints = [layout.roles.index(role) for role in known]
-        if joints and layout.encoded[joints[0] - 1]:
+        if joints and layout.encoded[joints[0]]:
             found[number] = joints[0]
     return found
 
@@ -192,14 +223,12 @@ def ends_of(layout: Layout) -> dict[int, int]:
 class Discriminators(nn.Module):
     """One discriminator for each structure, with its replay buffer.
 
-    edges: structure -> how many it has. frames: of a window.
+    channels: structure -> how many numbers its discriminator sees per frame. frames: of a window.
     """
 
-    def __init__(self, edges: Mapping[str, int], frames: int, design: Design, weights: Weights) -> None:
+    def __init__(self, channels: Mapping[str, int], frames: int, design: Design, weights: Weights) -> None:
         super().__init__()
-        sizes = {"motion": (4, 4), "bones": (3, 4), "positions": (3, 3)}
-        per_edge, root = sizes[weights.discriminator_input]
-        channels = {name: per_edge * count + root for name, count in edges.items()}
+        self.summed = weights.summed
         self.discriminators = nn.ModuleDict(
             {name: Discriminator(count, design) for name, count in channels.items()}
         )
@@ -213,7 +242,7 @@ class Discriminators(nn.Module):
         return least_squares(self.discriminators[name](answers), True)
 
     def loss(self, shown: Sequence[tuple[str, Tensor, Tensor]]) -> Terms:
-        """The mean of ``discriminator_loss`` over structures.
+        """The mean of ``discriminator_loss`` over structures, or the sum (``Weights.summed``).
 
         shown: structure, real motion, answers. The term has the name that logs and cards have.
         """
@@ -229,4 +258,5 @@ class Discriminators(nn.Module):
         unused = [each for name, each in self.discriminators.items() if name not in names]
         # processes that train together need a gradient of every parameter
         idle = [0.0 * parameter.sum() for each in unused for parameter in each.parameters()]
-        return {"told_apart": torch.stack(found).mean() + (torch.stack(idle).sum() if idle else 0.0)}
+        total = torch.stack(found).sum() if self.summed else torch.stack(found).mean()
+        return {"told_apart": total + (torch.stack(idle).sum() if idle else 0.0)}

@@ -13,9 +13,10 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
 
 from .features import Features, Lengths, Path, Root, Yaw
+from .layout import Slots
 
 DecoderKind = Literal["full", "parts"]
-ConvMask = Literal["paper", "released"]
+Mask = Literal["paper", "released"]
 Variant = Literal["own", "released", "paper"]
 Statistics = Literal["structure", "character"]
 UNSET: Final = ""
@@ -34,7 +35,7 @@ class Overrides(TypedDict, total=False):
     path: Annotated[Literal["", Path], UNSET]
     statistics: Annotated[Literal["", Statistics], UNSET]
     target_stats: Annotated[Literal["transferred", "own"], "transferred"]
-    conv_mask: Annotated[Literal["", ConvMask], UNSET]
+    conv_mask: Annotated[Literal["", Mask], UNSET]
     decoder: Annotated[Literal["", DecoderKind], UNSET]
     dropout: Annotated[float, NEGATIVE]
     attention: Annotated[bool, True]
@@ -54,11 +55,11 @@ PARAMETERS = {
     "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
     "facing": "frames over which the direction faced is averaged; negative: as the variant",
     "yaw": "source (faces where it does) or predicted; empty: as the variant",
-    "path": "of the root: decoded, relative (to the source's; what differs fades) or carried (the source's "
-    "plus what is decoded); empty: as the variant",
+    "path": "of the root: decoded, relative (to the source's; what differs fades), steady (what differs "
+    "for long adds nothing) or carried (the source's plus what is decoded); empty: as the variant",
     "statistics": "mean and deviation by structure or by character; empty: as the variant",
     "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
-    "conv_mask": "paper, or released (shifted by one edge); empty: as the variant",
+    "conv_mask": "of convolutions: paper, or released (shifted by one edge); empty: as the variant",
     "decoder": "full, or parts (each edge from its own parts); empty: as the variant",
     "dropout": "share; negative: as the variant",
     "attention": "false: an MLP in its place (Table 5)",
@@ -76,6 +77,7 @@ PARAMETERS = {
 DIFFERS: Mapping[str, Mapping[str, str]] = {
     "six": {
         "variant": "released networks",
+        "conv_mask": "masks as written",
         "dropout": "no dropout",
         "lengths": "in hip heights",
         "root": "height as a feature",
@@ -84,7 +86,7 @@ DIFFERS: Mapping[str, Mapping[str, str]] = {
         "kinematic": "other losses",
     },
     "three": {
-        "variant": "released networks",
+        "variant": "released networks on edges",
         "lengths": "in hip heights",
         "root": "height as a feature",
         "path": "path relative to the source's",
@@ -113,8 +115,10 @@ class Design:
     layers:      layers of attention. heads: of each. feedforward: hidden width of the block behind each
                  attention, with residuals and layer norms behind both (0: eq. 4 and 5 and nothing else).
     dropout:     share, of embeddings, attention weights and both blocks.
+    slots:       what the networks see: ``edges``, or ``joints`` (see ``layout.py``).
     mutual:      edges attend to the tokens of their parts too (the symmetric mask of eq. 5); else nobody
                  attends to a token but itself.
+    root_alone:  the edges of every part attend to each other alone: of edges, the root's to itself.
     interleaved: the second layer of attention follows the first convolution, which halves the frames; the
                  edges are halved with it, two frames averaged. Else all layers come first.
     leak:        slope of the rectifiers below zero.
@@ -122,7 +126,9 @@ class Design:
     kernel:      taps of all convolutions in time.
     skeleton:    hidden width per part of the MLP on bones (eq. 7). skeleton_bent: its last layer is
                  rectified too. skeleton_share: what its code is multiplied by before it is added.
+    bone_mask:   ``released`` reads other bones than a part's, as the code does by mistake (``seen_bones``).
     decoder:     ``full`` reads all parts for every edge (eq. 8); ``parts``: those that the edge is of.
+    padded:      the root has three channels, and the fourth stays zero: set where ``root=position``.
     conv_mask:   ``released`` shifts the parts of all convolutions by one edge, as the code does by mistake.
     attention:   False: an MLP in its place (Table 5). by_part: False: one token for the whole body, nothing
                  masked, ordinary convolutions (Table 5).
@@ -136,7 +142,9 @@ class Design:
     heads: int = 1
     feedforward: int = 0
     dropout: float = 0.0
+    slots: Slots = "edges"
     mutual: bool = True
+    root_alone: bool = False
     interleaved: bool = True
     leak: float = 0.0
     raw: bool = False
@@ -144,8 +152,10 @@ class Design:
     skeleton: int = 64
     skeleton_bent: bool = False
     skeleton_share: float = 1.0
+    bone_mask: Mask = "paper"
     decoder: DecoderKind = "full"
-    conv_mask: ConvMask = "paper"
+    padded: bool = False
+    conv_mask: Mask = "paper"
     attention: bool = True
     by_part: bool = True
     judging: int = 256
@@ -160,49 +170,76 @@ RELEASED = Design(
     feedforward=256,
     dropout=0.2,
     mutual=False,
+    root_alone=True,
     interleaved=False,
     leak=0.2,
     raw=True,
     skeleton=32,
     skeleton_bent=True,
     skeleton_share=0.01,
+    bone_mask="released",
     decoder="parts",
+    padded=True,
+    conv_mask="released",
 )
-RELEASED_THREE = replace(RELEASED, layers=1, heads=1, dropout=0.0, squashed=False)
+RELEASED_THREE = replace(
+    RELEASED,
+    layers=1,
+    heads=1,
+    dropout=0.0,
+    slots="joints",
+    bone_mask="paper",
+    padded=False,
+    conv_mask="paper",
+    squashed=False,
+)
+OWN = replace(RELEASED, dropout=0.0, root_alone=False, bone_mask="paper", padded=False, conv_mask="paper")
+OWN_THREE = replace(OWN, layers=1, heads=1, squashed=False)
 
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the loss terms, all of them means over everything, and their forms.
+    """Weights of the loss terms, each a mean over everything, and their forms.
 
-    edges:    squared error of the reconstruction in normalised edge channels (eq. 10). moves: once more of
-              the root's.
+    summed:   terms are added up over structures and pairs of them; else they are means over these.
+    across:   answers, and so cycles, are of other structures alone, where there are any.
+    edges:    squared error of the reconstruction in normalised edge channels (eq. 10); where
+              ``rotations``, in plain rotations alone. moves: once more in the root's normalised channels.
     kinematic: of the reconstruction's joints (eq. 13), in heights or in the unit of ``Features``
-              (``lengths``): in the world, or, where ``local``, relative to the hips, and the hips in the
-              world. root: once more of the hips.
+              (``lengths``). positions: ``world``; ``local``, relative to the root, and the root in the
+              world; or ``summed``, as seen from where the body faces, plus the sum of what it moved.
+              end_sites: ends of last bones are joints here. root: the error of the root once more.
     cycle:    distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
     again:    squared error of the cycle in normalised edge channels (eq. 11). again_positions: of its
               joints (eq. 13).
-    ends:     squared difference of how end effectors move in source and answer.
-    adversarial: least squares (eq. 12). discriminator_input: edge channels, bones as vectors and the
-              root's channels, or joint positions. replay: discriminators see older answers too.
+    ends:     squared difference of how end effectors move in source and answer. resting: its second term
+              is a mean over those that rest, zero where none does; else over all.
+    adversarial: least squares (eq. 12). discriminator_input: edge channels, bones as vectors in heights and
+              the root's channels (``bones``) or both in the unit of ``Features`` (``units``), or joint
+              positions. replay: discriminators see older answers too.
     velocity: squared difference of rescaled velocities of the hips (eq. 20); turns: and of how fast bodies
               turn.
     """
 
+    summed: bool = False
+    across: bool = False
+
     edges: float = 1.0
+    rotations: bool = False
     moves: float = 0.0
     kinematic: float = 100.0
     lengths: Literal["heights", "units"] = "heights"
-    local: bool = False
+    positions: Literal["world", "local", "summed"] = "world"
+    end_sites: bool = False
     root: float = 0.0
     cycle: float = 2.5
     measure: Literal["l1", "l2"] = "l2"
     again: float = 2.5
     again_positions: float = 100.0
     ends: float = 0.0
+    resting: bool = False
     adversarial: float = 1.0
-    discriminator_input: Literal["motion", "bones", "positions"] = "motion"
+    discriminator_input: Literal["motion", "bones", "units", "positions"] = "motion"
     replay: bool = False
     velocity: float = 0.0
     turns: bool = True
@@ -214,7 +251,8 @@ class Settings:
 
     statistics: whether eq. 15 takes mean and deviation by structure or by character; deviations are
     ``least_deviation`` or more. reversed_: training windows run backwards half of the time. shared:
-    structures have the same initial weights for what they have in common.
+    structures have the same initial weights for what they have in common. rerooted: trees begin where the
+    legs do (see ``tree.py``).
     """
 
     design: Design
@@ -225,6 +263,7 @@ class Settings:
     least_deviation: float = 0.0
     reversed_: bool = False
     shared: bool = False
+    rerooted: bool = False
 
     def overridden(self, given: Mapping[str, Any]) -> Self:
         """With the parameters given; an empty word or a negative number leaves the variant's choice.
@@ -239,15 +278,20 @@ class Settings:
             share = chosen["kinematic"] / self.weights.kinematic
             again = share * self.weights.again_positions
             parts["weights"] |= {"root": share * self.weights.root, "again_positions": again}
+        features = replace(self.features, **parts["features"])
+        if self.weights.positions == "summed" and features.root != "velocity":
+            parts["weights"]["positions"] = "world"
         found = replace(
             self,
-            features=replace(self.features, **parts["features"]),
-            design=replace(self.design, **parts["design"]),
+            features=features,
+            design=replace(self.design, **parts["design"], padded=features.root == "position"),
             weights=replace(self.weights, **parts["weights"]),
             **parts[""],
         )
         if not found.design.dropout < 1.0:
             raise BenchError("dropout of pan is a share below 1")
+        if found.design.slots == "joints" and found.design.conv_mask == "released":
+            raise BenchError("conv_mask=released is a mistake about edges, and these networks see joints")
         if found.weights.velocity and found.features.root == "position":
             raise BenchError(
                 "eq. 20 (velocity) is about how hips move, and root=position does not say it; "
@@ -262,22 +306,34 @@ class Settings:
             for part, names in FIELDS.items()
             for name in names
         }
-        if values["path"] == "relative":  # networks learn the same
+        if values["path"] in ("relative", "steady"):  # networks learn the same
             values["path"] = "decoded"
         return values
 
 
 RELEASED_WEIGHTS = Weights(
+    summed=True,
     kinematic=100.0,
-    local=True,
+    positions="local",
     root=100.0,
     cycle=2.5,
     measure="l1",
     again=0.0,
     again_positions=2.5,
     ends=50.0,
-    discriminator_input="bones",
+    resting=True,
+    discriminator_input="units",
     replay=True,
+)
+OWN_WEIGHTS = replace(
+    RELEASED_WEIGHTS,
+    summed=False,
+    kinematic=1000.0,
+    root=300.0,
+    again_positions=100.0,
+    resting=False,
+    adversarial=0.25,
+    discriminator_input="bones",
 )
 SETTINGS: Mapping[Variant, Settings] = {
     "paper": Settings(PAPER, Features("velocity", "world", 0.0), Weights(), "structure", "predicted"),
@@ -288,11 +344,12 @@ SETTINGS: Mapping[Variant, Settings] = {
         "character",
         "predicted",
         reversed_=True,
+        rerooted=True,
     ),
     "own": Settings(
-        replace(RELEASED, dropout=0.0),
+        OWN,
         Features("height", "body", 0.0, "carried"),
-        replace(RELEASED_WEIGHTS, kinematic=1000.0, root=300.0, again_positions=100.0, adversarial=0.25),
+        OWN_WEIGHTS,
         "structure",
         "source",
         least_deviation=0.02,
@@ -305,9 +362,14 @@ BETWEEN_LEGS: Mapping[Variant, Settings] = {
         RELEASED_THREE,
         Features("velocity", "world", 8.0),
         Weights(
+            summed=True,
+            across=True,
+            rotations=True,
             moves=100.0,
             kinematic=0.01,
             lengths="units",
+            positions="summed",
+            end_sites=True,
             cycle=1e-3,
             again=0.0,
             again_positions=1e-3,
@@ -319,7 +381,7 @@ BETWEEN_LEGS: Mapping[Variant, Settings] = {
     ),
     "own": replace(
         SETTINGS["own"],
-        design=RELEASED_THREE,
+        design=OWN_THREE,
         features=replace(SETTINGS["own"].features, path="relative"),
         weights=replace(SETTINGS["own"].weights, ends=0.0, adversarial=1.0, velocity=1000.0),
     ),

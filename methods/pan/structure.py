@@ -2,17 +2,19 @@
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree, forward
+from retarget_bench.motion.skeleton import Skeleton
 
 from .body import PanBody
 from .features import Root
 from .layout import Layout, Parts
-from .network import Decoder, Encoder, SkeletonEncoder, body_parts, convolved_parts, written
+from .network import Decoder, Encoder, SkeletonEncoder, convolved_parts, seen_bones, written
 from .settings import Design
 
 ROLES, PARENTS, CAST = "roles", "parents", "cast"
@@ -119,7 +121,8 @@ def rebuilt(tensors: Mapping[str, Tensor], parts: Parts, four_legged: bool, desi
     parents = [int(each) for each in tensors[PARENTS]]
     roles = [role or None for role in _text(tensors[ROLES]).split(ROWS)]
     cast = [name for name in _text(tensors[CAST]).split(ROWS) if name]
-    structure = Structure(Layout.of(parents, roles, parts, four_legged), design, cast)
+    layout = Layout.of(parents, roles, parts, four_legged, design.slots)
+    structure = Structure(layout, design, cast)
     structure.load(tensors)
     return structure.eval()
 
@@ -177,8 +180,7 @@ def _share(known: dict[Hashable, Tensor], name: str, keys: Sequence[Hashable], w
 
 def _edgewise(layout: Layout, design: Design) -> Iterator[tuple[str, list[Hashable]]]:
     """Names of parameters whose rows belong to edges, and the meaning of each edge in their order."""
-    bones = tuple(part[:-1] for part in body_parts(layout, design))
-    yield "skeleton.layers.0.weight", _keys(layout, bones)
+    yield "skeleton.layers.0.weight", _keys(layout, seen_bones(layout, design))
     if design.raw:
         yield "encoder.raw.weight", _keys(layout, convolved_parts(layout, design))
     if design.decoder == "parts" and design.by_part:
@@ -196,47 +198,58 @@ def _meaning(layout: Layout, edge: int, part: int) -> Hashable:
     """The role of the joint that an edge leads to; unique where it has none."""
     if edge == layout.edges:
         return "root"
-    return layout.roles[edge + 1] or (id(layout), edge, part)
+    return layout.roles[layout.leads[edge]] or (id(layout), edge, part)
 
 
 class Kinematics:
-    """Forward kinematics of one structure (eq. 13): rotations of edges to joint positions."""
+    """Forward kinematics of one structure (eq. 13): rotations of edges to joint positions.
 
-    def __init__(self, body: PanBody) -> None:
-        """body: any of the structure."""
+    body: any of the structure. end_sites: joints whose ``PanBody.end_sites`` are positions as well, the
+    last ones; of layouts of joints alone.
+    """
+
+    def __init__(self, body: PanBody, end_sites: Sequence[int] = ()) -> None:
         layout = body.layout
-        self._tree = Tree.of(body.chains)
-        self._above, self._ends = torch.from_numpy(layout.above), torch.from_numpy(layout.ends)
-        self._parents = torch.from_numpy(layout.turned)
-        # the nodes of ``PanBody.chains`` at the joints: the first that leaves each, or the end there
-        nodes = [0, *layout.turned, *(layout.ends + 1)]
-        self._node = torch.tensor([nodes.index(joint) for joint in range(len(layout.parents))])
+        if layout.slots == "joints":
+            parents = np.array([*layout.parents, *end_sites])
+            nodes, joints = list(range(len(parents))), len(layout.parents)
+            tree = Skeleton(tuple(map(str, nodes)), parents, np.zeros((len(nodes), 3)))
+            bones = [*nodes[:joints], *(node + 1 for node in nodes[joints:])]  # the root's row between
+            self._first, self._last = 0, len(end_sites)
+        else:
+            tree = body.chains
+            bones = [layout.edges, *layout.above, *layout.ends]  # row -1: of the root
+            # the nodes at the joints: the first that leaves each, or the end there
+            leaving = [0, *layout.turned, *(layout.ends + 1)]
+            nodes = [leaving.index(joint) for joint in range(len(layout.parents))]
+            self._first, self._last = 1, len(layout.ends)
+        self._tree = Tree.of(tree)
+        self._bones, self._node = torch.tensor(bones), torch.tensor(nodes)
+        self._parents = torch.tensor(layout.parents[1:])
         self._identity = torch.tensor([1.0, 0.0, 0.0, 0.0])
 
     def __call__(self, edges: Tensor, bones: Tensor) -> Tensor:
-        """``(rows, frames, joints, 3)`` relative to the hips, in the unit of the bones.
+        """``(rows, frames, joints + end sites, 3)`` relative to the root, in the unit of the bones.
 
         edges: ``(rows, frames, edges + 1, 4)``, need not be unit; the last is not read.
-        bones: ``(rows, edges + 1, 3)``, the last zero.
+        bones: ``(rows, edges + 1 + end sites, 3)``, that of the root's movement zero.
         """
         if self._tree.mask.device != edges.device:
-            self.__dict__.update({name: each.to(edges.device) for name, each in vars(self).items()})
+            moved = {k: v.to(edges.device) for k, v in vars(self).items() if not isinstance(v, int)}
+            self.__dict__.update(moved)
         turns = functional.normalize(edges[..., :-1, :].float(), dim=-1, eps=1e-6)
-        first = self._identity.expand(*turns.shape[:2], 1, 4)
-        last = self._identity.expand(*turns.shape[:2], len(self._ends), 4)
-        offsets = torch.cat(
-            [torch.zeros_like(bones[:, :1]), bones[:, self._above], bones[:, self._ends]], 1
-        )
+        still = [self._identity.expand(*turns.shape[:2], n, 4) for n in (self._first, self._last)]
+        rotations = torch.cat([still[0], turns, still[1]], 2)
         hips = turns.new_zeros(*turns.shape[:2], 3)
-        return forward(self._tree, offsets, torch.cat([first, turns, last], 2), hips)[0][:, :, self._node]
+        return forward(self._tree, bones[:, self._bones], rotations, hips)[0][:, :, self._node]
 
     def vectors(self, positions: Tensor) -> Tensor:
-        """``(rows, frames, edges, 3)`` from each joint to the one that hangs from it."""
+        """``(rows, frames, joints - 1, 3)`` from each joint to the one that hangs from it."""
         return positions[:, :, 1:] - positions[:, :, self._parents]
 
 
 def world(positions: Tensor, root: Tensor, kind: Root, turn: Tensor | None = None) -> Tensor:
-    """Places ``(rows, frames, joints, 3)`` in the world, level from where the window's first frame is.
+    """Positions ``(rows, frames, joints, 3)`` in the world, level from where the window's first frame is.
 
     positions: relative to the hips, seen from where the body faces unless ``kind`` is ``position``.
     root:   ``(rows, frames, 4)``, the root's edge; see ``Features``.
@@ -254,3 +267,12 @@ def world(positions: Tensor, root: Tensor, kind: Root, turn: Tensor | None = Non
     seen = turn[..., None] * torch.complex(positions[..., 2].contiguous(), positions[..., 0].contiguous())
     moved = seen + level[..., None]
     return torch.stack([moved.imag, positions[..., 1] + up[..., None], moved.real], -1)
+
+
+def summed(positions: Tensor, root: Tensor) -> Tensor:
+    """Positions as the released code of three parts has them in a window: seen from where the body faces in
+    each frame, plus the sum of what the root moved, the first frame's movement included.
+
+    positions: ``(rows, frames, joints, 3)`` relative to the root. root: ``(rows, frames, 4)``, its edge.
+    """
+    return positions + root[..., None, :3].cumsum(1)

@@ -17,7 +17,16 @@ from retarget_bench.training.layers import exported
 from .body import PanBody
 from .losses import Answer, Discriminators, Objective
 from .settings import Settings
-from .structure import Kinematics, Structure, arranged, by_structure, matching, share_initialisation, world
+from .structure import (
+    Kinematics,
+    Structure,
+    arranged,
+    by_structure,
+    matching,
+    share_initialisation,
+    summed,
+    world,
+)
 from .training_data import BODIES, Windows, fit_statistics
 
 Side = Mapping[str, Any]
@@ -44,8 +53,11 @@ class PanTraining:
         self._build, self._settings = build, settings
         self._names = sorted(bodies)
         own = settings.statistics == "character"
+        ends = {
+            name: _end_sites(bodies[name]) if settings.weights.end_sites else [] for name in self._names
+        }
         self._windows = Windows(
-            training_data, config.window, bodies, settings.features, settings.reversed_, own
+            training_data, config.window, bodies, ends, settings.features, settings.reversed_, own
         )
         structures = {}
         for name in self._names:
@@ -56,17 +68,18 @@ class PanTraining:
         if settings.shared:
             share_initialisation(list(structures.values()), settings.design)
         self._structures = structures
-        self._kinematics = {name: Kinematics(next(iter(bodies[name].values()))) for name in self._names}
+        some = {name: next(iter(bodies[name].values())) for name in self._names}
+        self._kinematics = {name: Kinematics(some[name], ends[name]) for name in self._names}
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
-        edges = {name: each.layout.edges for name, each in structures.items()}
-        self._discriminators = Discriminators(edges, config.window, settings.design, settings.weights)
+        channels = {name: self._channels(body, len(ends[name])) for name, body in some.items()}
+        self._discriminators = Discriminators(channels, config.window, settings.design, settings.weights)
         if settings.weights.adversarial > 0:
             self.modules["discriminator"] = self._discriminators
             self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))
         layouts = {name: each.layout for name, each in structures.items()}
         ranges = {name: self._windows.speeds(name) for name in self._names}
-        self._objective = Objective(settings, layouts, ranges)
+        self._objective = Objective(settings, layouts, ends, ranges)
 
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
         return self._windows.draw(numbers, rows)
@@ -78,40 +91,46 @@ class PanTraining:
         return self._generate(batch["sides"], memory)
 
     def _generate(self, sides: Sequence[Side], memory: dict[str, Any]) -> Terms:
-        """Source and target structures in all pairs; the calls of one network are put together."""
+        """Source and target structures in pairs; the calls of one network are put together."""
         objective, count = self._objective, range(len(sides))
         names = [self._names[side["structure"]] for side in sides]
         parts = [self._structures[name] for name in names]
         real = [self._real(name, side) for name, side in zip(names, sides, strict=True)]
         codes = [part.encoder(truth.edges) for part, truth in zip(parts, real, strict=True)]
         objective.begin(codes[0].device)
-        shown: list[list[Answer]] = []
+        partners = [self._partners(here, len(sides)) for here in count]
+        shown: dict[tuple[int, int], Answer] = {}
+        returned: dict[tuple[int, int], Tensor] = {}
         for there, side in enumerate(sides):
             *others, own = self._answers(names, there, codes, side, real)
             objective.reconstruction(names[there], own, real[there])
-            shown.append(others)
-        returned = [
-            part.encoder(torch.cat([each.edges for each in answers])).chunk(len(sides))
-            for part, answers in zip(parts, shown, strict=True)
-        ]
+            pairs = [(here, there) for here in partners[there]]
+            shown |= zip(pairs, others, strict=True)
+            again = parts[there].encoder(torch.cat([each.edges for each in others]))
+            returned |= zip(pairs, again.chunk(len(pairs)), strict=True)
         cycle = self._settings.weights.again or self._settings.weights.again_positions
         for here, side in enumerate(sides):
             if cycle:
                 back = [
-                    arranged(returned[there][here], parts[there].layout, parts[here].layout)
-                    for there in count
+                    arranged(returned[here, there], parts[there].layout, parts[here].layout)
+                    for there in partners[here]
                 ]
-                roots = [shown[there][here].plain[:, :, -1] for there in count]
-                bodies = {key: torch.cat([side[key]] * len(sides)) for key in BODIES}
+                roots = [shown[here, there].plain[:, :, -1] for there in partners[here]]
+                bodies = {key: torch.cat([side[key]] * len(back)) for key in BODIES}
                 answer = self._decoded(names[here], back, roots, bodies)
-                objective.cycle(names[here], answer, real[here], len(sides))
-            for there in count:
+                objective.cycle(names[here], answer, real[here], len(back))
+            for there in partners[here]:
                 pair = names[here], names[there]
-                objective.compare(pair, codes[here], returned[there][here])
-                objective.follow(pair, real[here], shown[there][here])
+                objective.compare(pair, codes[here], returned[here, there])
+                objective.follow(pair, real[here], shown[here, there])
         if self._settings.weights.adversarial > 0:
             self._discriminate(names, real, shown, memory)
         return objective.total()
+
+    def _partners(self, side: int, sides: int) -> list[int]:
+        """The sides that one gets motions from and gives its own to."""
+        across = self._settings.weights.across and sides > 1
+        return [other for other in range(sides) if other != side or not across]
 
     def _answers(
         self,
@@ -121,12 +140,17 @@ class PanTraining:
         side: Side,
         real: Sequence[Answer],
     ) -> list[Answer]:
-        """Of every side's motion on bodies of this one; last, this side's own motion on its own bodies."""
+        """Of its partners' motions on bodies of this side; last, its own motion on its own bodies."""
         layouts = [self._structures[name].layout for name in names]
-        order = [*range(len(names)), there]
+        partners = self._partners(there, len(names))
+        order = [*partners, there]
         coded = [arranged(codes[here], layouts[here], layouts[there]) for here in order]
         roots = [real[here].plain[:, :, -1] for here in order]
-        found = self._decoded(names[there], coded, roots, side["asked"])
+        bodies = side["asked"]
+        if len(partners) < len(names):
+            rows = {key: each.chunk(len(names) + 1) for key, each in bodies.items()}
+            bodies = {key: torch.cat([each[n] for n in (*partners, -1)]) for key, each in rows.items()}
+        found = self._decoded(names[there], coded, roots, bodies)
         chunks = (each.chunk(len(order)) for each in found)
         return [Answer(*each) for each in zip(*chunks, strict=True)]
 
@@ -142,13 +166,17 @@ class PanTraining:
         """bodies: ``which``, ``bones``, ``unit`` and ``turn`` of each row, see ``Windows.draw``."""
         plain = self._structures[name].plain(edges, bodies["which"])
         local = self._kinematics[name](plain, bodies["bones"])
-        features, given = self._settings.features, self._settings.yaw == "source"
-        turn = torch.view_as_complex(bodies["turn"]) if given and features.local else None
-        positions = world(local, plain[..., -1, :], features.root, turn)
-        if self._settings.weights.lengths == "units":
-            return Answer(edges, plain, local, positions)
+        features, weights = self._settings.features, self._settings.weights
+        if weights.positions == "summed":
+            positions = summed(local, plain[..., -1, :])
+        else:
+            given = self._settings.yaw == "source" and features.local
+            turn = torch.view_as_complex(bodies["turn"]) if given else None
+            positions = world(local, plain[..., -1, :], features.root, turn)
+        if weights.lengths == "units":
+            return Answer(edges, plain, local, positions, torch.ones_like(bodies["unit"]))
         scale = bodies["unit"][:, None, None, None]
-        return Answer(edges, plain, local * scale, positions * scale)
+        return Answer(edges, plain, local * scale, positions * scale, bodies["unit"])
 
     def _real(self, name: str, side: Side) -> Answer:
         edges = self._structures[name].normalised(side["edges"], side["which"])
@@ -158,7 +186,7 @@ class PanTraining:
         self,
         names: Sequence[str],
         real: Sequence[Answer],
-        shown: Sequence[Sequence[Answer]],
+        shown: Mapping[tuple[int, int], Answer],
         memory: dict[str, Any],
     ) -> None:
         """Adversarial loss of answers on the other structure, or on the only one."""
@@ -166,7 +194,7 @@ class PanTraining:
         for there, name in enumerate(names):
             for here in range(len(names)):
                 if here != there or len(names) == 1:
-                    seen = self._seen(name, shown[there][here])
+                    seen = self._seen(name, shown[here, there])
                     loss = self._discriminators.adversarial_loss(name, seen)
                     self._objective.add("adversarial", weight, loss)
                     memory["shown"].append((name, self._seen(name, real[there]).detach(), seen.detach()))
@@ -178,8 +206,21 @@ class PanTraining:
             return answer.edges.flatten(2)
         if kind == "positions":
             return answer.positions.flatten(2)
-        vectors = self._kinematics[name].vectors(answer.local)
-        return torch.cat([vectors.flatten(2), answer.edges[..., -1, :]], -1)
+        vectors = self._kinematics[name].vectors(answer.local).flatten(2)
+        if kind == "units":
+            return torch.cat([answer.plain[..., -1, :3], vectors / answer.scale[:, None, None]], -1)
+        return torch.cat([vectors, answer.edges[..., -1, :]], -1)
+
+    def _channels(self, body: PanBody, end_sites: int) -> int:
+        """The number of channels of ``_seen``."""
+        joints = len(body.joints)
+        numbers = {
+            "motion": 4 * (body.layout.edges + 1),
+            "positions": 3 * (joints + end_sites),
+            "units": 3 * joints,
+            "bones": 3 * (joints - 1) + 4,
+        }
+        return numbers[self._settings.weights.discriminator_input]
 
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:
@@ -203,3 +244,8 @@ class PanTraining:
             fitted = structure.mean.clone(), structure.deviation.clone()
             structure.load(found[name])
             structure.mean, structure.deviation = fitted
+
+
+def _end_sites(bodies: Mapping[str, PanBody]) -> list[int]:
+    """The joints that have an end site in all bodies of a structure."""
+    return sorted(set.intersection(*(set(body.end_sites) for body in bodies.values())))

@@ -24,6 +24,8 @@ class Windows:
     """Batches of two sides, each of one structure with as many rows; of one side where there is one
     structure.
 
+    end_sites: joints of each structure whose end sites are among the bones.
+
     A clip that is shorter than a window is played to its end and back.
     """
 
@@ -32,13 +34,14 @@ class Windows:
         training_data: TrainingData,
         frames: int,
         bodies: Mapping[str, Mapping[str, PanBody]],
+        end_sites: Mapping[str, Sequence[int]],
         features: Features,
         backwards: bool,
         by_character: bool,
     ) -> None:
         self._material, self._frames, self._features = training_data, frames, features
         self._backwards, self._by_character = backwards, by_character
-        self._names, self._bodies = sorted(bodies), bodies
+        self._names, self._bodies, self._end_sites = sorted(bodies), bodies, end_sites
         self._casts = {name: sorted(bodies[name]) for name in self._names}
 
     def draw(self, numbers: np.random.Generator, rows: int) -> dict[str, Any]:
@@ -46,7 +49,7 @@ class Windows:
 
         structure: its number. edges ``(rows, frames, edges + 1, 4)``; turn ``(rows, frames, 2)`` where the
         body faces, from the window's first frame on; which ``(rows,)`` the row of its statistics; bones
-        ``(rows, edges + 1, 3)``; unit ``(rows,)`` in heights.
+        ``(rows, edges + 1 + end sites, 3)``; unit ``(rows,)`` in heights.
         asked: which, bones, unit and turn of the bodies here that take each side's motion, then of its own.
         """
         count = min(2, len(self._names))
@@ -80,7 +83,7 @@ class Windows:
         units = [features.unit(each.character) / each.character.height for each in bodies]
         return {
             "which": np.array(rows),
-            "bones": np.stack([features.bones(each) for each in bodies]),
+            "bones": np.stack([features.bones(each, self._end_sites[name]) for each in bodies]),
             "unit": np.array(units, dtype=np.float32),
         }
 

@@ -14,6 +14,17 @@ Parameters = Mapping[str, str | int | float | bool]
 
 
 @dataclass(frozen=True)
+class Asset:
+    """A file or folder outside a method's code that its answers depend on: weights, a body model.
+
+    what: it in a few words, "the weights of the authors". sha256: of a file that must be just this one.
+    """
+
+    what: str
+    sha256: str = ""
+
+
+@dataclass(frozen=True)
 class MethodCard:
     """Description of a method, and its needs.
 
@@ -31,6 +42,10 @@ class MethodCard:
     uses:       inputs that are not privileged: ``training``, what the data set has to train on.
     tasks:      those whose plain runs it takes part in, if it is a default at all.
     environment: the Python that answers, or the command that starts it; "": this one.
+    assets:     files that answers depend on, by name: a parameter's, whose value is the path, or that of a
+                file beside the module. They belong to the key of a result (``plugins/assets.py``).
+    trained_on: what has been trained on, out of ``characters``, ``structures``, ``kinds``, ``clips``; None:
+                nothing. The manifest of weights of ours stands before it.
     """
 
     name: str
@@ -50,6 +65,8 @@ class MethodCard:
     default: bool = True
     variants: tuple[Parameters, ...] = ()
     environment: str = ""
+    assets: Mapping[str, Asset] = field(default_factory=dict)
+    trained_on: Mapping[str, Sequence[str]] | None = None
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does and which values it takes."""
     reported: Mapping[str, float] = field(default_factory=dict)

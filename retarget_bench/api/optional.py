@@ -154,7 +154,9 @@ def weights_label(method: object) -> str:
 
 def method_manifest(method: object) -> Manifest | None:
     """The training data of a method's weights; None where it is untrained or does not say."""
-    return method.training_manifest if isinstance(method, OffersManifest) else None
+    if isinstance(method, OffersManifest):
+        return method.training_manifest
+    return getattr(getattr(method, "card", None), "trained_on", None)
 
 
 def takes_batches(method: Method) -> TypeGuard[BatchMethod]:

@@ -92,7 +92,10 @@ def dataset_spec(dataset: str, root: str | Path | None = None) -> Spec:
 
 def _add_plugins(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
     del ctx, param
+    if paths:
+        from retarget_bench.plugins.trial import try_import
     for path in paths:
+        try_import(path)
         registry.add_file(path)
     return paths
 

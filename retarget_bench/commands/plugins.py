@@ -142,6 +142,7 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
             lines += _wrapped(text, f"{title}: ")
     lines += [sentence for attribute, sentence in MARKS if getattr(card, attribute, False)]
     if kind == "methods":
+        lines += _assets(spec)
         lines += _worse(spec)
     if taken := parameters.describe(factory):
         lines += ["", "Parameters"] + [line for each in taken for line in _wrapped(each, "  ")]
@@ -157,6 +158,22 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
         lines += ["", *_fitted(textwrap.dedent(f"    {text}"))]
     if hasattr(factory, "shipped"):
         lines += _weights(factory, spec)
+    return lines
+
+
+def _assets(spec: Spec) -> list[str]:
+    """The files that a method needs beside its code, each with its hash or what is wrong with it."""
+    from retarget_bench.api.optional import method_card
+    from retarget_bench.plugins.assets import asset_hash, asset_path
+
+    method = registry.create("methods", spec)
+    lines = []
+    for name, asset in method_card(method).assets.items():
+        try:
+            found = f"sha256 {asset_hash(asset_path(method, name))[:12]}..."
+        except BenchError as error:
+            found = str(error)
+        lines += _wrapped(f"{asset.what} ({name}): {found}", "needs ")
     return lines
 
 
@@ -256,7 +273,7 @@ def new(kind: str, name: str, package: bool, worker: bool) -> None:
         raise BenchError(f"{taken[0]} has this name already; choose another one")
     if package:
         _write_package(kind, name)
-        steps = [f"pip install -e {name}", f"bench test {name}"]
+        steps = [f"pip install --no-deps -e {name}", f"bench test {name}"]
     elif worker:
         _write_worker(name)
         steps = []
@@ -309,6 +326,7 @@ def _write_package(kind: str, name: str) -> None:
             folder / "pyproject.toml": filled("pyproject.toml"),
             folder / "README.md": filled("README.md"),
             folder / f"retarget_bench_{name}" / "__init__.py": plugin_source(kind, name),
+            folder / f"retarget_bench_{name}" / "assets" / "README.md": filled("ASSETS.md"),
             folder / "tests" / f"test_{name}.py": filled("test_plugin.py"),
         }
     )

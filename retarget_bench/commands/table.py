@@ -65,7 +65,8 @@ def _asked_splits(ctx: click.Context, param: click.Parameter, given: tuple[str, 
     "--paper",
     metavar="TABLE",
     help="Print a published table with these results beside it, variants too: humot-table2, -3, -4, -5, "
-    "pan-table1, -3 or correspondence-free-table4. With -m and --bodies: these.",
+    "pan-table1, -2, -3, -4 or correspondence-free-table4; PAPER-text: numbers outside tables. With -m and "
+    "--bodies: these.",
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--notes", is_flag=True, help="Print all notes, and how numbers are made in full.")

@@ -17,7 +17,7 @@ from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import digest, slug
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import assets, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
@@ -167,6 +167,8 @@ class EvaluationUnit:
             "split": self.split,
             "seed": self.plan.seed,
         }
+        if not self.plan.external and (held := assets.asset_hashes(self.built)):
+            facts["assets"] = held
         if self.known_as.posts:
             facts["posts"] = [[post.name, dict(post.parameters)] for post in self.known_as.posts]
         if self.environment:
@@ -247,12 +249,13 @@ def _seeds(plan: Plan, spec: Spec) -> int:
 @cache
 def spec_by_weights(spec: Spec) -> Spec:
     """A method with local weights goes by their hash: where they lie does not matter, what they hold does.
-    Likewise one of another environment by its lock.
+    Likewise one with assets, and one of another environment by its lock.
 
-    Raises BenchError where there are no such weights, or no such environment.
+    Raises BenchError where there are no such weights or assets, or no such environment.
     """
-    label = optional.weights_label(method(spec.here)) if "weights" in spec.parameters else ""
-    known = spec.with_parameters(weights=label) if label else spec
+    built = method(spec.here)
+    label = optional.weights_label(built) if "weights" in spec.parameters else ""
+    known = assets.labelled(spec.with_parameters(weights=label) if label else spec, built)
     return replace(known, environment=environments.label(spec.environment)) if spec.environment else known
 
 
@@ -271,7 +274,9 @@ def placed(spec: Spec) -> Spec:
 
 
 def located(spec: Spec) -> Spec:
-    """The method with the path of its local weights in full, for processes that work in other folders."""
+    """The method with the paths of its local weights and assets in full, for processes that work in other
+    folders."""
+    spec = assets.in_full(spec, method(spec.here))
     path = Path(str(spec.parameters.get("weights", "")))
     if path.is_absolute() or spec_by_weights(spec.here) == spec.here or not path.exists():
         return spec

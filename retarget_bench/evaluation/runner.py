@@ -12,6 +12,7 @@ from retarget_bench.evaluation.executors import following
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.jobs import Jobs
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
+from retarget_bench.evaluation.prediction.workers import LEARNED
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
@@ -40,6 +41,9 @@ def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
     by_paths = {unit.paths: unit for unit in todo}
     if keep and plan.redo == "missing":
         _take_over(plan.root, by_paths)
+    for unit in wanted if plan.redo != "never" else ():
+        if case_metadata.damaged(unit.paths):
+            case_metadata.write(unit.paths, unit.data, unit.infos)
     done = {unit: _begun(unit) if keep else {} for unit in todo}
     for unit in todo if keep else ():
         if not unit.paths.cases.exists():
@@ -140,7 +144,7 @@ def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
 
 def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
     """What prediction workers import once for all of them."""
-    return ("torch",) if any(unit.prediction_facts["weights"] for unit in units) else ()
+    return LEARNED if any(unit.prediction_facts["weights"] for unit in units) else ()
 
 
 def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:

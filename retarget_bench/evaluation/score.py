@@ -40,6 +40,8 @@ def missing(value: Value, case: Case, prediction: Prediction) -> str:
 
 
 def _finite(metric: Metric, value_id: str, number: Any) -> Any:
+    if type(number) is float and math.isfinite(number):  # nearly all: joints and frames have one each
+        return number
     if isinstance(number, Mapping):
         return {str(key): _finite(metric, value_id, each) for key, each in number.items()}
     number = float(number)

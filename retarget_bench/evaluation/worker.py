@@ -114,7 +114,7 @@ def _entry(plan: Plan, paths: ResultPaths, case: Case, outcome: Outcome, real: b
     if asked := set_metrics(plan.metrics):
         arrays = set_files.collect(asked, case, scored, real)
         try:
-            store.write_npz(set_files.case_features(paths, case.info.id), arrays)
+            set_files.write_waiting(set_files.case_features(paths, case.info.id), arrays)
         except FileError as error:
             raise CannotStore(str(error)) from error
     return CaseResult(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))

@@ -17,7 +17,9 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.assets import asset_hashes
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.plugins.trial import try_import
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import names
 
@@ -53,6 +55,11 @@ def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
     for name, each in _working("methods", tell).items():
         card = method_card(each)
         if card.default and task in card.tasks and kind in card.accepts:
+            try:
+                asset_hashes(each)
+            except BenchError as problem:
+                tell(str(problem))
+                continue
             specs += [Spec(name), *(Spec(name, changes) for changes in card.variants)]
     if task != TASKS[0]:
         specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
@@ -126,7 +133,11 @@ def method_spec(method: Named) -> Spec:
     """
     if isinstance(method, str) and not method.endswith(".py"):
         return Spec.parse(method)
-    path = Path(method) if isinstance(method, str | PathLike) else _file_of(method)
+    if isinstance(method, str | PathLike):
+        path = Path(method)
+        try_import(path)
+    else:  # imported already
+        path = _file_of(method)
     entry = registry.add_file(path)
     if entry.kind != "methods":
         raise BenchError(f"{path} is a {registry.SINGULAR[entry.kind]}, and a method is asked for")

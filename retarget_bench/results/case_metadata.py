@@ -7,6 +7,7 @@ Small files lie beside ``cases.csv``. Results written before there were any load
     cases.bodies.csv   source or target, number of its legs
     cases.unseen.csv   case, and which of source, target and kind no training part of the data has
     cases.conditions.csv  of derived tasks: case, condition (``noise``), number
+    cases.sums.csv     which of these files, its SHA-256 and its rows
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +19,8 @@ from retarget_bench.errors import FileError
 from retarget_bench.files import write_csv
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part
-from retarget_bench.results import store
+from retarget_bench.results import checksums, store
+from retarget_bench.results.header import StoredFile
 from retarget_bench.results.store import ResultPaths
 
 FIELDS = {
@@ -28,6 +30,7 @@ FIELDS = {
     "unseen": ("case", "unseen"),
     "conditions": ("case", "condition", "value"),
 }
+SUMS = ("file", "sha256", "rows")
 
 
 def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
@@ -45,11 +48,24 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     if isinstance(data, OffersConditions):
         said = ((info.id, name, number) for info in infos for name, number in data.conditions(info).items())
         rows["conditions"] = sorted((case, name, f"{number:.9g}") for case, name, number in said)
+    _sums_path(paths).unlink(missing_ok=True)
+    sums = []
     for kind, fields in FIELDS.items():
         if kind in rows:
             write_csv(_path(paths, kind), fields, rows[kind])
+            stored = checksums.stored_file(_path(paths, kind))
+            sums.append((kind, stored.sha256, stored.rows))
         else:
             _path(paths, kind).unlink(missing_ok=True)
+    write_csv(_sums_path(paths), SUMS, sums)
+
+
+def damaged(paths: ResultPaths) -> bool:
+    """True where a file is missing or not as it was written; those without checksums are not looked at."""
+    try:
+        return any(_problems(paths).values())
+    except FileError:
+        return True
 
 
 def parts(body: Character) -> dict[str, str]:
@@ -101,7 +117,22 @@ def read_conditions(paths: ResultPaths) -> dict[str, dict[str, float]]:
 
 def _rows(paths: ResultPaths, kind: str) -> list[list[str]] | None:
     path = _path(paths, kind)
+    if problem := _problems(paths).get(kind):
+        raise FileError(path, f"{problem}; groups of cases could be wrong. bench run writes it anew")
     return store.read_csv(path, FIELDS[kind]) if path.exists() else None
+
+
+def _problems(paths: ResultPaths) -> dict[str, str]:
+    """Kind of file -> how it differs from what was written, "" where it does not."""
+    path = _sums_path(paths)
+    if not path.exists():
+        return {}
+    sums = {}
+    for line, (kind, sha256, rows) in enumerate(store.read_csv(path, SUMS), 2):
+        if kind not in FIELDS or not rows.isdecimal():
+            raise FileError(path, "is no list of checksums; bench run writes it anew", line)
+        sums[kind] = StoredFile(sha256=sha256, rows=int(rows))
+    return {kind: checksums.problem(_path(paths, kind), each) for kind, each in sums.items()}
 
 
 def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[str]:
@@ -116,6 +147,10 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
         "kind": info.kind in manifest["kinds"] if kinds else info.clip in manifest.get("clips", ()),
     }
     return frozenset(word for word, there in known.items() if not there)
+
+
+def _sums_path(paths: ResultPaths) -> Path:
+    return paths.folder / "cases.sums.csv"
 
 
 def _path(paths: ResultPaths, what: str) -> Path:

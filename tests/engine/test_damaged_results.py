@@ -19,7 +19,7 @@ from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.files import SetValue
 from retarget_bench.files import LOCK, locked
 from retarget_bench.plugins import registry
-from retarget_bench.results import store
+from retarget_bench.results import case_metadata, store
 from retarget_bench.results.paths import ARRAYS, CASES, ROWS, SETS
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -62,6 +62,21 @@ def test_what_is_not_as_it_was_written_is_named_and_made_again(tmp_path, monkeyp
     monkeypatch.setattr(worker, "_predicted", None)  # not asked: stored predictions are scored
     carry_out(tmp_path, "toy_method")
     assert path.read_bytes() == wanted
+
+
+@pytest.mark.parametrize("harm", [cut, edit, Path.unlink])
+@pytest.mark.parametrize("kind", ["bodies", "structures"])
+def test_metadata_of_cases_are_checked_and_made_again(tmp_path, kind, harm):
+    (results,) = carry_out(tmp_path, "toy_method")
+    path = results.paths.folder / f"cases.{kind}.csv"
+    read = {"bodies": case_metadata.read_legs, "structures": case_metadata.read_structures}[kind]
+    wanted, known = path.read_bytes(), read(results.paths)
+    harm(path)
+    with pytest.raises(FileError, match="bench run writes it anew"):
+        read(results.paths)
+    carry_out(tmp_path, "toy_method")
+    assert path.read_bytes() == wanted
+    assert read(results.paths) == known
 
 
 def test_rows_that_lost_some_are_told_in_numbers(tmp_path):

@@ -258,7 +258,7 @@ def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str
         ("r2et", ("no dropout", "hip heights")),
         (
             "pan[dropout=0.1]",
-            ("hip heights", "source's path", "by structure", "height as", "losses", "released"),
+            ("hip heights", "source's path", "by structure", "height as", "losses", "released", "masks"),
         ),
         ("pan[parts=three]", ("hip heights", "path relative", "height as", "losses", "released")),
     ],

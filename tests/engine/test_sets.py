@@ -189,8 +189,8 @@ def test_a_run_stores_features_and_values_and_the_references_score_the_floor(fin
     header = store.read_header(toy.header)
     assert header.set_values["toy_gap"].better == "lower"
     assert "toy_gap" not in header.values
-    with np.load(files.features_path(toy)) as arrays:
-        assert arrays["toy/small>tall/clip 0/toy_sets:generated"].dtype == np.float32
+    kept = files.stored_features(files.features_path(toy), "toy_sets")
+    assert kept["toy/small>tall/clip 0"].generated.dtype == np.float32
     assert not files.waiting_folder(toy).exists()
     assert len(store.find_results(toy.root)) == 2
 
@@ -199,13 +199,8 @@ def test_the_value_is_that_of_the_stored_features(finished):
     place, _ = finished
     gap, _ = set_metrics.read(place)
     infos = {info.id: info for info in store.read_cases(place.cases, "retarget", "intra")}
-    with np.load(files.features_path(place)) as arrays:
-        found = {
-            case: CaseFeatures(
-                *(arrays[f"{case}/toy_sets:{part}"] for part in ("generated", "real", "speed"))
-            )
-            for case in infos
-        }
+    found = files.stored_features(files.features_path(place), "toy_sets")
+    assert set(found) == set(infos)
     drawn = draw.draw(found, infos)
     (a, b), (p, q) = drawn.real, drawn.generated
 

@@ -160,11 +160,8 @@ def test_values_are_of_the_stored_answers_and_the_real_motion(finished):
     # half of the answers are drawn: by the same draw, from what the run stored
     infos = {info.id: info for info in data.cases("retarget", "cross") if info.target == "tall"}
     none = np.zeros((0, 27), np.float32)
-    with np.load(files.features_path(finished[0])) as arrays:
-        names = ("generated", "real", "speed")
-        answers = {
-            key: CaseFeatures(*(arrays[f"{key}/toy_sets:{name}"] for name in names)) for key in infos
-        }
+    kept = files.stored_features(files.features_path(finished[0]), "toy_sets")
+    answers = {key: kept[key] for key in infos}
     shown = {info.id: info for info in data.real("retarget", "tall")}
     moving = {
         key: CaseFeatures(none, pieces(data.load(info), data.load(info).reference), np.linspace(0, 1, 3))
@@ -196,8 +193,8 @@ def test_files_name_the_kind_and_headers_the_legs(finished):
     head = place.sets.read_text().splitlines()[0]
     assert head == ",".join(files.FIELDS)
     assert store.read_header(place.header).four_legged == ()
-    with np.load(files.features_path(place)) as arrays:
-        assert not [name for name in arrays if name.endswith("toy_sets:real") and len(arrays[name])]
+    kept = files.stored_features(files.features_path(place), "toy_sets")
+    assert not [case for case, found in kept.items() if len(found.real)]
 
 
 def test_other_clip_takes_real_motion_of_the_target(finished):

@@ -33,6 +33,20 @@ def without(character: Character, *words: str, structure: str) -> Character:
     return Character.of(f"{character.name}_{structure}", skeleton, structure=structure)
 
 
+def with_pelvis(character: Character) -> Character:
+    """The body with a joint without a role below its hips, which the legs hang from."""
+    old = character.skeleton
+    below = np.array([0.01, -0.05, 0.02])
+    names = (old.names[0], "Pelvis", *old.names[1:])
+    legs = [name.endswith("UpLeg") for name in old.names[1:]]
+    parents = [1 if leg else int(p) + (p > 0) for leg, p in zip(legs, old.parents[1:], strict=True)]
+    offsets = old.offsets[1:] - np.where(np.array(legs)[:, None], below, 0.0)
+    skeleton = Skeleton(
+        names, np.array([-1, 0, *parents]), np.concatenate([old.offsets[:1], [below], offsets])
+    )
+    return Character.of(f"{character.name}_pelvis", skeleton, structure="pelvis")
+
+
 def dog(name: str, scale: float = 1.0) -> Character:
     """Trunk and tail level, four straight legs, the nose to +Z."""
     rows: list[tuple[str, str, tuple[float, float, float]]] = [

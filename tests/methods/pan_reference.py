@@ -47,6 +47,8 @@ THREE = Layout(
     ((0, 1, 2, 3), (4, 5), (5, 6)),
 )
 """Two legs, a spine, a head; arms that no part encodes."""
+JOINTS = Layout(THREE.parents, THREE.roles, THREE.names, ((1, 2, 3, 4), (5, 6), (7,)), "joints")
+"""The same, by joints."""
 
 Write = Callable[[Tensor], Tensor]
 Pairs = list[tuple[nn.Parameter, nn.Parameter, Write]]
@@ -93,12 +95,22 @@ def copied(ours: nn.Module, theirs: nn.Module, names: dict[str, str]) -> Pairs:
 
 # --------------------------------------------------------------------------------------------- masks
 def parts_with_root(layout: Layout) -> list[list[int]]:
-    return [[*part, layout.edges] for part in layout.parts]
+    """The hips too, where a layout is of joints."""
+    first = [0] if layout.slots == "joints" else []
+    return [[*first, *part, layout.edges] for part in layout.parts]
 
 
 def convolved(layout: Layout, design: Design) -> list[list[int]]:
-    shift = 1 if design.conv_mask == "released" else 0
-    return [[*(s - shift for s in part if s >= shift), layout.edges] for part in layout.parts]
+    if design.conv_mask == "paper":
+        return parts_with_root(layout)
+    return [[*(s - 1 for s in part if s >= 1), layout.edges] for part in layout.parts]
+
+
+def read_bones(layout: Layout, design: Design) -> list[list[int]]:
+    """The bones that each part reads, by edge; released: numbers of edges taken for those of joints."""
+    if design.bone_mask == "paper":
+        return [list(part) for part in layout.parts]
+    return [[*(s - 1 for s in part if s >= 1), layout.edges - 1] for part in layout.parts]
 
 
 def reading(layout: Layout, design: Design) -> list[list[int]]:
@@ -125,6 +137,11 @@ def attention_mask(layout: Layout, design: Design) -> Tensor:
         for row in rows:
             sees[row, rows] = True
             sees[row, token] = sees[row, token] | design.mutual
+    if design.root_alone:
+        common = [size - 1] if layout.slots == "edges" else [count, size - 1]
+        for row in common:
+            sees[row] = False
+            sees[row, common] = True
     return torch.where(sees, 0.0, HIDDEN)
 
 
@@ -246,7 +263,8 @@ class PlainSkeletonEncoder(nn.Module):
     def __init__(self, ours: SkeletonEncoder, layout: Layout, design: Design) -> None:
         super().__init__()
         self.design, self.count = design, len(layout.parts)
-        rows = [(p, 3 * edge + c) for p, part in enumerate(layout.parts) for edge in part for c in range(3)]
+        read = read_bones(layout, design)
+        rows = [(p, 3 * edge + c) for p, part in enumerate(read) for edge in part for c in range(3)]
         first, *rest = ours.layers
         hidden = design.skeleton
 
@@ -257,7 +275,10 @@ class PlainSkeletonEncoder(nn.Module):
             return dense
 
         mask = write(torch.ones_like(first.weight))
-        mask[:, -3:] = 1.0
+        if design.bone_mask == "paper":
+            mask[:, -3:] = 1.0
+        else:
+            mask[:hidden, -3:] = 1.0  # of the first part's first edge, taken for the root's bone
         self.layers = nn.ModuleList([Masked(first.weight, first.bias, mask, write)])
         for each in rest:
             outputs = each.weight.shape[1]
@@ -317,7 +338,11 @@ class PlainDecoder(nn.Module):
         hidden = functional.leaky_relu(
             self.inner(doubled(code.flatten(2).transpose(1, 2))), self.design.leak
         )
-        return self.outer(doubled(hidden)).transpose(1, 2).unflatten(2, (self.edges, 4))
+        motion = self.outer(doubled(hidden)).transpose(1, 2).unflatten(2, (self.edges, 4))
+        if self.design.padded:
+            motion = motion.clone()
+            motion[..., -1, 3] = 0.0
+        return motion
 
 
 def doubled(values: Tensor) -> Tensor:

@@ -16,6 +16,7 @@ import numpy as np
 import pan_material
 import pytest
 import r2et_material
+import san_material
 import smrm_material
 import torch
 from test_paired import material, training
@@ -29,7 +30,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.phases import optimiser_phases, to_device
 
 CUDA = pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
-KINDS = ("pan", "pan[parts=three]", "nkn", "smrm", "r2et", "paired")
+KINDS = ("pan", "pan[parts=three]", "san", "nkn", "smrm", "r2et", "paired")
 """``humot`` counts the joints of every row of a batch on the device."""
 __all__ = ["material", "training"]
 
@@ -42,6 +43,8 @@ def module(request: pytest.FixtureRequest, training: Any) -> Any:
             return pan_material.training_module(small=True)
         case "pan[parts=three]":
             return pan_material.training_module(("one", "rex"), small=True, parts="three")
+        case "san":
+            return san_material.training_module()
         case "nkn":
             return nkn_toys.training_module(Nkn(hidden=16))
         case "smrm":

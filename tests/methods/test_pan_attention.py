@@ -119,6 +119,15 @@ def test_arms_and_tails_are_heeded_by_none_of_three_parts():
     assert {"LeftHand", "RightFoot", "Head", "Hips"} <= names
 
 
+def test_of_joints_the_hips_have_the_weight_of_their_rotation_and_of_the_root():
+    method = pan_material.trained(pan_material.LEGS, parts="three", variant="released")
+    found = asked(method, method_bodies.dance(BODIES["one"], 4))
+    assert len(set(found.joints)) == len(found.joints)
+    assert found.sees[:, found.joints == BODIES["one"].joint_of["hips"]].all(0).tolist() == [True]
+    assert (found.weights.sum(-1) < 1.0).all(), "the rest is the token's to itself"
+    assert (found.weights.sum(-1) > 0.5).all()
+
+
 def test_without_attention_there_is_none_to_show():
     with pytest.raises(NotSupported, match="MLP in the place of attention"):
         asked(fresh(attention=False), method_bodies.dance(BODIES["one"], 4))

@@ -148,6 +148,61 @@ def test_slots_of_one_joint_that_disagree_give_their_mean():
     assert (hips * Rotation.from_euler("X", 20.0, degrees=True).inv()).magnitude() < 1e-3
 
 
+# ------------------------------------------------------------------------- other slots and other roots
+@pytest.mark.parametrize("name", ["one", "rex"])
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_joints_are_seen_and_shown_again(features, name):
+    """Ends of chains too, which say their own rotations."""
+    body = Pan(parts="three", variant="released")._own(BODIES[name])
+    (motion,) = pan_material.dances(name, (12,))
+    found = there_and_back(features, motion, body, "predicted", tips=False)
+    assert apart(motion, found) < 1e-9
+    assert rotation.angle(found.global_rotations, motion.global_rotations).max() < 1e-6
+
+
+def turning_pelvis():
+    """A body with a pelvis that dances, and turns it against its hips."""
+    body = pan_material.with_pelvis(BODIES["one"])
+    motion = method_bodies.dance(body, 15)
+    turned = np.array(motion.rotations)
+    turned[:, 1] = method_bodies.about("X", np.linspace(-20.0, 30.0, 15))
+    return body.motion(turned, motion.root, 30.0)
+
+
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_a_body_is_seen_from_its_pelvis_and_shown_again(features):
+    motion = turning_pelvis()
+    body = Pan(variant="released")._own(motion.character)
+    assert [motion.character.skeleton.names[joint] for joint in body.joints[:2]] == ["Pelvis", "LeftUpLeg"]
+    assert apart(motion, there_and_back(features, motion, body, "source")) < 1e-9
+    assert body.root(motion)[3] == pytest.approx(motion.positions[3, 1])
+
+
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(features):
+    plain, pelvis = BODIES["one"], turning_pelvis()
+    layouts = [Pan(variant="released")._own(each).layout for each in (plain, pelvis.character)]
+    through = in_layout(plain, layouts[1])
+    assert through.joints[0] == plain.joint_of["hips"]
+    assert through.layout.roles[0] is None
+    (motion,) = pan_material.dances("one", (12,))
+    assert apart(motion, there_and_back(features, motion, through, "source")) < 1e-9
+    away = in_layout(pelvis.character, layouts[0])
+    found = there_and_back(features, pelvis, away, "source")
+    seen = [joint for joint in away.joints if joint >= 0]
+    assert 1 not in seen
+    turns = rotation.angle(found.global_rotations[:, seen], pelvis.global_rotations[:, seen])
+    assert turns.max() < 1e-6, "the pelvis follows the hips, and what hangs from it is turned as it was"
+
+
+def test_end_sites_are_where_the_file_has_them():
+    body = Pan(parts="three", variant="released")._own(BODIES["one"])
+    names = BODIES["one"].skeleton.names
+    assert {names[body.joints[rank]] for rank in body.end_sites} == {"LeftToeBase", "RightToeBase"}
+    for place in body.end_sites.values():
+        np.testing.assert_allclose(place, [0.0, 0.0, 0.05], atol=1e-9)
+
+
 def test_signs_of_slots_do_not_matter_to_their_mean():
     body = Pan()._own(BODIES["one"])
     (motion,) = pan_material.dances("one", (6,))

@@ -8,6 +8,7 @@ import pytest
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.layout import SIX, THREE, Layout, parts_of
+from retarget_bench.methods.pan.tree import rerooted, where_legs_begin
 
 LEG = ("up_leg", "leg", "foot", "toe")
 ARM = ("shoulder", "arm", "forearm", "hand")
@@ -108,14 +109,59 @@ def test_three_parts_of_two_legs_and_of_four():
         *(role for side in ("left", "right") for role in (*limb(side, LEG[:3]), *limb(side, ARM))),
         "spine_2",
     }
-    left_out = {
-        two.layout.roles[edge + 1] for edge in range(two.layout.edges) if not two.layout.encoded[edge]
+    assert left_out(two) == {role for side in ("left", "right") for role in limb(side, ARM)}
+    assert left_out(four) == {"tail_1", "tail_2"}
+
+
+def left_out(body):
+    """Roles of joints that no part has."""
+    layout = body.layout
+    return {role for role, encoded in zip(layout.roles, layout.encoded, strict=True) if not encoded}
+
+
+@pytest.mark.parametrize("name", ["one", "rex"])
+def test_layouts_of_joints(name):
+    """Section 7 as released: every joint has its own rotation, and the hips are of every part."""
+    edges = Pan(parts="three")._own(pan_material.BODIES[name]).layout
+    joints = Pan(parts="three", variant="released")._own(pan_material.BODIES[name]).layout
+    count = len(joints.parents)
+    assert (edges.edges, joints.edges) == (count - 1, count)
+    assert (edges.common, joints.common) == ((count - 1,), (0, count))
+    assert joints.turned.tolist() == joints.leads.tolist() == list(range(count))
+    assert edges.leads.tolist() == list(range(1, count))
+    assert joints.encoded.tolist() == edges.encoded.tolist()
+    of = {
+        part: {joints.roles[joint] for joint in own}
+        for part, own in zip(joints.names, joints.parts, strict=True)
     }
-    assert left_out == {role for side in ("left", "right") for role in limb(side, ARM)}
-    left_out = {
-        four.layout.roles[edge + 1] for edge in range(four.layout.edges) if not four.layout.encoded[edge]
-    }
-    assert left_out == {"tail_1", "tail_2"}
+    spine = {role for role in joints.roles if role and role.startswith("spine")}
+    assert (of["spine"], of["head"]) == (spine, {"neck", "head"}), "the chest is the spine's alone"
+
+
+# ------------------------------------------------------------------------------------ trees turned round
+AS_FILED = ("hips", None, *S23_ROLES[10:], *S23_ROLES[1:9])
+"""Hips, a pelvis below them, the spine and what it carries, then the legs below the pelvis."""
+
+
+def test_a_tree_begins_where_the_legs_do():
+    parents = [-1, 0, 0, 2, 3, 4, 5, 4, 7, 8, 9, 4, 11, 12, 13, 1, 15, 16, 17, 1, 19, 20, 21]
+    assert where_legs_begin(parents, AS_FILED) == 1
+    found, order = rerooted(parents, AS_FILED)
+    assert found == [-1, *S23[1:]]
+    roles = [AS_FILED[joint] for joint in order]
+    assert roles == [None, *S23_ROLES[1:9], "hips", *S23_ROLES[10:]]
+
+
+def test_a_tree_without_a_pelvis_keeps_its_root_and_is_ordered_by_limbs():
+    shuffled = [0, *range(11, 28), *range(6, 11), *range(1, 6)]
+    place = {joint: rank for rank, joint in enumerate(shuffled)}
+    parents = [-1, *(place[S28[joint]] for joint in shuffled[1:])]
+    found, order = rerooted(parents, [S28_ROLES[joint] for joint in shuffled])
+    assert (found, [shuffled[joint] for joint in order]) == ([-1, *S28[1:]], list(range(28)))
+
+
+def test_a_body_without_legs_keeps_its_root():
+    assert where_legs_begin([-1, 0, 1], ["hips", "spine_1", "head"]) == 0
 
 
 def test_parts_of_a_file(tmp_path):

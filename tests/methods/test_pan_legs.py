@@ -11,6 +11,7 @@ import torch
 
 from retarget_bench.api import Context
 from retarget_bench.methods.pan import Pan
+from retarget_bench.methods.pan.features import without_bias
 from retarget_bench.motion.root_rules import MEMORY
 
 BODIES, LEGS = pan_material.BODIES, pan_material.LEGS
@@ -34,8 +35,8 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
     for name, left_out in ((DOG, {"tail_1", "tail_2"}), ("plain", {"left_hand", "right_arm"})):
         structure = module._structures[name]
         layout = structure.layout
-        hidden = np.flatnonzero(~layout.encoded)
-        assert left_out <= {layout.roles[edge + 1] for edge in hidden}
+        hidden = np.flatnonzero(~layout.encoded[layout.leads])
+        assert left_out <= {layout.roles[layout.leads[edge]] for edge in hidden}
         motion = torch.randn(1, 16, layout.edges + 1, 4)
         code = structure.encoder(motion)
         changed = motion.clone()
@@ -49,13 +50,22 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
         )
 
 
+def test_positions_are_sums_of_what_roots_move_only_where_roots_say_that():
+    released = {
+        root: Pan(variant="released", parts="three", root=root) for root in ("", "velocity", "height")
+    }
+    found = {root: each.settings.weights.positions for root, each in released.items()}
+    assert found == {"": "summed", "velocity": "summed", "height": "world"}
+
+
 def test_losses_are_over_common_parts_only():
     """What arms and tails do changes no loss but what discriminators say."""
     module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
     batch = pan_material.batch(module)
     before = module.losses("generator", batch, {})
     for side in batch["sides"]:
-        hidden = np.flatnonzero(~module._structures[module._names[side["structure"]]].layout.encoded)
+        layout = module._structures[module._names[side["structure"]]].layout
+        hidden = np.flatnonzero(~layout.encoded[layout.leads])
         side["edges"][:, :, hidden] = torch.randn_like(side["edges"][:, :, hidden])
     memory: dict = {}
     after = module.losses("generator", batch, memory)
@@ -153,6 +163,37 @@ def test_paths_between_legs_stay_beside_the_source_s():
     assert 0.0 < np.linalg.norm(off, axis=1).max() <= 0.01 * hips * bound
     steps = np.diff(decoded.root - motion.root, axis=0)
     np.testing.assert_allclose(np.linalg.norm(steps, axis=1), 0.01 * hips, rtol=1e-6)
+
+
+def test_steady_paths_forget_what_differs_for_long():
+    """Wherever its steps are too long by the same, the path is the source's; what it adds else fades."""
+    random = np.random.default_rng(0)
+    lead = random.normal(size=(300, 3)).cumsum(0)
+    drifting = lead + 0.02 * np.arange(300)[:, None] * [1.0, 0.0, -2.0]
+    np.testing.assert_allclose(without_bias(drifting, lead, 30.0), lead, atol=1e-12)
+    np.testing.assert_array_equal(without_bias(lead[:1] + 1.0, lead[:1], 30.0), lead[:1])
+    late = np.where(np.arange(300)[:, None] < 100, lead, drifting - 2.0 * np.array([1.0, 0.0, -2.0]))
+    off = np.abs(without_bias(late, lead, 30.0) - lead).max(1)
+    assert off[:100].max() < 1e-12
+    assert off[100:130].max() > 0.02
+    assert off[-100:].max() < 1e-4, "a new velocity is forgotten too"
+    step = lead + (np.arange(300)[:, None] >= 100) * np.array([0.0, 0.1, 0.0])
+    sums, keep = without_bias(step, lead, 30.0)[:, 1] - lead[:, 1], np.exp(-1.0 / (30.0 * MEMORY))
+    # a single step of a tenth, less its own mean, which lasts as long
+    after = np.arange(200.0)
+    wanted = 0.1 * keep**after * (1.0 - (1.0 - keep) / keep * after)
+    np.testing.assert_allclose(sums[100:], wanted, atol=1e-12)
+
+
+def test_steady_paths_need_no_weights_of_their_own():
+    one, other = Pan(parts="three"), Pan(parts="three", path="steady")
+    assert one.facts() == other.facts()
+    (motion,) = pan_material.dances("rex", (90,))
+    relative, steady = (each.retarget(motion, BODIES["one"], context=Context()) for each in (one, other))
+    np.testing.assert_array_equal(relative.rotations, steady.rotations)
+    lead = motion.root * BODIES["one"].measures.hip_height / BODIES["rex"].measures.hip_height
+    far = [np.linalg.norm(each.root - lead, axis=1)[30:].mean() for each in (relative, steady)]
+    assert far[1] < 0.5 * far[0]
 
 
 def test_shipped_weights_of_three_parts_carry_people_to_dogs_and_back():

@@ -131,14 +131,27 @@ def test_eq_20_of_a_body_that_never_moves_is_finite():
 
 @given(SEEDS)
 def test_end_effectors_move_alike_and_rest_together(seed):
-    """The released code's term: ten heights per frame, and a hundredfold where the *answer* rests."""
+    """The released code's term: ten heights per frame, and a hundredfold where the *answer* rests, as a
+    mean over those that rest; ours as one over all."""
     source, answer = arrays(seed, 2, 6, 3, 3)
     source, answer = 0.001 * source, 0.0003 * answer
     a, b = 10 * np.diff(source, axis=1), 10 * np.diff(answer, axis=1)
     rests = (np.linalg.norm(b, axis=-1, keepdims=True) < 0.008).astype(float)
     assert 0 < rests.sum() < rests.size
-    wanted = np.mean((a - b) ** 2) + 100 * np.mean(((a - b) * rests) ** 2)
-    assert losses.end_effectors(*tensors(source, answer)).item() == pytest.approx(wanted)
+    wrong, moved = np.mean((a - b) ** 2), tensors(source, answer)
+    own = wrong + 100 * np.mean(((a - b) * rests) ** 2)
+    released = wrong + 100 * np.mean(((a - b)[rests[..., 0] > 0]) ** 2)
+    assert losses.end_effectors(*moved, resting=False).item() == pytest.approx(own)
+    assert losses.end_effectors(*moved, resting=True).item() == pytest.approx(released)
+
+
+def test_where_no_end_effector_rests_there_is_no_second_term():
+    source, answer = tensors(*arrays(0, 2, 6, 3, 3))
+    answer.requires_grad_()
+    found = losses.end_effectors(source, answer, resting=True)
+    assert found.item() == pytest.approx(100 * ((source - answer).diff(dim=1) ** 2).mean().item())
+    found.backward()
+    assert answer.grad.isfinite().all()
 
 
 def test_ends_of_bodies_that_lack_some():
@@ -240,13 +253,16 @@ def test_terms_of_the_released_code():
         return torch.cat([each.positions[:, :, :1], each.local[:, :, 1:]], 2)
 
     own = [(shown[k, k, "own"], real[k]) for k in (0, 1)]
-    wanted = {
-        "slots": np.mean([square(a.edges, b.edges) for a, b in own]),
-        "places": 100 * np.mean([square(placed(a), placed(b)) for a, b in own]),
-        "root": 100 * np.mean([square(a.positions[:, :, 0], b.positions[:, :, 0]) for a, b in own]),
-        "latent": 2.5 * np.mean([np.abs((codes[pair[0]] - again[pair]).numpy()).mean() for pair in pairs]),
-        "again_places": 2.5
-        * np.mean([square(placed(back[pair]), placed(real[pair[0]])) for pair in pairs]),
+
+    def channels(each):  # three of the root
+        return each.edges.flatten(2)[..., :-1]
+
+    wanted = {  # sums over structures and pairs
+        "slots": sum(square(channels(a), channels(b)) for a, b in own),
+        "places": 100 * sum(square(placed(a), placed(b)) for a, b in own),
+        "root": 100 * sum(square(a.positions[:, :, 0], b.positions[:, :, 0]) for a, b in own),
+        "latent": 2.5 * sum(np.abs((codes[pair[0]] - again[pair]).numpy()).mean() for pair in pairs),
+        "again_places": 2.5 * sum(square(placed(back[pair]), placed(real[pair[0]])) for pair in pairs),
     }
     assert set(terms) == {*wanted, "ends", "adversarial"}
     for name, value in wanted.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
@@ -16,7 +16,7 @@ from ..solver.reach import ground
 from . import matched, training_bodies
 from .cases import between_legs, cases, family_by_body, of_structure, performers, real_motions
 from .clips import SIZES, Clip, clips, unable
-from .families import HELD_OUT_KINDS, bodies_of, only_tested, training_manifest
+from .families import HELD_OUT_KINDS, Part, bodies_of, only_tested, training_manifest
 from .pairs import Pairs
 from .studio import SECOND, USUAL, Labels, Studio, Training, hand_rests, labels, self_touches, training
 
@@ -129,19 +129,7 @@ class Puppets:
             )
         if self._legs:
             return between_legs(self.size, self.part, self.seed)
-        return [
-            CaseInfo(
-                id=f"puppets/{source}>{target}/{clip.name}",
-                task=task,
-                split=split,
-                source=source,
-                target=target,
-                clip=clip.name,
-                kind=clip.kind,
-                frames=clip.frames,
-            )
-            for clip, source, target in cases(self.size, self.part, self.seed, split)
-        ]
+        return _infos(self.size, self.part, self.seed, task, split)
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this corpus."""
@@ -235,3 +223,20 @@ class Puppets:
         """Clip -> the bodies that perform it in some case."""
         found = performers(self.size, self.part, self.seed)
         return {clip.name: names for clip, (names, _) in found.items()}
+
+
+@cache
+def _infos(size: str, part: Part, seed: int, task: str, split: str) -> tuple[CaseInfo, ...]:
+    return tuple(
+        CaseInfo(
+            id=f"puppets/{source}>{target}/{clip.name}",
+            task=task,
+            split=split,
+            source=source,
+            target=target,
+            clip=clip.name,
+            kind=clip.kind,
+            frames=clip.frames,
+        )
+        for clip, source, target in cases(size, part, seed, split)
+    )

@@ -22,16 +22,33 @@ TOGETHER = 512
 
 
 def body_parts(layout: Layout, design: Design) -> Parts:
-    """The edges of each part for attention and skeletons, the root's last.
+    """The edges of each part for attention, with those of every part: the root's is the last.
 
     Where the body is one part, that is every edge that is of a part.
     """
-    parts = layout.parts if design.by_part else (tuple(sorted(set().union(*layout.parts))),)
-    return tuple((*part, layout.edges) for part in parts)
+    return tuple(tuple(sorted({*part, *layout.common})) for part in _own_edges(layout, design))
+
+
+def _own_edges(layout: Layout, design: Design) -> Parts:
+    return layout.parts if design.by_part else (tuple(sorted(set().union(*layout.parts))),)
+
+
+def seen_bones(layout: Layout, design: Design) -> Parts:
+    """The edges whose bones the encoder of skeletons reads for each part.
+
+    The released code looks up the numbers of edges among bones stored by joint, the root first: it reads
+    the bone before each edge's own, and the last one (which it takes for the root's) for every part. The
+    root's own has no length and no weights that would read it.
+    """
+    parts = _own_edges(layout, design)
+    if design.bone_mask == "paper" or not design.by_part:
+        return parts
+    return tuple((*(edge - 1 for edge in part if edge > 0), layout.edges - 1) for part in parts)
 
 
 def convolved_parts(layout: Layout, design: Design) -> Parts:
-    """The edges of each part for convolutions. The released code shifts all but the root's by one."""
+    """The edges of each part for convolutions. The released code shifts all but the root's by one, so
+    that the last one is of no part."""
     parts = body_parts(layout, design)
     if design.conv_mask == "paper" or not design.by_part:
         return parts
@@ -49,17 +66,22 @@ def written(layout: Layout, design: Design) -> Parts:
     return tuple(tuple(sorted({*part, *everywhere})) for part in parts)
 
 
-def attending(parts: Parts, mutual: bool) -> tuple[tuple[int, ...], Tensor]:
+def attending(layout: Layout, design: Design) -> tuple[tuple[int, ...], Tensor]:
     """The edges that are of a part, and which rows see which ``(rows, rows)`` bool.
 
     Rows are the tokens of the parts, then these edges. A token sees itself and its part; an edge those
-    that share a part with it, and if ``mutual`` the tokens of its parts.
+    that share a part with it, and if ``mutual`` the tokens of its parts. See ``Design.root_alone`` too.
     """
+    parts = body_parts(layout, design)
     edges = tuple(sorted({edge for part in parts for edge in part}))
     own = torch.tensor([[edge in part for edge in edges] for part in parts])
     tokens = torch.cat([torch.eye(len(parts), dtype=torch.bool), own], 1)
     together = (own.unsqueeze(1) & own.unsqueeze(2)).any(0)
-    return edges, torch.cat([tokens, torch.cat([own.T & mutual, together], 1)])
+    rows = torch.cat([own.T & design.mutual, together], 1)
+    if design.root_alone:
+        common = torch.tensor([edge in layout.common for edge in edges])
+        rows[common] = torch.cat([torch.zeros(len(parts), dtype=torch.bool), common])
+    return edges, torch.cat([tokens, rows])
 
 
 class Encoder(nn.Module):
@@ -84,7 +106,7 @@ class Encoder(nn.Module):
         self.parts = len(layout.parts)
         parts = body_parts(layout, design)
         self.count = len(parts)
-        edges, sees = attending(parts, design.mutual)
+        edges, sees = attending(layout, design)
         hidden = torch.zeros(sees.shape).masked_fill(~sees, -torch.inf)
         self.register_buffer("edges", torch.tensor(edges), persistent=False)
         self.register_buffer("hidden", hidden, persistent=False)
@@ -215,7 +237,7 @@ def index_code(edges: tuple[int, ...], width: int) -> Tensor:
 
 
 class SkeletonEncoder(nn.Module):
-    """Three linear layers for each part, from the bones of its edges.
+    """Three linear layers for each part, from the bones of its edges (``seen_bones``).
 
     The root's edge has no bone, and no weights that would read it. Where the body is one part, the layers
     are as wide as those of all parts together.
@@ -227,7 +249,7 @@ class SkeletonEncoder(nn.Module):
         super().__init__()
         self.shape = (len(layout.parts), design.width)
         self.leak, self.bent, self.share = design.leak, design.skeleton_bent, design.skeleton_share
-        parts = [part[:-1] for part in body_parts(layout, design)]
+        parts = seen_bones(layout, design)
         count, times = len(parts), 1 if design.by_part else len(layout.parts)
         hidden = times * design.skeleton
         chosen = torch.tensor([edge for part in parts for edge in part])
@@ -255,13 +277,13 @@ class Decoder(nn.Module):
 
     ``full`` reads all parts everywhere, as the paper says. ``parts``: the first convolution stays within
     parts, and the second one reads the parts that an edge is written from. Padding is by reflection, of
-    which the paper says nothing.
+    which the paper says nothing. What ``Design.padded`` names is zero.
     """
 
     def __init__(self, layout: Layout, design: Design) -> None:
         super().__init__()
         count, width, kernel = len(layout.parts), design.width, design.kernel
-        self.leak, self.edges = design.leak, layout.edges + 1
+        self.leak, self.edges, self.padding = design.leak, layout.edges + 1, int(design.padded)
         self.reach = ((kernel - 1) // 2, kernel // 2)
         apart = design.decoder == "parts" and design.by_part
         self.inner = nn.Conv1d(count * width, count * width, kernel, groups=count if apart else 1)
@@ -275,8 +297,10 @@ class Decoder(nn.Module):
         """``(rows, frames, edges + 1, 4)`` from ``(rows, frames // 4, parts, width)``."""
         hidden = code.flatten(2).transpose(1, 2)
         hidden = functional.leaky_relu(self.inner(self._wider(hidden)), self.leak)
-        motion = self.outer(self._wider(hidden))
-        return motion.transpose(1, 2).unflatten(2, (self.edges, 4))
+        motion = self.outer(self._wider(hidden)).transpose(1, 2)
+        if self.padding:
+            motion = functional.pad(motion[..., : -self.padding], (0, self.padding))
+        return motion.unflatten(2, (self.edges, 4))
 
     def _wider(self, hidden: Tensor) -> Tensor:
         double = functional.interpolate(hidden, scale_factor=2, mode="linear", align_corners=False)

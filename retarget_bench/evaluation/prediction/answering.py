@@ -26,7 +26,7 @@ from typing import Any
 from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
 from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.predict import Outcome, predict, predict_all, write_prediction
+from retarget_bench.evaluation.predict import Outcome, predict, predict_all
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.channel import Channel
 from retarget_bench.motion.character import Character
@@ -88,7 +88,7 @@ class Desk:
         found = []
         for question, outcome in zip(questions, outcomes, strict=True):
             if outcome.prediction is not None:
-                write_prediction(Path(question["answer"]), outcome.prediction, "")
+                files.write_answer(Path(question["answer"]), outcome.prediction)
             said = {"status": outcome.status, "message": outcome.message}
             found.append(said | {"seconds": sorted(taken)[len(taken) // 2]})
         return found

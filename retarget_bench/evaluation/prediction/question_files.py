@@ -3,8 +3,11 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -57,21 +60,43 @@ def character(facts: Mapping[str, Any], skin: Callable[[], Mesh] | None = None) 
     )
 
 
+@lru_cache(maxsize=1024)
+def _named_text(body: Character) -> tuple[str, str]:
+    text = json.dumps(character_facts(body))
+    return f"{digest(text, 24)}.json", text
+
+
 def write_character(folder: Path, body: Character) -> Path:
     """The file of a body, named after what it holds; written if it is not there."""
-    text = json.dumps(character_facts(body))
-    path = folder / f"{digest(text, 24)}.json"
+    name, text = _named_text(body)
+    path = folder / name
     if not path.exists():
         write_text(path, text)
     return path
 
 
 # --------------------------------------------------------------------------------------------- motions
+_PACKED: WeakKeyDictionary[Prediction, bytes] = WeakKeyDictionary()
+"""A source is written for every method anew, so that none can change what another is asked."""
+
+
 def write_motion(path: Path, motion: Prediction) -> Path:
-    arrays = {name: getattr(motion, name) for name in motion.arrays}
-    with path.open("wb") as stream:  # no rename: nobody is told of the file before it is whole
-        np.savez(stream, fps=np.float64(motion.fps), **arrays)
+    if motion not in _PACKED:
+        _PACKED[motion] = _packed(motion, np.float64)
+    path.write_bytes(_PACKED[motion])  # no rename: nobody is told of the file before it is whole
     return path
+
+
+def write_answer(path: Path, answer: Prediction) -> None:
+    """In single precision, as predictions are stored."""
+    path.write_bytes(_packed(answer, np.float32))
+
+
+def _packed(motion: Prediction, kind: type[np.floating]) -> bytes:
+    arrays = {name: getattr(motion, name).astype(kind, copy=False) for name in motion.arrays}
+    stream = BytesIO()
+    np.savez(stream, fps=np.float64(motion.fps), **arrays)
+    return stream.getvalue()
 
 
 def read_motion(path: Path, body: Character) -> Prediction:

@@ -33,8 +33,20 @@ from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 
 NONSENSE = "the method's process does not answer as it should"
-PRELOAD = ("retarget_bench.evaluation.prediction.starting",)
-"""What all workers import; ``torch`` is added where a method of the plan has weights."""
+PRELOAD = (
+    "retarget_bench.evaluation.prediction.starting",
+    "retarget_bench.motion.planting",
+    "retarget_bench.motion.transfer",
+    "importlib.metadata",
+)
+"""What all workers import, or nearly all."""
+LEARNED = (
+    "torch",
+    "retarget_bench.training.learned_method",
+    "retarget_bench.training.data",
+    "retarget_bench.motion.aligned",
+)
+"""What is added where a method of the plan has weights."""
 
 Asked = tuple[Case, Context]
 

@@ -1,6 +1,8 @@
 """Features of finished cases, and the files of sets: features of cases and of a whole unit, and values."""
 
 import csv
+import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -61,6 +63,7 @@ def waiting_folder(paths: ResultPaths) -> Path:
 # ----------------------------------------------------------------------------------------- single cases
 NO_REFERENCE = "needs reference motions, and this data set has none"
 PARTS = ("generated", "real", "speed")
+FACTS = ("set", "network", "reason")
 
 
 def collect(
@@ -110,17 +113,66 @@ def case_features(paths: ResultPaths, case_id: str) -> Path:
     return waiting_folder(paths) / f"{case_file(case_id)}.npz"
 
 
-def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
-    """The features of these cases as one set of arrays ``<case>/<name>``, written beside the rows."""
-    found = {
-        f"{case}/{name}": array
-        for case in sorted(cases)
-        for name, array in read_npz(
-            case_features(paths, case), "cannot be read; score it anew with --overwrite always"
-        ).items()
-    }
-    write_npz(features_path(paths), found)
+def write_waiting(path: Path, arrays: Arrays) -> None:
+    """What ``collect`` found for a case, as two arrays: with a dozen small ones, the archive would take
+    longer than the features. Raises FileError."""
+    facts = {name: list(a.shape) if a.dtype == np.float32 else str(a) for name, a in arrays.items()}
+    numbers = [a.ravel() for a in arrays.values() if a.dtype == np.float32]
+    joined = np.concatenate(numbers) if numbers else np.zeros(0, np.float32)
+    write_npz(path, {"facts": np.array(json.dumps(facts)), "numbers": joined})
+
+
+def _read_waiting(path: Path) -> Arrays:
+    problem = "cannot be read; score it anew with --overwrite always"
+    stored = read_npz(path, problem)
+    try:
+        left, found = stored["numbers"], {}
+        for name, fact in json.loads(str(stored["facts"])).items():
+            if isinstance(fact, str):
+                found[name] = np.array(fact)
+                continue
+            found[name], left = left[: math.prod(fact)].reshape(fact), left[math.prod(fact) :]
+    except (KeyError, ValueError, TypeError) as error:
+        raise FileError(path, f"{problem} ({error})") from error
     return found
+
+
+def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
+    """The features of these cases as arrays ``<case>/<name>``; those of all cases are written beside the
+    rows."""
+    waiting = {case: _read_waiting(case_features(paths, case)) for case in sorted(cases)}
+    write_npz(features_path(paths), _joined(waiting))
+    return {f"{case}/{name}": array for case, mine in waiting.items() for name, array in mine.items()}
+
+
+def _joined(waiting: Mapping[str, Arrays]) -> Arrays:
+    """For each metric the cases that belong to some of its sets, a text of each for ``FACTS``, and the
+    windows of all as one array for each of ``PARTS``, with how many are of which case."""
+    joined: Arrays = {}
+    for metric in sorted({name.partition(":")[0] for mine in waiting.values() for name in mine}):
+        mine = {case: arrays for case, arrays in waiting.items() if f"{metric}:set" in arrays}
+        joined[f"{metric}:case"] = np.array(list(mine))
+        for fact in FACTS:
+            texts = [str(arrays.get(f"{metric}:{fact}", "")) for arrays in mine.values()]
+            joined[f"{metric}:{fact}"] = np.array(texts)
+        for part in PARTS:
+            pieces = [arrays.get(f"{metric}:{part}", np.zeros(0, np.float32)) for arrays in mine.values()]
+            filled = [piece for piece in pieces if len(piece)] or pieces[:1]
+            joined[f"{metric}:{part}"] = np.concatenate(filled)
+            joined[f"{metric}:{part}_windows"] = np.array([len(piece) for piece in pieces])
+    return joined
+
+
+def stored_features(path: Path, metric: str) -> dict[str, CaseFeatures]:
+    """Case -> its features for a metric, from the file of a finished unit. Raises FileError, and KeyError
+    for a metric that it has none of."""
+    stored = read_npz(path, "cannot be read; score the method again")
+    parts = [
+        np.split(stored[f"{metric}:{part}"], np.cumsum(stored[f"{metric}:{part}_windows"])[:-1])
+        for part in PARTS
+    ]
+    cases = map(str, stored[f"{metric}:case"])
+    return {case: CaseFeatures(*mine) for case, *mine in zip(cases, *parts, strict=True)}
 
 
 # ---------------------------------------------------------------------------------------------- values

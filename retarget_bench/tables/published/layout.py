@@ -137,7 +137,7 @@ class _Page:
         cells = []
         for column in columns:
             if numbers := row.values.get(column.id):
-                cells.append(_cell(numbers[0], (*numbers[1:], None)[0], _decimals(self.table, column)))
+                cells.append(_cell(numbers[0], (*numbers[1:], None)[0], decimals(self.table, column)))
             else:
                 cells.append(self.footnotes.missing(NOT_PRINTED))
         return Row(f"{row.method} ({PRINTED})", "", tuple(cells), "")
@@ -182,7 +182,7 @@ class _Page:
                     self.footnotes.missing(column.missing or row.reasons.get(column.id, OTHER_CASES))
                 )
                 continue
-            shown = _cell(found.value, self._spread(found, column), _decimals(self.table, column))
+            shown = _cell(found.value, self._spread(found, column), decimals(self.table, column))
             noted = replace(shown, reason=found.note, footnote=self.footnotes.number(found.note))
             cells.append(replace(noted, n=found.over.cases, clips=found.over.clips))
         label = f"{row.label} ({row.variant})" if row.variant else row.label
@@ -263,7 +263,7 @@ def _cell(value: float, spread: float | None, decimals: int) -> Cell:
     return Cell(text, value, decimals=decimals)
 
 
-def _decimals(table: PublishedTable, column: PublishedColumn) -> int:
+def decimals(table: PublishedTable, column: PublishedColumn) -> int:
     """As many as are printed; of columns that nothing is printed in, as many as elsewhere."""
     numbers = [row.values[column.id] for row in table.rows if column.id in row.values]
     if not numbers:
@@ -303,6 +303,9 @@ def caveats(table: PublishedTable, parts: Sequence[OwnRows]) -> list[str]:
             "None of the results is between two legs and four without references: bench run METHOD -d "
             "'puppets[size=default,between=legs]' makes some."
         ]
+    if not any(column.value for column in table.columns):
+        why = dict.fromkeys(column.missing for column in table.columns)
+        return [f"Ours have no number here: {'; '.join(why)}."]
     if not parts:
         return [
             "None of the results has a case that this table asks for: the pairs are of Mixamo's test set."

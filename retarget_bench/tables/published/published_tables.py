@@ -59,7 +59,7 @@ class PublishedRow(_Facts):
     """One method as printed: column -> (number,) or (number, spread)."""
 
     method: str
-    values: Mapping[str, tuple[float, ...]]
+    values: Mapping[str, tuple[int | float, ...]]
 
 
 class PublishedTable(_Facts):

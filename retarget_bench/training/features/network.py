@@ -159,6 +159,7 @@ def own_folder() -> Path:
     return cache_folder() / "features"
 
 
+@lru_cache(maxsize=256)
 def paths(folder: Path, structure: str) -> tuple[Path, Path]:
     """Weights and card of a structure's network in a folder."""
     return files.pair(folder / slug(structure))
@@ -175,7 +176,11 @@ def find(folder: Path, structure: str) -> Network | None:
     Raises FileError when it is damaged, its files do not belong together, or it is from a newer version.
     """
     weights, facts = paths(folder, structure)
-    return _read(weights, facts.stat().st_mtime_ns) if facts.exists() else None
+    try:
+        stamp = facts.stat().st_mtime_ns
+    except FileNotFoundError:
+        return None
+    return _read(weights, stamp)
 
 
 @lru_cache(maxsize=16)

@@ -1,0 +1,207 @@
+"""SAN: skeleton-aware networks, an auto-encoder for each structure around codes of pooled skeletons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Unpack
+
+import numpy as np
+
+from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.errors import BenchError, NotSupported, SkeletonError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins.parameters import completed
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
+
+from ..pan.body import FOUR, PanBody, structure_key, tree_of
+from ..pan.features import unfit
+from .settings import ALL, DIFFERS, PARAMETERS, SETTINGS, TWO_LEGGED, Overrides, Settings, Variant
+from .skeleton import layout_of
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from .structure import Structure
+    from .training import SanTraining
+
+SHORTEST = 32
+"""Frames of a training window that discriminators have a patch of."""
+
+
+class San(LearnedMethod):
+    """Skeleton-aware networks (Aberman, Li, Lischinski, Sorkine-Hornung, Cohen-Or, Chen: SIGGRAPH 2020).
+
+    Every structure has an auto-encoder of skeletal convolutions and poolings, which collapse the skeleton
+    to its chains, and an encoder of bones whose codes go into every layer. A code goes to the decoder of
+    any structure. Training needs no pairs: motions are reconstructed and carried to the other structure,
+    where a discriminator sees them; there they are to have the same code, and end effectors are to move
+    alike.
+
+    variant: ``released`` is what the authors' code does, with which their numbers were made; ``own`` the
+    same networks, the root's slot mended, on bodies in hip heights that face ahead, with more weight on
+    joint positions. Where a parameter is empty or negative, the variant decides:
+
+    neighbours: of the root's slot, see ``Edges.neighbours``. root, lengths, path: the features of motions,
+        see PAN's ``Features``.
+    statistics: mean and deviation by ``structure`` or, as released, by ``character``. target_stats: by
+        character, the statistics that an answer gets: ``transferred`` those of training; ``own`` those of
+        the target's reference motions, which is the leak of the published numbers (rows are marked
+        privileged).
+    heights: that the movement of end effectors is compared in; see ``losses.Heights``.
+    positions, cycle, ends, adversarial: weights, see ``Weights``.
+    structures: what is trained on: ``two_legged``, ``all``, or names of structures joined by ``+``. Weights
+        know the structures that they were trained on, with any bodies of these.
+    tips: ends of chains, which no edge turns: ``copied`` relative to their parents, or ``rest``.
+    """
+
+    presets: Mapping[str, TrainingConfig] = {
+        "paper": TrainingConfig(steps=150_000, batch=512, window=64, rate=2e-4, validate=2000),
+        "default": TrainingConfig(
+            steps=20_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
+        ),
+        "gpu": TrainingConfig(
+            steps=20_000, batch=128, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=300
+        ),
+        "quick": TrainingConfig(steps=20, batch=8, window=32, rate=1e-3, validate=20, cases=2),
+    }
+
+    def __init__(
+        self, variant: Variant = "own", weights: str = "puppets", **overrides: Unpack[Overrides]
+    ) -> None:
+        super().__init__(weights)
+        given = completed(Overrides, overrides)
+        self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
+        self.allowed = given["structures"]
+        self.settings: Settings = SETTINGS[variant].overridden(given)
+        privileged = self.target_stats == "own"
+        if privileged and self.settings.statistics != "character":
+            raise BenchError(
+                "target_stats=own needs statistics=character: of a structure there is nothing to leak"
+            )
+        self.card = MethodCard(
+            name="san",
+            title="SAN",
+            summary="Skeletal convolutions and poolings: auto-encoders of structures around one code",
+            version="1",
+            paper="Aberman, Li, Lischinski, Sorkine-Hornung, Cohen-Or, Chen: Skeleton-Aware Networks for "
+            "Deep Motion Retargeting, SIGGRAPH 2020",
+            published=({"variant": "released"},),
+            differs=DIFFERS if variant == "own" else {},
+            needs=("target_motions",) if privileged else (),
+            default=False,
+            parameters=PARAMETERS,
+        )
+
+    # ------------------------------------------------------------------------------------------ bodies
+    def unfit(self, character: Character) -> str:
+        if self.allowed == TWO_LEGGED:
+            if character.four_legged:
+                return f"{character.name} stands on four legs, and this san is for bodies of two"
+        elif self.allowed != ALL and character.structure not in self.allowed.split("+"):
+            return f"{character.name} is of structure {character.structure}, not of {self.allowed}"
+        return self._unseen(character)
+
+    def _unseen(self, character: Character) -> str:
+        """Reason why a body has no features; "" where it has."""
+        try:
+            self.body(character)
+        except SkeletonError as error:
+            return str(error)
+        return unfit(character, self.settings.features)
+
+    def body(self, character: Character) -> PanBody:
+        return _body(character, self.settings.rerooted)
+
+    def structure(self, character: Character) -> str:
+        return structure_key(character)
+
+    # ---------------------------------------------------------------------------------------- training
+    def facts(self) -> Mapping[str, Scalar]:
+        return {"variant": self.variant, "structures": self.allowed, **self.settings.values()}
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return self.settings.features.see(motion, self.body(motion.character))
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SanTraining:
+        """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
+        from .training import SanTraining
+
+        if config.window % 4 or config.window < SHORTEST:
+            raise NotSupported(
+                f"windows of san are a multiple of 4 and {SHORTEST} or more, and not {config.window}"
+            )
+        bodies: dict[str, dict[str, PanBody]] = {}
+        for name in sorted(training_data.clips):
+            body = self.body(training_data.characters[name])
+            mine = bodies.setdefault(self.structure(body.character), {})
+            mine[name] = body
+            first = next(iter(mine.values()))
+            if first.layout != body.layout:
+                raise NotSupported(
+                    f"{first.character.name} and {name} are both of structure {body.character.structure} "
+                    "and have different joints; give one of them another structure"
+                )
+
+        def trained(tensors: Mapping[str, Tensor]) -> Method:
+            same = {"path": self.settings.features.path, "tips": self.tips}
+            return San(**{**self.facts(), **same}, target_stats=self.target_stats).using(tensors)
+
+        return SanTraining(training_data, config, bodies, self.settings, trained)
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        if self.untrained:
+            return self.untrained
+        for each in (source, target):
+            if why := self._unseen(each):
+                return why
+            known = self.structures.get(self.structure(each))
+            if known is None:
+                names = ", ".join(name.removesuffix(f"_{FOUR}") for name in self.structures)
+                return f"{each.name} is of structure {each.structure}, and these weights know {names}"
+            if known.layout != self.body(each).layout:
+                return f"{each.name} has other joints than the {each.structure} that these weights know"
+        return None
+
+    @cached_property
+    def structures(self) -> Mapping[str, Structure]:
+        """The networks by structure. Raises BenchError where there are no weights."""
+        from ..pan.structure import by_structure
+        from .structure import rebuilt
+
+        found = by_structure(self.tensors)
+        return {name: rebuilt(mine, self.settings.design) for name, mine in found.items()}
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        return self.retarget_batch([source], [target], contexts=[context])[0]
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> list[Motion]:
+        """The motions of the targets; those of one length and one pair of structures together."""
+        from .inference import retargeted
+
+        motions = []
+        for source, target in zip(sources, targets, strict=True):
+            if why := self.supports(source.character, target):
+                raise NotSupported(why)
+            if not isinstance(source, Motion):
+                raise NotSupported("san reads rotations, and this source is known by positions only")
+            motions.append(source)
+        return retargeted(self, motions, targets, contexts)
+
+
+@lru_cache(maxsize=1024)
+def _body(character: Character, turned: bool) -> PanBody:
+    """The joints that position errors count, those at and below the hips, in a layout of their own."""
+    parents, joints = tree_of(character, turned)
+    return PanBody(character, layout_of(parents, [character.roles[joint] for joint in joints]), joints)
+
+
+plugin = San
+__all__ = ["PARAMETERS", "San", "plugin"]

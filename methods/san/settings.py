@@ -1,0 +1,167 @@
+"""SAN's variants and the parameters that override them.
+
+``released`` is Aberman et al., SIGGRAPH 2020, as the authors' code runs it, with which its numbers were
+made; ``own`` the same networks and losses on PAN's features of bodies in hip heights.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Final, Literal, Self, TypedDict
+
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins.spec import Scalar
+
+from ..pan.features import Features, Lengths, Path, Root
+from .network import Design
+from .skeleton import Neighbours
+
+Variant = Literal["own", "released"]
+Statistics = Literal["structure", "character"]
+Heights = Literal["given", "learnt"]
+TWO_LEGGED, ALL = "two_legged", "all"
+UNSET: Final = ""
+"""A choice that the variant makes."""
+NEGATIVE: Final = -1.0
+"""A number that the variant sets."""
+
+
+class Overrides(TypedDict, total=False):
+    """Parameters that take the place of the variant's; defaults stand behind the types."""
+
+    neighbours: Annotated[Literal["", Neighbours], UNSET]
+    root: Annotated[Literal["", Root], UNSET]
+    lengths: Annotated[Literal["", Lengths], UNSET]
+    path: Annotated[Literal["", Path], UNSET]
+    statistics: Annotated[Literal["", Statistics], UNSET]
+    target_stats: Annotated[Literal["transferred", "own"], "transferred"]
+    heights: Annotated[Heights, "given"]
+    positions: Annotated[float, NEGATIVE]
+    cycle: Annotated[float, NEGATIVE]
+    ends: Annotated[float, NEGATIVE]
+    adversarial: Annotated[float, NEGATIVE]
+    structures: Annotated[str, TWO_LEGGED]
+    tips: Annotated[Literal["copied", "rest"], "copied"]
+
+
+PARAMETERS = {
+    "variant": "own, or released (as the authors' code)",
+    "neighbours": "of the root's slot: fixed, or released (with its known mistake); empty: as the variant",
+    "root": "the root's channels: velocity, height (velocity, but height), position; empty: as the variant",
+    "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
+    "path": "of the root: decoded, relative (to the source's; what differs fades) or carried (the source's "
+    "plus what is decoded); empty: as the variant",
+    "statistics": "mean and deviation by structure or by character; empty: as the variant",
+    "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
+    "heights": "that end effectors are compared in: given, or learnt",
+    "positions": "weight of joint positions in the reconstruction; negative: as the variant",
+    "cycle": "weight of the distance of codes; negative: as the variant",
+    "ends": "weight of end effectors' movement; negative: as the variant",
+    "adversarial": "weight of the adversarial loss; negative: as the variant",
+    "structures": "trained on: two_legged, all, or names joined by +",
+    "tips": "ends of chains: copied or rest",
+    "weights": "name of shipped weights, or a path to others",
+}
+"""A line on each parameter, for the method's card."""
+
+DIFFERS = {
+    "neighbours": "root's slot mended",
+    "lengths": "in hip heights",
+    "root": "height as a feature",
+    "path": "the source's path and direction",
+    "statistics": "statistics by structure",
+    "positions": "positions weigh more",
+}
+"""Parameter -> how ``own`` differs from what is published."""
+
+FIELDS: Mapping[str, tuple[str, ...]] = {
+    "features": ("root", "lengths", "path"),
+    "design": ("neighbours",),
+    "weights": ("positions", "cycle", "ends", "adversarial"),
+    "": ("statistics", "heights"),
+}
+"""The parameters that are fields of each part of ``Settings`` ("": of the settings themselves)."""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the loss terms. Terms are means over everything, added up over structures and pairs.
+
+    reconstruction: squared error of normalised channels, and in it root: of the root's place, and
+    positions: of joints relative to it, both in heights. cycle: absolute difference of the codes of source
+    and answer (latent consistency). ends: difference of how end effectors move. adversarial: least squares.
+    """
+
+    reconstruction: float = 5.0
+    root: float = 250.0
+    positions: float = 100.0
+    cycle: float = 2.5
+    ends: float = 50.0
+    adversarial: float = 1.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that a variant chooses.
+
+    statistics: whether mean and deviation are by structure or by character; deviations are
+    ``least_deviation`` or more. rerooted: trees begin where the legs do (PAN's ``tree.py``). heights: that
+    the movement of end effectors is compared in: of the bodies, or numbers that start there and are learnt.
+    shared: structures have the same initial weights for what they have in common.
+    """
+
+    features: Features
+    design: Design
+    weights: Weights
+    statistics: Statistics
+    rerooted: bool = False
+    heights: Heights = "given"
+    least_deviation: float = 0.0
+    shared: bool = False
+
+    def overridden(self, given: Mapping[str, Any]) -> Self:
+        """With the parameters given; an empty word or a negative number leaves the variant's choice.
+
+        Raises BenchError where a number is not finite."""
+        if not all(math.isfinite(given[name]) for name in FIELDS["weights"]):
+            raise BenchError("weights of san's losses are finite numbers")
+        chosen = {k: v for k, v in given.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
+        parts = {part: {k: chosen[k] for k in names if k in chosen} for part, names in FIELDS.items()}
+        features = replace(self.features, **parts["features"])
+        return replace(
+            self,
+            features=features,
+            design=replace(self.design, **parts["design"], padded=features.root == "position"),
+            weights=replace(self.weights, **parts["weights"]),
+            **parts[""],
+        )
+
+    def values(self) -> dict[str, Scalar]:
+        """The parameters that weights depend on, by their names."""
+        values = {
+            name: getattr(getattr(self, part) if part else self, name)
+            for part, names in FIELDS.items()
+            for name in names
+        }
+        if values["path"] == "relative":  # networks learn the same
+            values["path"] = "decoded"
+        return values
+
+
+SETTINGS: Mapping[Variant, Settings] = {
+    "released": Settings(
+        Features("position", "world", 0.0),
+        Design("released", padded=True),
+        Weights(),
+        "character",
+        rerooted=True,
+    ),
+    "own": Settings(
+        Features("height", "body", 0.0, "carried"),
+        Design(),
+        Weights(root=150.0, positions=500.0),
+        "structure",
+        least_deviation=0.02,
+        shared=True,
+    ),
+}

@@ -1,0 +1,289 @@
+"""SAN's skeletons and networks beside closed forms, the plain masked form, and counts of record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+from san_reference import S23, S28, PlainDiscriminator, make_plain
+
+from retarget_bench.methods.pan.layout import Layout
+from retarget_bench.methods.san import San
+from retarget_bench.methods.san.network import Design, Discriminator, Skeletal
+from retarget_bench.methods.san.skeleton import Edges, layout_of
+from retarget_bench.methods.san.structure import Structure, share_initialisation
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.joint_datasets import dataset
+
+DESIGNS = {"released": Design("released", padded=True), "fixed": Design()}
+designs = pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+layouts = pytest.mark.parametrize("layout", [S23, S28], ids=["S23", "S28"])
+
+FORK = (-1, 0, 1, 2, 2, 4)
+"""A trunk of two edges (0, 1), a short branch (2) and one of two edges (3, 4); slot 5 is the root's."""
+
+
+# ---------------------------------------------------------------------------------------- skeletons
+def test_neighbours_of_a_small_tree():
+    edges = Edges.of(FORK)
+    assert edges.neighbours(1, "fixed") == (
+        (0, 1, 5),
+        (0, 1, 2, 3),
+        (1, 2, 3),
+        (1, 2, 3, 4),
+        (3, 4),
+        (0, 5),
+    )
+    assert edges.neighbours(2, "fixed") == (
+        (0, 1, 2, 3, 5),
+        (0, 1, 2, 3, 4, 5),
+        (0, 1, 2, 3, 4),
+        (0, 1, 2, 3, 4),
+        (1, 2, 3, 4),
+        (0, 1, 5),
+    )
+
+
+def test_the_released_root_is_where_the_first_edge_is_and_does_not_see_itself():
+    fixed, released = (Edges.of(FORK).neighbours(2, rule) for rule in ("fixed", "released"))
+    assert released[:5] == (
+        (0, 1, 2, 3, 5),
+        (0, 1, 2, 3, 4, 5),
+        (0, 1, 2, 3, 4, 5),
+        (0, 1, 2, 3, 4, 5),
+        (1, 2, 3, 4),
+    )
+    assert released[5] == (0, 1, 2, 3)
+    assert [set(mine) - {5} for mine in released[:5]] == [set(mine) - {5} for mine in fixed[:5]]
+
+
+def test_pooling_of_a_small_tree():
+    groups, left = Edges.of(FORK).pooled()
+    assert groups == ((0, 1), (2,), (3, 4), (5,))
+    assert left.pairs == ((0, 2), (2, 3), (2, 5))
+    assert left.pooled() == (((0,), (1,), (2,), (3,)), left)
+
+
+@pytest.mark.parametrize("length", range(1, 7))
+def test_of_an_odd_chain_the_first_edge_stays_alone(length):
+    edges = Edges.of((-1, *range(length)))
+    groups, left = edges.pooled()
+    assert [len(group) for group in groups] == [1] * (length % 2) + [2] * (length // 2) + [1]
+    assert sum(groups, ()) == tuple(range(length + 1))
+    assert left.pooled(whole=True)[0] == (tuple(range(len(left.pairs))), (len(left.pairs),))
+
+
+@pytest.mark.parametrize(
+    "parents", [(-1, 0), (-1, 0, 0, 0), (-1, 0, 1, 1, 0), FORK, S23.parents, S28.parents]
+)
+def test_chains_share_out_the_edges_of_any_tree(parents):
+    edges = Edges.of(parents)
+    assert sorted(sum(edges.chains, ())) == list(range(len(edges.pairs)))
+    forks = {joint for joint in range(len(parents)) if joint == 0 or parents.count(joint) != 1}
+    for chain in edges.chains:
+        assert edges.pairs[chain[0]][0] in forks
+        assert edges.pairs[chain[-1]][1] in forks
+        assert not {edges.pairs[edge][1] for edge in chain[:-1]} & forks
+
+
+def test_chains_are_named_after_the_parts_that_the_body_ends_in():
+    parents = (-1, 0, 1, 0, 3, 3, 3, 0, 7, 7)
+    roles = (
+        "hips",
+        "right_up_leg",
+        "right_foot",
+        "spine_1",
+        "left_arm",
+        None,
+        "head",
+        None,
+        "tail_1",
+        "left_foot",
+    )
+    assert layout_of(parents, roles).names == (
+        "right_leg",
+        "head+left_arm+trunk",
+        "left_arm",
+        "trunk",
+        "head",
+        "left_leg+tail",
+        "tail",
+        "left_leg",
+    )
+    assert layout_of((-1, 0, 1, 1), (None, "left_leg", None, None)).names == (
+        "left_leg",
+        "left_leg_2",
+        "left_leg_3",
+    )
+    assert layout_of((-1, 0, 0), (None,) * 3).names == ("end 1", "end 2")
+
+
+def test_the_authors_trees_begin_where_the_legs_do():
+    """So that a body with a pelvis below its hips has the chains of others; ours keeps the hips."""
+    cast = dataset(Spec.parse("puppets")).characters()
+    names = {
+        variant: [San(variant).body(cast[each]).layout.names for each in ("petra", "ada", "mina")]
+        for variant in ("released", "own")
+    }
+    assert len({*names["released"]}) == 1
+    pelvis, *others = names["own"]
+    assert {*others} == {names["released"][0]}
+    assert {*pelvis} - {*others[0]} == {"left_leg+right_leg"}
+
+
+# ------------------------------------------------------------------------------------------- counts
+COUNTS = {"S23": (1_101_708, 20_172, 309_138), "S28": (1_933_728, 35_292, 545_148)}
+LIVE = {"S23": (465_264, 8_670, 132_072), "S28": (614_028, 11_442, 174_654)}
+"""Parameters of auto-encoder, static encoder and discriminator: with those outside masks, and without."""
+
+
+def parameters(*modules: torch.nn.Module) -> int:
+    return sum(each.numel() for module in modules for each in module.parameters())
+
+
+@pytest.mark.parametrize(("name", "layout"), [("S23", S23), ("S28", S28)])
+def test_parameters_are_those_of_record(name, layout):
+    made = Structure(layout, DESIGNS["released"])
+    judge = Discriminator(made.levels)
+    assert LIVE[name] == (
+        parameters(made.encoder, made.decoder),
+        parameters(made.skeleton),
+        parameters(judge),
+    )
+    plain = make_plain(made)
+    dense = parameters(PlainDiscriminator(judge, made.levels))
+    assert COUNTS[name] == (parameters(plain.encoder, plain.decoder), parameters(plain.skeleton), dense)
+
+
+# ----------------------------------------------------------------------------------- the plain form
+def networks(layout: Layout, design: Design) -> Structure:
+    torch.manual_seed(3)
+    return Structure(layout, design)
+
+
+def inputs(layout: Layout, frames: int = 24) -> tuple[torch.Tensor, torch.Tensor]:
+    torch.manual_seed(4)
+    return torch.randn(3, frames, layout.edges + 1, 4), torch.randn(3, layout.edges + 1, 3)
+
+
+@designs
+@layouts
+def test_answers_and_gradients_are_those_of_masks_and_products(layout, design):
+    lean, plain = networks(layout, design), make_plain(networks(layout, design))
+    seen, bones = inputs(layout)
+    answers = []
+    for made in (lean, plain):
+        code = made.encoder(seen, made.codes(bones)[:2])
+        answer = made.answer(code, bones)
+        (answer.square().sum() + code.sum()).backward()
+        answers.append((code.detach(), answer.detach()))
+    for ours, theirs in zip(*answers, strict=True):
+        torch.testing.assert_close(ours, theirs, rtol=1e-5, atol=1e-5)
+    for side in ("encoder", "decoder"):
+        for number in range(2):
+            for kind in ("motion", "body"):
+                ours = lean.get_submodule(f"{side}.layers.{number}.{kind}")
+                theirs = plain.get_submodule(f"{side}.{kind}.{number}")
+                for name in ("weight", "bias"):
+                    one, other = (getattr(each, name).grad.norm() for each in (ours, theirs))
+                    torch.testing.assert_close(one, other, rtol=1e-5, atol=0.0)
+
+
+@designs
+def test_discriminators_are_those_of_masks_and_products(design):
+    torch.manual_seed(5)
+    levels = design.levels(S28)
+    lean = Discriminator(levels)
+    plain = PlainDiscriminator(lean, levels)
+    seen = torch.randn(4, 40, 28, 3)
+    for training in (True, False):
+        torch.testing.assert_close(
+            lean.train(training)(seen), plain.train(training)(seen), rtol=1e-5, atol=1e-6
+        )
+    torch.testing.assert_close(lean.norm.running_mean, plain.norm.running_mean)
+
+
+@designs
+@pytest.mark.parametrize("frames", [16, 124, 128, 132, 256, 260])
+def test_frozen_weights_answer_alike_and_follow_to_double(design, frames):
+    """Also where doubling is part of the convolution: from 256 frames on in both layers."""
+    made = networks(S23, design)
+    seen, bones = inputs(S23, frames)
+    made, seen, bones = made.double(), seen.double(), bones.double()
+    before = made.answer(made.encoder(seen, made.codes(bones)), bones)
+    made.freeze()
+    after = made.answer(made.encoder(seen, made.codes(bones)), bones)
+    torch.testing.assert_close(after, before, rtol=1e-9, atol=1e-12)
+    assert after.dtype == torch.float64
+
+
+@designs
+def test_gradients_reach_every_weight_that_is_read(design):
+    made = networks(S28, design)
+    seen, bones = inputs(S28)
+    made.answer(made.encoder(seen, made.codes(bones)), bones).square().sum().backward()
+    for name, each in made.named_parameters():
+        if name.startswith("skeleton.layers.1"):  # the authors' layer too many
+            assert each.grad is None
+        elif design.padded and name == "decoder.layers.1.motion.weight":
+            assert bool((each.grad.flatten(1).abs().max(1).values > 0).all())
+        else:
+            zero = each.grad == 0
+            if not design.padded:
+                assert not bool(zero.any()), name
+
+
+def test_the_padded_channel_of_the_root_is_no_output():
+    made = networks(S23, DESIGNS["released"])
+    seen, bones = inputs(S23)
+    answer = made.answer(made.encoder(seen, made.codes(bones)), bones)
+    assert bool((answer[:, :, -1, 3] == 0).all())
+    assert bool((answer[:, :, -1, :3] != 0).any())
+
+
+def test_an_edge_hears_its_neighbours_of_neighbours_alone():
+    """Through one convolution: edges two away, and their root."""
+    design = DESIGNS["fixed"]
+    made = networks(S28, design)
+    alone = Skeletal(made.levels.neighbours[0], 4, 8, 15)
+    kernel = alone.dense()[0].reshape(28, 8, 28, 4, 15)
+    heard = (kernel != 0).any(4).any(3).any(1)
+    for slot, others in enumerate(made.levels.neighbours[0]):
+        assert tuple(heard[slot].nonzero()[:, 0].tolist()) == others
+
+
+def test_motions_do_not_meet():
+    made = networks(S23, DESIGNS["fixed"]).eval()
+    seen, bones = inputs(S23)
+    order = torch.tensor([2, 0, 1])
+    code = made.encoder(seen, made.codes(bones))
+    torch.testing.assert_close(made.encoder(seen[order], made.codes(bones[order])), code[order])
+    torch.testing.assert_close(made.answer(code[order], bones[order]), made.answer(code, bones)[order])
+
+
+def test_structures_begin_with_codes_alike():
+    """Shared initial weights bring what two structures make of the same chain closer together."""
+
+    def distance(share: bool) -> float:
+        torch.manual_seed(7)
+        with_roles = [replace(layout, names=S28.names) for layout in (S23, S28)]
+        pair = [Structure(each, DESIGNS["fixed"]) for each in with_roles]
+        if share:
+            share_initialisation(pair)
+        one, other = (each.encoder.layers[1].motion.weight for each in pair)
+        codes = []
+        for each in pair:
+            still = torch.ones(1, 16, each.layout.edges + 1, 4)
+            codes.append(each.encoder(still, each.codes(torch.ones(1, each.layout.edges + 1, 3))))
+        assert torch.equal(one[-1], other[-1]) is share
+        return (codes[0] - codes[1]).abs().mean().item()
+
+    assert distance(share=True) < 0.9 * distance(share=False)
+
+
+def test_what_it_does_in_its_own_way_is_what_the_label_says():
+    own, released = (San(variant).settings.values() for variant in ("own", "released"))
+    assert {key for key, value in own.items() if released[key] != value} == set(San().card.differs)
+    assert not San("released").card.differs
+    assert San("released", neighbours="fixed").settings.design == Design("fixed", padded=True)
