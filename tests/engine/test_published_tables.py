@@ -241,6 +241,7 @@ def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> No
         ("pmnet", {"variant": "released", "lengths": "world", "path": "integrated"}, "as published"),
         ("smrm", {}, "ours: adversarial weight 0.0001"),
         ("smrm", {"variant": "paper", "path": "integrated"}, "as published"),
+        ("r2et", {"dropout": 0.2, "size": "chain"}, "as published"),
         ("humot", {}, "ours: "),
         ("copy_rotations", {}, "root rule hip_height"),
         ("copy_rotations", {"root_rule": "none"}, ""),
@@ -262,6 +263,7 @@ def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str
         ("nkn[drift=0]", ("own form", "hip heights", "path relative")),
         ("pmnet", ("own form", "hip heights", "path relative")),
         ("smrm", ("adversarial", "path relative")),
+        ("r2et", ("no dropout", "hip heights")),
         (
             "pan[dropout=0.1]",
             ("hip heights", "source's path", "by structure", "height as", "losses", "released", "masks"),
@@ -281,7 +283,7 @@ def test_labels_say_every_setting_that_differs_from_the_paper_and_that_the_label
     assert all(any(word in each for each in said) for word in words)
 
 
-@pytest.mark.parametrize("name", ["humot", "nkn", "nkn_cross", "smrm"])
+@pytest.mark.parametrize("name", ["humot", "nkn", "nkn_cross", "r2et", "smrm"])
 def test_what_a_published_set_changes_is_what_the_label_says(name: str) -> None:
     """A parameter that is added to one has to be added to the other."""
     card = optional.method_card(registry.create("methods", name))

@@ -15,6 +15,7 @@ import nkn_toys
 import numpy as np
 import pan_material
 import pytest
+import r2et_material
 import san_material
 import smrm_material
 import torch
@@ -29,7 +30,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.phases import optimiser_phases, to_device
 
 CUDA = pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
-KINDS = ("pan", "pan[parts=three]", "san", "nkn", "smrm", "paired")
+KINDS = ("pan", "pan[parts=three]", "san", "nkn", "smrm", "r2et", "paired")
 """``humot`` counts the joints of every row of a batch on the device."""
 __all__ = ["material", "training"]
 
@@ -48,6 +49,8 @@ def module(request: pytest.FixtureRequest, training: Any) -> Any:
             return nkn_toys.training_module(Nkn(hidden=16))
         case "smrm":
             return smrm_material.training_module()
+        case "r2et":
+            return r2et_material.training_module()
         case "humot":
             return humot_material.training_module(thin=True)
     return training

@@ -170,6 +170,7 @@ def test_intervals_come_on_request_and_take_room():
         ("pan", "PAN"),
         ("nkn", "NKN"),
         ("smrm", "SMRM"),
+        ("r2et", "R2ET"),
         ("ik[hands=false]+footfix", "IK + footfix (hands false)"),
         ("copy_rotations[root_rule=none]", "copy rotations (root rule none)"),
         ("other_clip", "shuffled reference"),

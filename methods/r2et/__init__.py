@@ -1,0 +1,153 @@
+"""R2ET, its skeleton-aware part: copied rotations, changed as two skeletons ask; learned without pairs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from torch import Tensor
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training import weights
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
+
+from . import features, released
+from .inference import retargeted
+from .network import SkeletonAwareNetwork
+from .training import R2ETTraining
+
+OURS = TrainingConfig(
+    steps=12_000, batch=16, window=24, rate=1e-3, schedule="cosine", warm_up=100, validate=500
+)
+
+
+@dataclass(eq=False)
+class R2ET(LearnedMethod):
+    """Skinned motion retargeting with residual perception of motion semantics and geometry (Zhang et al.,
+    CVPR 2023): its skeleton-aware network.
+
+    Rotations of 22 joints are copied and changed by a network that sees a frame's rotations and the bones
+    of both bodies. It learns without pairs: a body's own motion stays as it is, and on another body the
+    distances between all joints keep their shares of the sum of each joint's distances (the semantics
+    matrix). The path is the source's, scaled. The paper's second part, which moves limbs out of the
+    surface of the body, is missing: it needs signed distances of a mesh.
+
+    The paper's network knows one set of joints. Ours also answers for bodies that lack a spine joint, the
+    neck, a collar bone or a toe: in its place it sees a joint of no length, which does not turn. Head, toes
+    and hands turn as the source's, as where the authors write files.
+
+    weights: also the authors' ``skeleton_aware_pre.pt``, see docs/r2et.md.
+    size: whose ratio scales the path: ``hip_height``, ours, keeps feet on the floor.
+    dropout: the paper's takes a third of a training step, and short training does not overfit without it.
+    facing: the authors average over so many frames at any rate, here they are of 1/30 s.
+    """
+
+    presets: ClassVar[Mapping[str, TrainingConfig]] = {
+        "paper": TrainingConfig(steps=30 * 1952 // 32, batch=32, window=60, rate=1e-3, schedule="cosine"),
+        "default": OURS,
+        "gpu": replace(OURS, batch=256),
+        "quick": replace(OURS, steps=30, batch=4, window=16, warm_up=5, validate=15, cases=2),
+    }
+    """The paper's rate falls to a tenth after two thirds of its 30 epochs of 1952 clips, not smoothly."""
+
+    facing: float = 20.0
+    dropout: float = 0.0
+    size: features.Size = "hip_height"
+    weights: str = "puppets"
+
+    card = MethodCard(
+        name="r2et",
+        title="R2ET",
+        summary="Copied rotations changed by attention over joints and both skeletons; without the part "
+        "that sees the body's surface",
+        version="1",
+        paper="Zhang, Weng, Kang, Zhao, Huang, Zhe, Bao, Shan, Wang, Tu: Skinned Motion Retargeting with "
+        "Residual Perception of Motion Semantics & Geometry, CVPR 2023",
+        published=({"dropout": 0.2, "size": "chain"}, {"dropout": 0.2, "size": "published"}),
+        differs={"dropout": "no dropout", "size": "path scaled by hip heights"},
+        default=False,
+        parameters={
+            "facing": "frames of 1/30 s over which the direction that a body faces is averaged",
+            "dropout": "share of numbers dropped in training (the paper: 0.2)",
+            "size": "whose ratio scales the path: hip_height, chain of bones, or published",
+            "weights": "name of shipped weights, or a path to others, also to the authors' .pt",
+        },
+    )
+
+    def __post_init__(self) -> None:
+        if self.facing < 0 or not 0 <= self.dropout < 1:
+            raise BenchError("facing of r2et is not negative, and dropout a share from 0 to below 1")
+
+    # -------------------------------------------------------------------------------------- training
+    def facts(self) -> Mapping[str, Scalar]:
+        return {"facing": self.facing, "dropout": self.dropout}
+
+    def unfit(self, character: Character) -> str:
+        return features.unfit(character)
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        """``rotations`` ``(frames, 22, 4)`` and ``positions`` ``(frames, 22, 3)`` centimetres as the losses
+        see them, ``hips`` ``(frames, 3)`` centimetres in the world, ``turn`` ``(frames, 2)`` where the body
+        faces, the parts of a unit complex number."""
+        return features.see(motion, self.facing)
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> R2ETTraining:
+        return R2ETTraining(
+            training_data,
+            config,
+            SkeletonAwareNetwork(self.dropout),
+            lambda tensors: replace(self).using(tensors),
+        )
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        return self.untrained or self.unfit(source) or self.unfit(target) or None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        if not isinstance(source, Motion):
+            raise NotSupported("r2et needs a source with rotations, not positions only")
+        return retargeted(self._network.to(context.device), source, target, self.facing, self.size)
+
+    @cached_property
+    def _network(self) -> SkeletonAwareNetwork:
+        network = SkeletonAwareNetwork()
+        weights.fill(network, self.tensors)
+        return network.eval()
+
+    # ----------------------------------------------------------------------------- the authors' weights
+    @property
+    def _authors(self) -> Path | None:
+        """The authors' file, where weights lead to one."""
+        path = Path(self.weights).expanduser()
+        return path if path.suffix == ".pt" else None
+
+    @cached_property
+    def _at(self) -> Path | None:
+        return self._authors or super()._at
+
+    @cached_property
+    def _card(self) -> Mapping[str, Any] | None:
+        if self._authors is None:
+            return super()._card
+        return {
+            "method": self.card.name,
+            "version": self.card.version,
+            "facts": self.facts(),
+            "hash": released.digest(self._authors),
+            "notes": ["Weights of the authors, trained on Mixamo; what of it they have seen is not told."],
+        }
+
+    @cached_property
+    def tensors(self) -> Mapping[str, Tensor]:
+        return released.read(self._authors) if self._authors else super().tensors
+
+
+plugin = R2ET

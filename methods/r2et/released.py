@@ -1,0 +1,103 @@
+"""The authors' weights: their ``.pt`` file and the statistics that their code reads from other files.
+
+https://github.com/Kebii/R2ET keeps them as ``pretrain/skeleton_aware_pre.pt`` and
+``datasets/mixamo/stats/mixamo_*.npy``.
+"""
+
+import hashlib
+import pickle
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from retarget_bench.errors import FileError
+
+STATISTICS = {
+    "positions_mean": "mixamo_local_motion_mean.npy",
+    "positions_deviation": "mixamo_local_motion_std.npy",
+    "rotations_mean": "mixamo_quat_mean.npy",
+    "rotations_deviation": "mixamo_quat_std.npy",
+}
+PLACES = (".", "stats", "../datasets/mixamo/stats")
+"""Where they are looked for, from the folder of the ``.pt`` file; the last is the repository's."""
+_PREFIX, _UNUSED = "module.", "delta_dec.pos_encoder.pe"
+_ENCODER = {
+    "token_linear": "enter",
+    "trans1.layers.0.0.to_qkv": "qkv",
+    "trans1.layers.0.0.nn1": "out",
+    "trans1.layers.0.1.fn.norm": "norm",
+    "trans1.layers.0.1.fn.fn.nn1": "feed.0",
+    "trans1.layers.0.1.fn.fn.nn2": "feed.1",
+}
+_MODULES = {
+    **{f"delta_dec.q_encoder.{theirs}": f"motion.{ours}" for theirs, ours in _ENCODER.items()},
+    **{f"delta_dec.skel_encoder.{theirs}": f"body.{ours}" for theirs, ours in _ENCODER.items()},
+    "delta_dec.embed_linear": "join",
+    "delta_dec.delta_linear": "change",
+}
+
+
+def digest(path: Path) -> str:
+    """Sixteen hex digits of the bytes of all files. Raises FileError where one is missing."""
+    total = hashlib.sha256()
+    for file in (path, *_statistics(path).values()):
+        data = file.read_bytes()
+        total.update(f"{len(data)}\n".encode() + data)
+    return total.hexdigest()[:16]
+
+
+def read(path: Path) -> dict[str, Tensor]:
+    """The tensors of ``SkeletonAwareNetwork``. Nothing in the files is run.
+
+    Raises FileError where a file is missing or is not what it should be.
+    """
+    found = renamed(_weights(path), path)
+    for name, file in _statistics(path).items():
+        try:
+            values = np.load(file, allow_pickle=False).reshape(-1).astype(np.float32)
+        except (OSError, ValueError) as error:
+            raise FileError(file, f"is no array of R2ET's statistics ({error})") from error
+        found[f"scale.{name}"] = torch.from_numpy(values)
+    still = found["scale.positions_deviation"] == 0
+    found["scale.positions_deviation"][still] = 1.0
+    return found
+
+
+def renamed(weights: Mapping[str, Tensor], path: Path) -> dict[str, Tensor]:
+    """Tensors of the authors' names under ours. Raises FileError where a name is not one of theirs."""
+    found: dict[str, Tensor] = {}
+    for name, tensor in weights.items():
+        module, _, kind = name.removeprefix(_PREFIX).rpartition(".")
+        if f"{module}.{kind}" == _UNUSED:
+            continue
+        if module not in _MODULES:
+            raise FileError(path, f"holds {name}, so it is not R2ET's skeleton-aware network")
+        found[f"{_MODULES[module]}.{kind}"] = tensor.float()
+    return found
+
+
+def _weights(path: Path) -> Mapping[str, Tensor]:
+    try:
+        found = torch.load(path, map_location="cpu", weights_only=True)
+    except (OSError, RuntimeError, ValueError, EOFError, pickle.UnpicklingError) as error:
+        raise FileError(path, "cannot be read as tensors that torch saved") from error
+    if not isinstance(found, Mapping) or not all(isinstance(each, Tensor) for each in found.values()):
+        raise FileError(path, "holds something else than named tensors")
+    return found
+
+
+def _statistics(path: Path) -> dict[str, Path]:
+    if not path.is_file():
+        raise FileError(path, "there is no such file; give the authors' skeleton_aware_pre.pt")
+    for place in PLACES:
+        files = {name: path.parent / place / file for name, file in STATISTICS.items()}
+        if all(file.is_file() for file in files.values()):
+            return files
+    raise FileError(
+        path,
+        f"lacks the statistics of its training motions; put {', '.join(STATISTICS.values())} beside it, or "
+        "leave both where the authors' repository has them",
+    )

@@ -1,0 +1,373 @@
+"""R2ET: what it sees, its networks and losses, training, and answers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import r2et_material
+import torch
+from method_bodies import about, body, dance, pose
+from r2et_material import BODIES, SHORT
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.r2et import R2ET, features, losses
+from retarget_bench.methods.r2et.discriminator import TrajectoryDiscriminator
+from retarget_bench.methods.r2et.inference import retargeted
+from retarget_bench.methods.r2et.network import JointEncoder, SkeletonAwareNetwork
+from retarget_bench.motion import kinematics, rotation
+from retarget_bench.motion.body22 import Body22
+from retarget_bench.motion.structures import BODY22
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.phases import optimiser_phases
+
+
+@pytest.fixture(scope="module")
+def module():
+    return r2et_material.training_module()
+
+
+@pytest.fixture(scope="module")
+def method():
+    made = r2et_material.training_module()
+    with torch.no_grad():  # changes that differ from frame to frame, as trained ones do
+        made.network.change.weight.mul_(10.0)
+    return made.method()
+
+
+def carried(method, source, target):
+    return method.retarget(source, target, context=Context())
+
+
+def apart(one, other) -> float:
+    """The largest distance between two motions, in heights."""
+    return float(np.abs(one.positions - other.positions).max()) / one.character.height
+
+
+# ------------------------------------------------------------------------------------------- features
+def test_offsets_are_bones_in_centimetres_below_the_height_of_the_hips():
+    found = features.offsets(body(thigh=0.45, shin=0.42))
+    np.testing.assert_allclose(found[0], [0, 97, 0], atol=1e-4)
+    np.testing.assert_allclose(found[BODY22.index("left_leg")], [0, -45, 0], atol=1e-4)
+    missing = Body22(SHORT).lacks
+    assert missing.sum() == 6
+    assert not features.offsets(SHORT)[missing].any()
+
+
+@pytest.mark.parametrize("degrees", [0.0, 50.0, 170.0, -120.0])
+def test_where_a_body_faces_is_not_seen(degrees):
+    character = BODIES["one"]
+    plain = dance(character)
+    whole = about("Y", np.array([degrees]))[0]
+    turned = plain.rotations.copy()
+    turned[:, 0] = rotation.multiply(whole, turned[:, 0])
+    other = character.motion(turned, rotation.rotate(whole, plain.root), 30.0)
+    assert rotation.angle(*(features.rotations(each, 5.0) for each in (plain, other))).max() < 1e-3
+    far = features.direction(other, 5.0) / features.direction(plain, 5.0)
+    np.testing.assert_allclose(far, np.exp(1j * np.radians(degrees)), atol=1e-9)
+
+
+def test_the_direction_is_scipys_average():
+    from scipy.ndimage import gaussian_filter1d
+
+    motion = dance(BODIES["one"], 90)
+    places = motion.positions[:, [motion.character.joint_of[role] for role in BODY22]]
+    at = BODY22.index
+    across = places[:, at("left_up_leg")] - places[:, at("right_up_leg")]
+    across = across + places[:, at("left_shoulder")] - places[:, at("right_shoulder")]
+    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    forward = gaussian_filter1d(np.cross(across, [0, 1, 0]), 6.0, axis=0, mode="nearest")
+    found = features.direction(motion, 6.0)
+    np.testing.assert_allclose(np.tan(np.angle(found)), forward[:, 0] / forward[:, 2], atol=1e-9)
+
+
+def test_seen_positions_are_where_seen_rotations_lead():
+    motion = dance(BODIES["tall"])
+    seen = R2ET().prepare(motion)
+    facing = features.direction(motion, 20.0)[:, None]
+    hips = motion.positions[:, motion.character.joint_of["hips"]]
+    places = motion.positions[:, list(Body22(motion.character).joints)] - hips[:, None]
+    level = (places[..., 2] + 1j * places[..., 0]) * facing.conj()
+    wanted = np.stack([level.imag, places[..., 1] + motion.character.measures.hip_height, level.real], -1)
+    np.testing.assert_allclose(seen["positions"], 100 * wanted, atol=2e-4)
+    assert seen["rotations"][..., 0].min() >= 0
+
+
+def test_sizes_of_a_body():
+    character = body(thigh=0.45, shin=0.42, hip=0.1, spines=3)
+    trunk = 0.5 + 0.12 + np.hypot(0.1, 0.02)
+    assert features.size(character, "hip_height") == pytest.approx(0.97)
+    assert features.size(character, "chain") == pytest.approx(trunk + 0.45 + 0.42 + np.hypot(0.1, 0.15))
+    rows = 0.01 * features.offsets(character)
+    pairs = [(1, 0), (2, 1), (3, 2), (4, 3), (5, 4), (7, 6), (8, 7), (9, 8)]
+    wanted = sum(np.linalg.norm(rows[a] - rows[b]) for a, b in pairs)
+    assert features.size(character, "published") == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("kind", ["hip_height", "chain", "published"])
+def test_the_path_begins_on_the_floor_and_is_scaled(kind):
+    source, target = BODIES["one"], BODIES["legs"]
+    hips = np.array([[0.2, 0.9, -0.4], [0.3, 1.0, 0.1]])
+    found = features.path(hips, source, target, kind)
+    assert found[0, 1] == pytest.approx(0.9 * target.measures.hip_height / source.measures.hip_height)
+    ratio = features.size(target, kind) / features.size(source, kind)
+    np.testing.assert_allclose(np.diff(found, axis=0), ratio * np.diff(hips, axis=0))
+
+
+# ------------------------------------------------------------------------------------------- networks
+def test_numbers_of_parameters_are_those_of_the_published_code():
+    assert sum(each.numel() for each in SkeletonAwareNetwork().parameters()) == 446_276
+    assert sum(each.numel() for each in TrajectoryDiscriminator().parameters()) == 27_505
+
+
+def test_an_encoder_is_attention_as_written_down():
+    torch.manual_seed(1)
+    encoder = JointEncoder(4, 96, 2, 0.0)
+    joints = torch.randn(3, 22, 4)
+    tokens = encoder.enter(joints)
+    queries, keys, values = (each.view(3, 22, 2, 32) for each in encoder.qkv(tokens).split(64, -1))
+    scores = torch.einsum("bihd,bjhd->bhij", queries, keys) / 8.0
+    found = torch.einsum("bhij,bjhd->bihd", scores.softmax(-1), values).reshape(3, 22, 64)
+    code = encoder.out(found)
+    fed = encoder.feed[1](encoder.feed[0](encoder.norm(code)).relu())
+    torch.testing.assert_close(encoder(joints), code + fed, atol=1e-5, rtol=1e-5)
+
+
+def test_frames_do_not_see_one_another(module):
+    network, seen = module.network.eval(), r2et_material.batch(module)
+    codes = [network.bones(seen[key]["offsets"]).unsqueeze(1) for key in ("source", "target")]
+    whole = network(seen["rotations"], *codes)
+    one = network(seen["rotations"][:, 7:8], *codes)
+    module.network.train()
+    torch.testing.assert_close(whole[:, 7:8], one, atol=1e-5, rtol=0)
+    torch.testing.assert_close(whole.norm(dim=-1), torch.ones(whole.shape[:-1]))
+
+
+def test_the_discriminator_ignores_padding():
+    torch.manual_seed(2)
+    network = TrajectoryDiscriminator()
+    paths, lengths = torch.randn(4, 60, 3), torch.tensor([60, 31, 8, 1])
+    wanted = network(paths, lengths)
+    other = paths.clone()
+    for row, length in enumerate(lengths.tolist()):
+        other[row, length:] = torch.nan
+    torch.testing.assert_close(network(other, lengths), wanted)
+    longer = torch.cat([other, torch.full((4, 21, 3), torch.nan)], 1)
+    torch.testing.assert_close(network(longer, lengths)[1:], wanted[1:])
+    assert torch.isfinite(network(paths[:, :1], torch.ones(4, dtype=torch.long))).all()
+
+
+# --------------------------------------------------------------------------------------------- losses
+def test_the_semantics_matrix_does_not_know_sizes_but_proportions():
+    places = torch.randn(2, 5, 22, 3)
+    matrix = losses.semantics_matrix(places)
+    torch.testing.assert_close(matrix.sum(-1), torch.ones(2, 5, 22))
+    torch.testing.assert_close(losses.semantics_matrix(3.0 * places + 1.0), matrix, atol=1e-5, rtol=1e-4)
+    apart = (places[1, 2, 4] - places[1, 2]).norm(dim=-1)
+    torch.testing.assert_close(matrix[1, 2, 4], apart / apart.sum(), atol=1e-5, rtol=1e-4)
+    other = places * torch.tensor([1.0, 2.0, 1.0])
+    assert losses.semantics(other, places, torch.ones(2, 5, dtype=torch.bool)) > 1e-3
+
+
+def test_joints_in_one_place_have_gradients():
+    places = torch.randn(1, 1, 22, 3)
+    places[0, 0, 9] = places[0, 0, 8]
+    places.requires_grad_()
+    losses.semantics(places, torch.randn(1, 1, 22, 3), torch.ones(1, 1, dtype=torch.bool)).backward()
+    assert torch.isfinite(places.grad).all()
+
+
+def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
+    found, wanted = torch.zeros(2, 3, 22, 3), torch.zeros(2, 3, 22, 3)
+    found[0, 0, BODY22.index("left_leg"), 1] = 2.0
+    found[0, 1, BODY22.index("head"), 2] = 3.0
+    found[1, 2] = torch.nan
+    real = torch.tensor([[True, True, False], [True, True, False]])
+    assert losses.positions(found, wanted, losses.joint_weights(), real) == (2 * 4.0 + 9.0) / 4
+    turned = torch.zeros(1, 1, 22, 4)
+    turned[..., 0] = 1.0
+    assert losses.rotations(turned, -turned, torch.ones(1, 1, dtype=torch.bool)) == 0
+
+
+def run(module, seen):
+    memory = {}
+    torch.manual_seed(0)  # what the discriminator drops
+    return [
+        {name: float(term.detach()) for name, term in module.losses(phase.name, seen, memory).items()}
+        for phase in module.phases
+    ]
+
+
+def test_padding_changes_no_loss(module):
+    """Rows of the shorter clips are followed by what never counts."""
+    module.modules.eval()
+    seen = r2et_material.batch(module, 12)
+    behind = torch.arange(30) >= seen["lengths"].unsqueeze(1)
+    assert behind.any()
+    other = {key: each.clone() if hasattr(each, "clone") else each for key, each in seen.items()}
+    for key in ("positions", "path", "turn"):
+        other[key][behind] = 7.0
+    other["rotations"][behind] = torch.tensor([0.6, 0.8, 0.0, 0.0])
+    for one, two in zip(run(module, seen), run(module, other), strict=True):
+        assert one == pytest.approx(two, rel=1e-4)
+    module.modules.train()
+
+
+def test_its_own_body_and_no_change_cost_nothing(module):
+    """With changes that are the identity, only the adversarial term is left of rows of the same body."""
+    seen = r2et_material.batch(module)
+    seen["target"], seen["same"] = seen["source"], torch.ones_like(seen["same"])
+    still = torch.zeros(4).index_fill_(0, torch.tensor([0]), 1.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module.network, "forward", lambda q, *_: still.expand_as(q))
+        found = module.losses("network", seen, {})
+    left = {name for name, term in found.items() if float(term.detach()) > 1e-5}
+    assert left <= {"twist", "adversarial"}
+
+
+# ------------------------------------------------------------------------------------------- learning
+def test_gradients_reach_every_parameter(module):
+    seen, memory = r2et_material.batch(module), {}
+    sum(module.losses("network", seen, memory).values()).backward()
+    sum(module.losses("discriminator", seen, memory).values()).backward()
+    for name, each in module.modules.named_parameters():
+        assert each.grad is not None, name
+        assert each.grad.abs().max() > 0, name
+    module.modules.zero_grad()
+
+
+def test_the_discriminator_rests_while_nothing_fools_it(module):
+    assert set(run(module, r2et_material.batch(module))[1]) == {"real", "shown"}
+    module.rule.running.fill_(0.2)
+    assert run(module, r2et_material.batch(module))[1] == {}
+    module.rule.running.fill_(0.5)
+
+
+def test_overfits_one_batch():
+    module = r2et_material.training_module(window=8)
+    seen = r2et_material.batch(module, 4)
+    (phase, _) = optimiser_phases(
+        module, TrainingConfig(steps=1, batch=4, window=8, rate=1e-3), torch.device("cpu")
+    )
+    totals = []
+    for step in range(150):
+        terms = phase(seen, {}, 2e-3 if step < 100 else 4e-4)
+        parts = ("positions", "rotations", "semantics")
+        totals.append(sum(float(terms[f"network.{name}"]) for name in parts))
+    assert totals[-1] < 0.1 * totals[0]
+
+
+def test_same_seed_same_weights():
+    def trained():
+        module = r2et_material.training_module(window=8)
+        both = optimiser_phases(
+            module, TrainingConfig(steps=2, batch=4, window=8, rate=1e-3), torch.device("cpu")
+        )
+        for step in range(2):
+            torch.manual_seed(step)
+            seen, memory = r2et_material.batch(module, 4, step), {}
+            for phase in both:
+                phase(seen, memory, 1e-3)
+        return module.export()
+
+    one, other = trained(), trained()
+    assert all(torch.equal(tensor, other[name]) for name, tensor in one.items())
+
+
+def test_exported_weights_are_taken_over_and_others_refused(module):
+    other = r2et_material.training_module()
+    with torch.no_grad():
+        other.network.change.weight.add_(1.0)
+    tensors = other.export()
+    fresh = r2et_material.training_module()
+    fresh.load(tensors)
+    assert torch.equal(fresh.network.change.weight, other.network.change.weight)
+    with pytest.raises(BenchError, match="of another structure"):
+        fresh.load({name: each for name, each in tensors.items() if name != "join.bias"})
+
+
+def test_one_character_is_not_enough():
+    whole = r2et_material.training_data()
+    alone = TrainingData({"one": whole.characters["one"]}, {"one": whole.clips["one"]})
+    with pytest.raises(NotSupported, match="at least two characters"):
+        R2ET().training_module(alone, TrainingConfig(steps=1, batch=2, window=30, rate=1e-3))
+
+
+def test_a_batch_is_windows_and_bodies(module):
+    seen = r2et_material.batch(module, 40)
+    for row in range(0, 40, 7):
+        skeleton = replace(
+            Body22(BODIES["one"]).skeleton, offsets=seen["source"]["offsets"][row].double().numpy()
+        )
+        hips = np.repeat(skeleton.offsets[:1], 30, axis=0)
+        places, _ = kinematics.forward(skeleton, seen["rotations"][row].double().numpy(), hips)
+        real = int(seen["lengths"][row])
+        np.testing.assert_allclose(seen["positions"][row][:real], places[:real], atol=1e-3)
+        assert not seen["path"][row, 0].any()
+    same = seen["source"]["offsets"].eq(seen["target"]["offsets"]).all(-1).all(-1)
+    assert torch.equal(same, seen["same"])
+    assert 8 < int(same.sum()) < 32
+
+
+# -------------------------------------------------------------------------------------------- answers
+@pytest.mark.parametrize("fps", [30.0, 24.0, 120.0])
+@pytest.mark.parametrize("frames", [1, 2, 33])
+def test_any_length_and_rate_on_bodies_that_lack_joints(method, fps, frames):
+    source = replace(dance(BODIES["one"], frames), fps=fps)
+    for target in (BODIES["tall"], SHORT):
+        found = carried(method, source, target)
+        assert (found.character, found.frames, found.fps) == (target, frames, fps)
+        assert np.isfinite(found.positions).all()
+    assert carried(method, replace(dance(SHORT, frames), fps=fps), BODIES["legs"]).frames == frames
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 1000])
+def test_chunks_change_nothing(method, chunk):
+    source, target = dance(BODIES["one"], 40), BODIES["legs"]
+    found = retargeted(method._network, source, target, 20.0, "hip_height", chunk)
+    assert apart(found, carried(method, source, target)) < 1e-6
+
+
+def test_a_turned_source_gives_a_turned_answer(method):
+    source = dance(BODIES["one"], 30)
+    whole = about("Y", np.array([130.0]))[0]
+    turned = source.rotations.copy()
+    turned[:, 0] = rotation.multiply(whole, turned[:, 0])
+    other = source.character.motion(turned, rotation.rotate(whole, source.root), 30.0)
+    one, two = (carried(method, each, BODIES["tall"]) for each in (source, other))
+    np.testing.assert_allclose(two.positions, rotation.rotate(whole, one.positions), atol=2e-5)
+
+
+def test_no_change_is_a_copy(method):
+    """A network whose changes are the identity copies rotations, and scales the path by hip heights."""
+    source, target = dance(BODIES["one"], 20), BODIES["tall"]
+    network = SkeletonAwareNetwork().eval()
+    with torch.no_grad():
+        network.change.weight.zero_()
+        network.change.bias.copy_(torch.tensor([1.0, 0.0, 0.0, 0.0]))
+    found = retargeted(network, source, target, 20.0, "hip_height")
+    assert rotation.angle(found.rotations, source.rotations).max() < 1e-5
+    np.testing.assert_allclose(found.root, 1.4 * source.root, atol=1e-9)
+
+
+def test_head_toes_and_hands_turn_as_the_sources(method):
+    source, target = dance(BODIES["one"], 20), BODIES["tall"]
+    found = carried(method, source, target)
+    joints = [BODIES["one"].joint_of[BODY22[leaf]] for leaf in features.LEAVES]
+    turned = rotation.angle(found.rotations, source.rotations)
+    assert turned[:, joints].max() < 1e-6
+    others = [joint for joint in range(22) if joint not in joints]
+    assert turned[:, others].max(0).min() > 1e-3
+
+
+def test_what_cannot_be_answered_is_said_in_a_sentence(method):
+    source = pose(BODIES["one"], 3, {}, np.tile([0.0, 0.97, 0.0], (3, 1)))
+    with pytest.raises(NotSupported, match="with rotations"):
+        carried(method, source.character.positions(source.positions, 30.0), BODIES["tall"])
+    assert method.supports(BODIES["one"], SHORT) is None
+    for odd in ({"facing": -1.0}, {"dropout": 1.0}, {"dropout": -0.1}):
+        with pytest.raises(BenchError, match="facing of r2et is not negative, and dropout a share"):
+            R2ET(**odd)

@@ -1,0 +1,258 @@
+"""R2ET with the authors' weights: their own numbers, and files that are not theirs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+import retarget_bench as rb
+from retarget_bench.api import Context, optional
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import plan
+from retarget_bench.methods.r2et import R2ET, features
+from retarget_bench.methods.r2et.inference import changed
+from retarget_bench.methods.r2et.network import SkeletonAwareNetwork, joint_code
+from retarget_bench.methods.r2et.released import STATISTICS, renamed
+from retarget_bench.motion import rotation
+from retarget_bench.plugins.spec import Spec
+
+STATS = "datasets/mixamo/stats"
+
+
+@pytest.fixture(scope="module")
+def oracle(real_data):
+    file = real_data / "oracles" / "r2et_skeleton.npz"
+    if not file.exists():
+        pytest.skip("no oracle of R2ET")
+    return dict(np.load(file, allow_pickle=False))
+
+
+def their_names() -> dict[str, torch.Tensor]:
+    """Tensors of the sizes and names of the authors' file, drawn at random."""
+    torch.manual_seed(0)
+    found = {}
+    for ours, tensor in SkeletonAwareNetwork().state_dict().items():
+        encoder, _, rest = ours.partition(".")
+        theirs = {"motion": "q_encoder", "body": "skel_encoder"}.get(encoder)
+        if theirs:
+            inside = {
+                "enter": "token_linear",
+                "qkv": "trans1.layers.0.0.to_qkv",
+                "out": "trans1.layers.0.0.nn1",
+                "norm": "trans1.layers.0.1.fn.norm",
+                "feed.0": "trans1.layers.0.1.fn.fn.nn1",
+                "feed.1": "trans1.layers.0.1.fn.fn.nn2",
+            }
+            module, _, kind = rest.rpartition(".")
+            found[f"module.delta_dec.{theirs}.{inside[module]}.{kind}"] = tensor.clone()
+        elif encoder in ("join", "change"):
+            name = {"join": "embed_linear", "change": "delta_linear"}[encoder]
+            found[f"module.delta_dec.{name}.{rest}"] = tensor.clone()
+    return {**found, "module.delta_dec.pos_encoder.pe": joint_code(512)[None]}
+
+
+def repository(folder: Path, weights, statistics) -> Path:
+    """The authors' files as their repository has them; the ``.pt``."""
+    file = folder / "pretrain" / "skeleton_aware_pre.pt"
+    for each in (file.parent, folder / STATS):
+        each.mkdir(parents=True)
+    torch.save(weights, file)
+    for name, array in statistics.items():
+        np.save(folder / STATS / name, array)
+    return file
+
+
+def random_statistics() -> dict[str, np.ndarray]:
+    sizes = {"local": 3, "quat": 4}
+    numbers = np.random.default_rng(0)
+    return {
+        name: numbers.uniform(0.5, 2.0, (1, 22, sizes[name.split("_")[1]])).astype(np.float32)
+        for name in STATISTICS.values()
+    }
+
+
+@pytest.fixture
+def file(tmp_path):
+    return repository(tmp_path, their_names(), random_statistics())
+
+
+@pytest.fixture(scope="module")
+def released(oracle, tmp_path_factory):
+    """The method with the authors' weights; its direction is averaged over 20 frames of 1/60 s, as theirs
+    at the rate of the file."""
+    weights = {
+        f"module.{name.removeprefix('state/')}": torch.from_numpy(array)
+        for name, array in oracle.items()
+        if name.startswith("state/")
+    }
+    kept = ("local_mean", "local_std_as_stored", "quat_mean", "quat_std")
+    statistics = {name: oracle[f"stats/{key}"] for name, key in zip(STATISTICS.values(), kept, strict=True)}
+    file = repository(tmp_path_factory.mktemp("r2et"), weights, statistics)
+    return R2ET(weights=str(file), facing=10.0)
+
+
+# ------------------------------------------------------------------------------------ their own numbers
+def close(found, wanted) -> float:
+    """Largest difference, relative to the largest number."""
+    return float(np.abs(np.asarray(found) - wanted).max() / np.abs(wanted).max())
+
+
+@torch.inference_mode()
+def test_the_network_is_theirs(released, oracle):
+    network = released._network
+    bones = [torch.from_numpy(oracle[f"input/{body}_skeleton"]) for body in ("source", "target")]
+    codes = network.bones(torch.stack(bones))
+    for code, body in zip(codes, ("source", "target"), strict=True):
+        assert close(code, oracle[f"between/{body}_skeleton_code"]) < 1e-5
+    rotations = torch.from_numpy(oracle["input/quaternions"])
+    normal = network.normal("rotations", rotations)
+    assert close(normal, oracle["input/quaternions_normalised"]) < 1e-5
+    frame = int(oracle["between/frame"])
+    code = network.motion(normal[None, frame])[0]
+    assert close(code, oracle["between/quaternion_code"]) < 1e-5
+    changes = network(rotations, *codes)
+    assert close(changes, oracle["output/delta_quaternions"]) < 1e-5
+    found = rotation.multiply(rotations, changes).double().numpy()
+    apart = rotation.angle(found, oracle["output/quaternions"].astype(float))
+    assert np.degrees(apart).max() < 1e-3
+
+
+def test_their_files_are_seen_and_answered_as_they_see_and_answer_them(released, oracle, real_data):
+    source, target = (
+        rb.load_motion(real_data / "mixamo_r2et" / name / "Salsa Dancing.bvh")
+        for name in ("Ortiz", "Mousey")
+    )
+    for motion, whose in ((source, "source"), (target, "target")):
+        np.testing.assert_allclose(
+            features.offsets(motion.character)[1:], oracle[f"input/{whose}_skeleton"][1:], atol=1e-4
+        )
+        assert features.size(motion.character, "chain") == pytest.approx(
+            float(oracle[f"input/{whose}_chain_length"]), rel=1e-5
+        )
+    seen = features.rotations(source, released.facing)[:120]
+    assert np.degrees(rotation.angle(seen, oracle["input/quaternions"])).max() < 1e-3
+    changes = changed(released._network, seen, source.character, target.character)
+    apart = rotation.angle(changes.astype(float), oracle["output/delta_quaternions"].astype(float))
+    assert np.degrees(apart).max() < 1e-3  # the height of the hips, told otherwise, changes that little
+
+    found = released.retarget(source, target.character, context=Context())
+    own = found.rotations[:120, list(features.body(target.character).joints)]
+    written = np.degrees(rotation.angle(own, oracle["written/quaternions"].astype(float))).max(0)
+    kept = [joint for joint in range(1, 22) if joint not in oracle["written/joint_left_alone"]]
+    assert written[kept].max() < 1e-3  # they turn the hips by another heading, from the first frame alone
+
+
+def test_ratio_of_the_path(oracle, real_data):
+    """With the hips as high as in the first frame, the length is that of the authors' inference."""
+    character = rb.load_motion(real_data / "mixamo_r2et" / "Ortiz" / "Salsa Dancing.bvh").character
+    rows = np.array(oracle["input/source_skeleton"])
+    rows[0, 1] = features.offsets(character)[0, 1]
+    steps = np.linalg.norm(np.diff(rows[:10], axis=0), axis=-1)
+    assert features.size(character, "published") == pytest.approx((steps.sum() - steps[5]) / 100, rel=1e-5)
+    ratio = oracle["input/target_height"] / oracle["input/source_height"]
+    np.testing.assert_allclose(
+        oracle["output/global"][:, :3], oracle["input/global"][:, :3] * ratio, atol=1e-6
+    )
+
+
+# ----------------------------------------------------------------------------------------------- files
+def test_their_file_is_weights_like_others(file):
+    method = R2ET(weights=str(file))
+    assert method.untrained == ""
+    assert set(method.tensors) == set(SkeletonAwareNetwork().state_dict())
+    assert method.weights_label == f"local-{method.weights_hash[:8]}"
+    assert method.training_manifest is None
+    assert (
+        method._network(torch.zeros(2, 22, 4), *method._network.bones(torch.ones(2, 22, 3)))
+        .isfinite()
+        .all()
+    )
+
+
+def test_statistics_may_lie_beside_it(file):
+    first = R2ET(weights=str(file)).weights_hash
+    for each in (file.parent.parent / STATS).iterdir():
+        each.rename(file.parent / each.name)
+    assert R2ET(weights=str(file)).weights_hash == first
+
+
+@pytest.mark.parametrize("which", ["weights", "statistics"])
+def test_results_know_the_bytes_of_all_files(file, which):
+    spec = Spec("r2et", {"weights": str(file)})
+    before = optional.weights_hash(plan.method(spec))
+    plan.method.cache_clear()
+    if which == "weights":
+        torch.save(renamed_back(file), file)
+    else:
+        values = file.parent.parent / STATS / "mixamo_quat_std.npy"
+        np.save(values, np.load(values) + 0.1)
+    assert optional.weights_hash(plan.method(spec)) != before
+
+
+def renamed_back(file):
+    weights = torch.load(file, weights_only=True)
+    return {**weights, "module.delta_dec.delta_linear.bias": torch.ones(4)}
+
+
+def test_a_constant_of_their_positions_has_deviation_one(file):
+    values = file.parent.parent / STATS / "mixamo_local_motion_std.npy"
+    array = np.load(values)
+    array[0, 0] = 0.0
+    np.save(values, array)
+    assert R2ET(weights=str(file)).tensors["scale.positions_deviation"][:3].tolist() == [1.0, 1.0, 1.0]
+
+
+class Evil:
+    """Runs when it is unpickled in full."""
+
+    def __reduce__(self):
+        return (Path.touch, (Path("evil"),))
+
+
+@pytest.mark.parametrize("content", ["text", "nothing", "zeros", "evil", "list", "half"])
+def test_a_file_that_is_not_theirs_is_refused_in_a_sentence(file, content, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if content == "evil":
+        torch.save({"module.x": Evil()}, file)
+    elif content == "list":
+        torch.save([torch.ones(2)], file)
+    else:
+        whole = file.read_bytes()
+        file.write_bytes(
+            {"text": b"weights", "nothing": b"", "zeros": bytes(64), "half": whole[:1000]}[content]
+        )
+    with pytest.raises(FileError, match=r"skeleton_aware_pre\.pt: (cannot be read|holds something)"):
+        _ = R2ET(weights=str(file)).tensors
+    assert not Path("evil").exists()
+
+
+def test_weights_of_another_network_are_refused(file):
+    torch.save({"module.seq.h0.weight": torch.ones(16, 3, 4)}, file)
+    with pytest.raises(FileError, match=r"holds module\.seq\.h0\.weight, so it is not R2ET's"):
+        _ = R2ET(weights=str(file)).tensors
+    torch.save({**their_names(), "module.delta_dec.delta_linear.bias": torch.ones(3)}, file)
+    with pytest.raises(BenchError, match=r"change\.bias has shape"):
+        _ = R2ET(weights=str(file))._network
+
+
+def test_missing_files_are_named(file):
+    with pytest.raises(FileError, match="there is no such file"):
+        _ = R2ET(weights=str(file.with_name("other.pt"))).weights_hash
+    (file.parent.parent / STATS / "mixamo_quat_mean.npy").unlink()
+    with pytest.raises(FileError, match=r"lacks the statistics .*mixamo_quat_mean\.npy"):
+        _ = R2ET(weights=str(file)).weights_hash
+
+
+def test_statistics_that_are_no_array_are_refused(file):
+    values = file.parent.parent / STATS / "mixamo_quat_mean.npy"
+    values.write_bytes(b"no array")
+    with pytest.raises(FileError, match="is no array of R2ET's statistics"):
+        _ = R2ET(weights=str(file)).tensors
+
+
+def test_every_name_of_theirs_is_one_of_ours():
+    ours = {name for name in SkeletonAwareNetwork().state_dict() if not name.startswith("scale.")}
+    assert set(renamed(their_names(), Path("x.pt"))) == ours
