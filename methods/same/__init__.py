@@ -36,9 +36,10 @@ class Same(LearnedMethod):
     """Skeleton-agnostic motion embedding (Lee, Kang, Park, Lee, Won: SIGGRAPH Asia 2023).
 
     Graph attention over the joints of any skeleton, whose bones are features of its joints, pools a pose
-    into a code of 32 numbers; graph attention over another skeleton decodes it. It goes frame by frame, with
-    speeds among what is seen. It is trained on the same performances by two bodies, with ends of limbs left
-    out of either, to give the second body's motion, and codes that are alike.
+    into a code of 32 numbers; graph attention over another skeleton decodes it. Frames are coded one by
+    one, with velocities among their features. It is trained on the same performances by two bodies, of
+    either of which the end of a limb may be left out, to give the second body's motion, and codes that are
+    alike.
 
     path: ``integrated`` sums up the decoder's moves and turns of the hips, as in the paper; its errors add
     up. ``relative``, our own, takes the source's path, scaled by hip heights, and where it faces; what the
@@ -67,7 +68,7 @@ class Same(LearnedMethod):
             default=False,
             parameters={
                 "weights": "name of shipped weights, or a path to others; also the authors' folder",
-                "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
+                "path": "integrated (moves summed up) or relative (the source's; what differs fades)",
             },
         )
 

@@ -38,9 +38,7 @@ class SameBody:
         last = sorted(set(range(len(seen))) - set(seen.parents.tolist()))
         tips = np.array([self._tip(self.aligned.joints[node]) for node in last])
         names = (*seen.names, *(f"{seen.names[node]} tip" for node in last))
-        return Skeleton(
-            names, np.concatenate([seen.parents, last]), np.concatenate([seen.offsets, tips])
-        )
+        return Skeleton(names, np.concatenate([seen.parents, last]), np.concatenate([seen.offsets, tips]))
 
     @cached_property
     def turning(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Bodies as graphs side by side: no node of one is padding of another, so that none can touch its answer."""
+"""Bodies as graphs side by side: there is no padding, and no edge from one to another."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -56,7 +56,10 @@ class Graphs(NamedTuple):
         counts = np.array([len(each.parents) for each in rows])
         hips = np.cumsum(counts) - counts
         parents = np.concatenate(
-            [np.where(each.parents < 0, -1, each.parents + first) for each, first in zip(rows, hips, strict=True)]
+            [
+                np.where(each.parents < 0, -1, each.parents + first)
+                for each, first in zip(rows, hips, strict=True)
+            ]
         )
         below = np.flatnonzero(parents >= 0)
         return cls(

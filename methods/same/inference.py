@@ -40,8 +40,8 @@ def answered(network: Autoencoder, source: Motion, target: Character) -> Answer:
     graphs = [to_device(Graphs.of([Nodes.of(body(each))]), device) for each in (source.character, target)]
     found = []
     with torch.inference_mode():
-        for part in seen.split(CHUNK, dim=1):
-            codes = network.encode(part.to(device), graphs[0])
+        for first in range(0, source.frames, CHUNK):
+            codes = network.encode(seen[:, first : first + CHUNK].to(device), graphs[0])
             found.append([each.cpu() for each in network.decode(codes, graphs[1])])
     return Answer(*(torch.cat(each, 1) for each in zip(*found, strict=True)))
 

@@ -56,14 +56,14 @@ def performed(seen: Tensor, graphs: Graphs) -> Performed:
 
 
 def world(local: Tensor, root: Tensor, graphs: Graphs) -> Tensor:
-    """``(nodes, frames, 3)`` places ``local`` (same shape) after the moves ``root`` ``(rows, frames, 4)`` of
-    the window, the first frame's included."""
+    """``(nodes, frames, 3)`` places ``local`` after the moves of the window, the first frame's included.
+
+    local: ``(nodes, frames, 3)``. root: ``(rows, frames, 4)``.
+    """
     turn = root[..., 0].cumsum(1)
     left, ahead = _turned(root[..., 1], root[..., 2], turn - root[..., 0])
     x, z = _turned(local[..., 0], local[..., 2], turn[graphs.row])
-    return torch.stack(
-        [x + left.cumsum(1)[graphs.row], local[..., 1], z + ahead.cumsum(1)[graphs.row]], -1
-    )
+    return torch.stack([x + left.cumsum(1)[graphs.row], local[..., 1], z + ahead.cumsum(1)[graphs.row]], -1)
 
 
 def terms(answer: Performed, truth: Performed, graphs: Graphs, unit: Tensor) -> dict[str, Tensor]:

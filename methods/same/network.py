@@ -1,6 +1,5 @@
 """SAME's network: graph attention from a pose on any body to a code, and from a code to a pose."""
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import torch
@@ -45,7 +44,7 @@ class GraphAttention(nn.Module):
     def forward(self, nodes: Tensor, graphs: Graphs) -> Tensor:
         """``(nodes, frames, heads * outputs)`` from ``(nodes, frames, inputs)``."""
         # logits are linear in what is given: reading them off it is cheaper than off the values
-        weight = self.linear.weight.unflatten(0, self.asked.shape)
+        weight = self.linear.weight.view(*self.asked.shape, -1)
         sides = torch.cat([(each.unsqueeze(-1) * weight).sum(1) for each in (self.asking, self.asked)])
         to, of = functional.linear(nodes, sides).float().chunk(2, -1)
         values = self.linear(nodes).unflatten(-1, self.asked.shape)
@@ -76,7 +75,7 @@ class Autoencoder(nn.Module):
         self.decoder = nn.ModuleList(_layers(SHAPE + CODE, ROOT.stop - ROOT.start + 7, beside=SHAPE))
 
     def encode(self, seen: Tensor, graphs: Graphs) -> Tensor:
-        """Codes ``(rows, frames, 32)`` of what is seen ``(nodes, frames, 26)`` of motions (``features``)."""
+        """Codes ``(rows, frames, 32)`` of motions as ``features.see`` has them ``(nodes, frames, 26)``."""
         pose = self.scale.normalise("pose", seen)
         lacking = torch.ones(len(seen), 1, 1, dtype=torch.bool, device=seen.device)
         lacking[graphs.hips] = False
@@ -96,7 +95,7 @@ class Autoencoder(nn.Module):
         nodes = codes[graphs.row]
         for number, layer in enumerate(self.decoder):
             nodes = layer(torch.cat([functional.relu(nodes) if number else nodes, shape], -1), graphs)
-        mean, deviation = self.scale.pose_mean, self.scale.pose_deviation
+        mean, deviation = (self.scale.get_buffer(f"pose_{name}") for name in ("mean", "deviation"))
         root = nodes[graphs.hips, :, :4] * deviation[ROOT] + mean[ROOT]
         return Answer(root, nodes[..., 4:10] * deviation[:6] + mean[:6], nodes[..., 10])
 

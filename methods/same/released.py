@@ -1,4 +1,4 @@
-"""The authors' released weights: a folder with ``last_model.pt`` and ``ms_dict.pt``, as their code writes it.
+"""The authors' released weights: a folder with ``last_model.pt`` and ``ms_dict.pt``.
 
 They are under CC BY-NC 4.0 and not shipped. Nothing that such files hold is executed.
 """
@@ -42,11 +42,13 @@ class Released:
             try:
                 found.update(hashlib.sha256((self.folder / name).read_bytes()).digest())
             except OSError as error:
-                raise FileError(self.folder, f"{name} cannot be read; SAME needs both {MODEL} and {STATISTICS}") from error
+                raise FileError(
+                    self.folder, f"{name} cannot be read; SAME needs both {MODEL} and {STATISTICS}"
+                ) from error
         return found.hexdigest()[:16]
 
     def tensors(self) -> Mapping[str, Tensor]:
-        """Parameters and statistics by our names. Raises FileError where a file is missing or not SAME's."""
+        """Parameters and statistics by our names. Raises FileError where a file is not SAME's."""
         model = self._read(MODEL).get("model")
         if not isinstance(model, Mapping):
             raise FileError(self.folder / MODEL, "holds no network of SAME's")
@@ -63,7 +65,9 @@ class Released:
             for kind, parts in _KINDS.items():
                 keys = [f"{part}_{short}" for part in parts]
                 if missing := [key for key in keys if not isinstance(kept.get(key), Tensor)]:
-                    raise FileError(self.folder / STATISTICS, f"lacks SAME's statistics {', '.join(missing)}")
+                    raise FileError(
+                        self.folder / STATISTICS, f"lacks SAME's statistics {', '.join(missing)}"
+                    )
                 found[f"scale.{kind}_{name}"] = torch.cat([kept[key].float() for key in keys])
         # contacts are seen as they are
         for name, value in (("mean", 0.0), ("deviation", 1.0)):

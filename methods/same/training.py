@@ -63,13 +63,17 @@ class SameTraining:
         clips = [clip for clips in self._performances for clip in clips]
         step = max(sum(clip.frames for clip in clips) // SAMPLED, 1)
         frames = [clip.arrays["nodes"][::step] for clip in clips]
-        mean, deviation = statistics(np.concatenate([each.reshape(-1, SEEN) for each in frames]), least=LEAST)
+        mean, deviation = statistics(
+            np.concatenate([each.reshape(-1, SEEN) for each in frames]), least=LEAST
+        )
         mean[ROOT], deviation[ROOT] = statistics(
             np.concatenate([each[:, 0, ROOT] for each in frames]), least=LEAST
         )
         mean[CONTACT], deviation[CONTACT] = 0.0, 1.0
         scale = self.network.scale
-        scale.fit("shape", np.concatenate([self._nodes[clip.character].shape for clip in clips]), least=LEAST)
+        scale.fit(
+            "shape", np.concatenate([self._nodes[clip.character].shape for clip in clips]), least=LEAST
+        )
         scale.get_buffer("pose_mean").copy_(torch.from_numpy(mean))
         scale.get_buffer("pose_deviation").copy_(torch.from_numpy(deviation))
 
@@ -108,7 +112,9 @@ class SameTraining:
         with torch.autocast(codes.device.type, enabled=False):
             answer = losses.answered(found, asked["graphs"])
             truth = losses.performed(asked["seen"], asked["graphs"])
-            every = losses.terms(answer, truth, asked["graphs"], self.network.scale.pose_deviation[ROOT])
+            every = losses.terms(
+                answer, truth, asked["graphs"], self.network.scale.get_buffer("pose_deviation")[ROOT]
+            )
         every["codes"] = (codes - own).float().square().mean()
         return {name: losses.WEIGHTS[name] * each for name, each in every.items()}
 

@@ -75,7 +75,9 @@ def write_released(arrays: Oracle, folder: Path) -> Path:
     """The files that the authors' code writes, out of its arrays."""
     model = {name[6:]: torch.from_numpy(each) for name, each in arrays.items() if name.startswith("state/")}
     model |= {name.replace("lin_src", "lin_dst"): each for name, each in model.items() if "lin_src" in name}
-    torch.save({"epoch": 239, "model": model, "optimizer": {}, "scheduler": {"last_epoch": 240}}, folder / MODEL)
+    torch.save(
+        {"epoch": 239, "model": model, "optimizer": {}, "scheduler": {"last_epoch": 240}}, folder / MODEL
+    )
     kept = {name[6:]: torch.from_numpy(each) for name, each in arrays.items() if name.startswith("stats/")}
     torch.save(kept, folder / STATISTICS)
     return folder
@@ -95,7 +97,7 @@ def nodes(arrays: Oracle, side: str) -> Nodes:
 
 
 def standing(path: Path) -> Motion:
-    """A motion whose body's reference pose is its first frame, which is left out, as the authors have it."""
+    """A motion whose body's reference pose is its first frame, which is left out, as the authors do."""
     motion = load(path).motion
     one, pose = motion.character, motion.rotations[0]
     sizes = replace(measure(one.skeleton, one.roles, pose), root_offset=float(motion.root[0, 1]))

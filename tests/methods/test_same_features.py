@@ -51,7 +51,9 @@ def test_features_are_the_authors(real_data, pair) -> None:
         mine = body(character)
         nodes = same_material.order(list(mine.skeleton.names), arrays[f"{pair}/{side}/names"].tolist())
         np.testing.assert_allclose(mine.shape[nodes, :3], arrays[f"{pair}/{side}/local_offsets"], atol=1e-4)
-        np.testing.assert_allclose(mine.shape[nodes, 3:], arrays[f"{pair}/{side}/global_offsets"], atol=1e-4)
+        np.testing.assert_allclose(
+            mine.shape[nodes, 3:], arrays[f"{pair}/{side}/global_offsets"], atol=1e-4
+        )
 
 
 # -------------------------------------------------------------------------------------------- properties
@@ -68,14 +70,18 @@ def test_the_first_frame_moves_as_the_second_does(motion) -> None:
     for columns in (VELOCITY, CHANGE):
         np.testing.assert_array_equal(found[0, :, columns], found[1, :, columns])
     np.testing.assert_array_equal(found[0, 0, 9:12], found[1, 0, 9:12])
-    np.testing.assert_allclose(found[..., POSITION] - found[..., VELOCITY] / 30.0, found[..., BEFORE], atol=1e-4)
+    np.testing.assert_allclose(
+        found[..., POSITION] - found[..., VELOCITY] / 30.0, found[..., BEFORE], atol=1e-4
+    )
 
 
 def test_one_frame_stands_still(motion) -> None:
     found = see(body(motion.character), motion.at(slice(1)))
     assert not found[..., VELOCITY].any()
     assert not found[0, 0, 9:12].any()
-    np.testing.assert_array_equal(found[..., CHANGE], np.broadcast_to([1, 0, 0, 0, 1, 0], found[..., CHANGE].shape))
+    np.testing.assert_array_equal(
+        found[..., CHANGE], np.broadcast_to([1, 0, 0, 0, 1, 0], found[..., CHANGE].shape)
+    )
 
 
 def test_moves_add_up_to_the_path(motion) -> None:
@@ -134,6 +140,8 @@ def test_last_joints_have_tips_and_fingers_are_their_ends() -> None:
 def test_bodies_without_hips_are_refused() -> None:
     names, parents = ("Thing", "Other"), np.array([-1, 0])
     offsets = np.array([[0.0, 1.0, 0.0], [0.0, 0.5, 0.0]])
-    thing = Character.of("thing", Skeleton(names, parents, offsets, (EndSite(1, (0.0, 0.1, 0.0)),)), roles=(None, None))
+    thing = Character.of(
+        "thing", Skeleton(names, parents, offsets, (EndSite(1, (0.0, 0.1, 0.0)),)), roles=(None, None)
+    )
     assert "no joint of thing is known as hips" in unfit(thing)
     assert unfit(same_material.BODIES["plain"]) == ""

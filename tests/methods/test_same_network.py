@@ -79,23 +79,34 @@ def test_attention_is_a_softmax_over_neighbours(heads) -> None:
         for frame in range(2):
             for head in range(heads):
                 own = values[node, frame, head] @ layer.asking[head].double()
-                logits = torch.stack([own + values[k, frame, head] @ layer.asked[head].double() for k in others])
+                logits = torch.stack(
+                    [own + values[k, frame, head] @ layer.asked[head].double() for k in others]
+                )
                 share = torch.softmax(torch.where(logits > 0, logits, 0.2 * logits), 0)
                 wanted = sum(s * values[k, frame, head] for s, k in zip(share, others, strict=True))
                 wanted = wanted + layer.bias[4 * head : 4 * head + 4]
-                torch.testing.assert_close(found[node, frame, 4 * head : 4 * head + 4].double(), wanted.detach(), atol=1e-5, rtol=1e-5)
+                torch.testing.assert_close(
+                    found[node, frame, 4 * head : 4 * head + 4].double(),
+                    wanted.detach(),
+                    atol=1e-5,
+                    rtol=1e-5,
+                )
 
 
 def test_kinematics_are_those_of_skeletons() -> None:
     side = graphs(*NAMES)
     turns = rotation.from_rotation_vector(np.random.default_rng(0).normal(size=(len(side.row), 4, 3)))
     height = np.random.default_rng(1).uniform(50, 100, (len(NAMES), 4))
-    found = places(side, torch.from_numpy(rotation.to_matrix(turns)).float(), torch.from_numpy(height).float())
+    found = places(
+        side, torch.from_numpy(rotation.to_matrix(turns)).float(), torch.from_numpy(height).float()
+    )
     for row, name in enumerate(NAMES):
         mine = (side.row == row).numpy()
         root = np.zeros((4, 3))
         root[:, 1] = height[row] / 100
-        wanted, _ = kinematics.forward(body(same_material.BODIES[name]).skeleton, turns[mine].swapaxes(0, 1), root)
+        wanted, _ = kinematics.forward(
+            body(same_material.BODIES[name]).skeleton, turns[mine].swapaxes(0, 1), root
+        )
         np.testing.assert_allclose(found[mine].numpy().swapaxes(0, 1), 100 * wanted, atol=1e-3)
 
 
