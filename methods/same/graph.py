@@ -39,16 +39,16 @@ class Graphs(NamedTuple):
 
     shape:   ``(nodes, 6)`` cm, see ``SameBody``. turning: ``(nodes,)`` bool.
     row:     ``(nodes,)`` whose node. hips: ``(rows,)`` the first node of each row.
-    below, above: ``(edges,)`` all nodes but the hips, and what they hang from.
-    levels:  the same edges by depth, for kinematics.
+    mine, near: ``(edges,)`` nodes and their neighbours: what they hang from, and what hangs from them.
+    levels:  nodes and what they hang from, by depth.
     """
 
     shape: Tensor
     turning: Tensor
     row: Tensor
     hips: Tensor
-    below: Tensor
-    above: Tensor
+    mine: Tensor
+    near: Tensor
     levels: tuple[tuple[Tensor, Tensor], ...]
 
     @classmethod
@@ -62,13 +62,14 @@ class Graphs(NamedTuple):
             ]
         )
         below = np.flatnonzero(parents >= 0)
+        above = parents[below]
         return cls(
             shape=torch.from_numpy(np.concatenate([each.shape for each in rows])),
             turning=torch.from_numpy(np.concatenate([each.turning for each in rows])),
             row=torch.from_numpy(np.repeat(np.arange(len(rows)), counts)),
             hips=torch.from_numpy(hips),
-            below=torch.from_numpy(below),
-            above=torch.from_numpy(parents[below]),
+            mine=torch.from_numpy(np.concatenate([below, above])),
+            near=torch.from_numpy(np.concatenate([above, below])),
             levels=tuple((torch.from_numpy(a), torch.from_numpy(b)) for a, b in levels(parents)),
         )
 

@@ -48,20 +48,17 @@ class GraphAttention(nn.Module):
         sides = torch.cat([(each.unsqueeze(-1) * weight).sum(1) for each in (self.asking, self.asked)])
         to, of = functional.linear(nodes, sides).float().chunk(2, -1)
         values = self.linear(nodes).unflatten(-1, self.asked.shape)
-        below, above = graphs.below, graphs.above
+        mine, near = graphs.mine, graphs.near
         own = functional.leaky_relu(to + of, SLOPE)
-        up = functional.leaky_relu(to[below] + of[above], SLOPE)
-        down = functional.leaky_relu(to[above] + of[below], SLOPE)
-        with torch.no_grad():  # the largest of each node, which a softmax does not depend on
-            most = own.index_copy(0, below, torch.maximum(own[below], up))
-            over = above.view(-1, 1, 1).expand_as(down)
-            most = most.scatter_reduce(0, over, down, "amax")
-        own, up, down = (own - most).exp(), (up - most[below]).exp(), (down - most[above]).exp()
-        total = own.index_add(0, below, up).index_add(0, above, down)
+        across = functional.leaky_relu(to.index_select(0, mine) + of.index_select(0, near), SLOPE)
+        with torch.no_grad():  # a softmax does not depend on what is taken off
+            index = mine.view(-1, 1, 1).expand_as(across)
+            most = own.scatter_reduce(0, index, across, "amax")
+        own, across = (own - most).exp(), (across - most.index_select(0, mine)).exp()
+        total = own.index_add(0, mine, across)
         found = values * (own / total).unsqueeze(-1)
-        over, under = values.index_select(0, above), values.index_select(0, below)
-        found = found.index_add(0, below, over * (up / total[below]).unsqueeze(-1))
-        found = found.index_add(0, above, under * (down / total[above]).unsqueeze(-1))
+        share = across / total.index_select(0, mine)
+        found.index_add_(0, mine, values.index_select(0, near) * share.unsqueeze(-1))
         return found.flatten(-2) + self.bias
 
 

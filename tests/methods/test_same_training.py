@@ -73,8 +73,8 @@ def test_batches_put_bodies_beside_each_other() -> None:
         graphs, seen = found[side]["graphs"], found[side]["seen"]
         assert seen.shape == (len(graphs.row), same_material.WINDOW, 26)
         assert graphs.row.unique().tolist() == list(range(5))
-        assert torch.equal(graphs.row[graphs.below], graphs.row[graphs.above])
-        assert len(graphs.below) == len(graphs.row) - 5
+        assert torch.equal(graphs.row[graphs.mine], graphs.row[graphs.near])
+        assert len(graphs.mine) == 2 * (len(graphs.row) - 5)
 
 
 def test_a_batch_is_drawn_from_its_numbers_alone() -> None:
