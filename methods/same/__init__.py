@@ -31,6 +31,8 @@ from .training import SameTraining
 if TYPE_CHECKING:
     from torch import Tensor
 
+VERSION = "1"
+
 
 class Same(LearnedMethod):
     """Skeleton-agnostic motion embedding (Lee, Kang, Park, Lee, Won: SIGGRAPH Asia 2023).
@@ -60,7 +62,7 @@ class Same(LearnedMethod):
             name="same",
             title="SAME",
             summary="Codes of poses that any skeleton can decode, by graph attention, learned from pairs",
-            version="1",
+            version=VERSION,
             paper="Lee, Kang, Park, Lee, Won: SAME: Skeleton-Agnostic Motion Embedding for Character "
             "Animation, SIGGRAPH Asia 2023",
             published=({"path": "integrated"},),
@@ -111,10 +113,14 @@ class Same(LearnedMethod):
 
     @cached_property
     def _card(self) -> Mapping[str, Any] | None:
-        if self._released is None:
-            return super()._card
+        return super()._card if self._released is None else self.card_of(self.weights)
+
+    @classmethod
+    def card_of(cls, weights: str) -> Mapping[str, Any]:
+        if (released := Released.at(Path(weights).expanduser())) is None:
+            return super().card_of(weights)
         note = "the authors' weights, under CC BY-NC 4.0"
-        return {**self._wanted, "hash": self._released.hash, "notes": [note]}
+        return {"method": "same", "version": VERSION, "facts": {}, "hash": released.hash, "notes": [note]}
 
     @cached_property
     def tensors(self) -> Mapping[str, Tensor]:
