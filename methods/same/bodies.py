@@ -10,6 +10,7 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import root_rules, rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.roles import is_tip
 from retarget_bench.motion.skeleton import Skeleton
 
 CM = 100.0
@@ -21,6 +22,9 @@ RATIO = "hip_height"
 @dataclass(frozen=True, eq=False)
 class SameBody:
     """The joints that position errors count, at and below the hips, then their tips: the nodes of a graph.
+
+    A last joint that is a tip itself (the top of the head, the end of a toe) has no other behind it. With
+    one, the released weights give hips below the floor: they have never seen two tips in a row.
 
     Raises SkeletonError where the character has no hips or nothing below them.
     """
@@ -34,9 +38,10 @@ class SameBody:
     @cached_property
     def skeleton(self) -> Skeleton:
         """All nodes at rest in the reference pose, the hips at the origin; metres."""
-        seen = self.aligned.skeleton
-        last = sorted(set(range(len(seen))) - set(seen.parents.tolist()))
-        tips = np.array([self._tip(self.aligned.joints[node]) for node in last])
+        seen, roles = self.aligned.skeleton, self.aligned.roles
+        ends = set(range(len(seen))) - set(seen.parents.tolist())
+        last = np.array(sorted(node for node in ends if not is_tip(roles[node])), dtype=np.int64)
+        tips = np.array([self._tip(self.aligned.joints[node]) for node in last]).reshape(-1, 3)
         names = (*seen.names, *(f"{seen.names[node]} tip" for node in last))
         return Skeleton(names, np.concatenate([seen.parents, last]), np.concatenate([seen.offsets, tips]))
 
