@@ -137,6 +137,21 @@ def test_last_joints_have_tips_and_fingers_are_their_ends() -> None:
     assert mine.turning.tolist() == [" tip" not in name for name in mine.skeleton.names]
 
 
+def test_joints_that_are_tips_have_no_other_behind_them() -> None:
+    plain = same_material.BODIES["plain"].skeleton
+    head = plain.index("Head")
+    names = (*plain.names, "HeadTop_End")
+    offsets = np.concatenate([plain.offsets, [[0.0, 0.2, 0.0]]])
+    topped = Character.of(
+        "topped", Skeleton(names, np.append(plain.parents, head), offsets, plain.end_sites)
+    )
+    mine = body(topped)
+    assert "HeadTop_End tip" not in mine.skeleton.names
+    assert "Head tip" not in mine.skeleton.names
+    assert mine.turning[mine.skeleton.index("Head")]
+    assert not mine.turning[mine.skeleton.index("HeadTop_End")]
+
+
 def test_bodies_without_hips_are_refused() -> None:
     names, parents = ("Thing", "Other"), np.array([-1, 0])
     offsets = np.array([[0.0, 1.0, 0.0], [0.0, 0.5, 0.0]])
