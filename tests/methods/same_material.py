@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ BODIES: dict[str, Character] = {
 WINDOW = 8
 
 
+@lru_cache
 def training_data(frames: tuple[int, ...] = (30, 11)) -> TrainingData:
     """Every body does every clip."""
     method = Same()

@@ -11,6 +11,7 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.same import Same, losses
 from retarget_bench.methods.same.bodies import body
 from retarget_bench.methods.same.features import CONTACT, POSITION, ROOT
+from retarget_bench.methods.same.graph import places
 from retarget_bench.methods.same.training import CUT, DEEPEST, cut
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
@@ -118,8 +119,6 @@ def whole(module, rows=4):
 def test_kinematics_of_the_truth_are_its_places() -> None:
     module = same_material.training_module()
     graphs, truth, _ = whole(module)
-    from retarget_bench.methods.same.graph import places
-
     found = places(graphs, truth.turned, truth.root[..., 3])
     torch.testing.assert_close(found, truth.local, atol=2e-3, rtol=0)
 
@@ -192,7 +191,7 @@ def test_one_batch_is_learnt_by_heart() -> None:
             return {name: float(each) for name, each in module.losses("network", batch, {}).items()}
 
     before = now()
-    steps(module, 60, 1e-2, batch)
+    steps(module, 40, 1e-2, batch)
     after = now()
     for name in ("positions", "root", "velocities"):
         assert after[name] < 0.1 * before[name], name
