@@ -66,7 +66,7 @@ def test_attention_is_a_softmax_over_neighbours(heads) -> None:
     torch.manual_seed(0)
     layer = GraphAttention(5, 4, heads)
     torch.nn.init.normal_(layer.bias)
-    side = graphs("plain", "small")
+    side = graphs("small")
     given = torch.randn(len(side.row), 2, 5)
     with torch.no_grad():
         found = layer(given, side)
