@@ -170,7 +170,7 @@ def test_the_order_of_imports_is_written_down():
 
 WORDS = {
     *("cmu", "contact", "fit", "folder", "ground", "growth", "identity", "paired", "papers", "plant"),
-    *("position", "reference", "rotation", "slide", "smoothness", "touch", "restoration"),
+    *("position", "reference", "rotation", "same", "slide", "smoothness", "touch", "restoration"),
     *("fid_people", "external"),
 }
 """Names of plug-ins that are words of the field, or ids of values, as well."""

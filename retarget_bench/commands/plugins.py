@@ -193,17 +193,15 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     from retarget_bench.training import weights
     from retarget_bench.training.card_text import described
 
-    if asked := spec.parameters.get("weights"):
-        places = {str(asked): factory.shipped().get(str(asked)) or weights.locate(str(asked))}
-    else:
-        places = factory.shipped()
-    if not places:
+    asked = spec.parameters.get("weights")
+    names = [str(asked)] if asked else list(factory.shipped())
+    if not names:
         return ["", f"Weights: none are shipped; bench train {spec.name} makes some"]
     lines = []
-    for name, place in places.items():
+    for name in names:
         lines += ["", f"Weights {name}"]
-        card = weights.read_card(place)
-        weights.check(place, card, method=spec.name)
+        card = factory.card_of(name)
+        weights.check(name, card, method=spec.name)
         lines += [x for fact in described(card) for x in _wrapped(fact, "  ")]
     return lines
 

@@ -227,25 +227,24 @@ def _unusable(found: Mapping[str, Sequence[str]]) -> list[str]:
 
 @dataclass(frozen=True)
 class StoredClips:
-    """Arrays of clips in one file: array after array, each of all clips in a row, float32.
+    """Arrays of clips in one file, clip after clip, float32.
 
-    clips: character, name and frames of each, in order. shapes: array -> its shape without frames.
+    clips: of each, in order, character, name, frames, and array -> its shape without frames.
     """
 
     file: Path
-    clips: tuple[tuple[str, str, int], ...]
-    shapes: Mapping[str, tuple[int, ...]]
+    clips: tuple[tuple[str, str, int, Mapping[str, tuple[int, ...]]], ...]
 
     @classmethod
     def write(cls, file: Path, clips: Sequence[ClipArrays]) -> Self:
         """Raises OSError."""
-        keys = list(clips[0].arrays) if clips else []
         with file.open("wb") as out:
-            for key in keys:
-                for clip in clips:
-                    np.ascontiguousarray(clip.arrays[key], np.float32).tofile(out)
-        shapes = {key: clips[0].arrays[key].shape[1:] for key in keys}
-        return cls(file, tuple((clip.character, clip.name, clip.frames) for clip in clips), shapes)
+            for clip in clips:
+                for array in clip.arrays.values():
+                    np.ascontiguousarray(array, np.float32).tofile(out)
+        shapes = [{key: array.shape[1:] for key, array in clip.arrays.items()} for clip in clips]
+        every = zip(clips, shapes, strict=True)
+        return cls(file, tuple((clip.character, clip.name, clip.frames, shape) for clip, shape in every))
 
     def read(self) -> list[ClipArrays]:
         """Clips whose arrays are read from disk as they are needed, so that any amount of motion fits. The
@@ -253,17 +252,14 @@ class StoredClips:
         if not self.clips:
             return []
         whole = np.asarray(np.memmap(self.file, np.float32, mode="r"))
-        total, begins = sum(frames for *_, frames in self.clips), 0
-        arrays: dict[str, np.ndarray] = {}
-        for key, shape in self.shapes.items():
-            size = total * math.prod(shape)
-            arrays[key] = whole[begins : begins + size].reshape(total, *shape)
-            begins += size
         found, first = [], 0
-        for character, name, frames in self.clips:
-            part = {key: array[first : first + frames] for key, array in arrays.items()}
-            found.append(ClipArrays(character, name, part))
-            first += frames
+        for character, name, frames, shapes in self.clips:
+            arrays: dict[str, np.ndarray] = {}
+            for key, shape in shapes.items():
+                size = frames * math.prod(shape)
+                arrays[key] = whole[first : first + size].reshape(frames, *shape)
+                first += size
+            found.append(ClipArrays(character, name, arrays))
         return found
 
 

@@ -79,6 +79,11 @@ class LearnedMethod:
         found = sorted((Path(module).parent / "weights").glob("*.json")) if module else []
         return {path.stem: path for path in found}
 
+    @classmethod
+    def card_of(cls, weights: str) -> Mapping[str, Any]:
+        """The card of shipped weights, or of those at a path. Raises FileError."""
+        return bundles.read_card(cls.shipped().get(weights) or bundles.locate(weights))
+
     # ------------------------------------------------------------------------------------- tensors
     @cached_property
     def tensors(self) -> Mapping[str, Tensor]:

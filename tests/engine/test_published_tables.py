@@ -283,7 +283,7 @@ def test_labels_say_every_setting_that_differs_from_the_paper_and_that_the_label
     assert all(any(word in each for each in said) for word in words)
 
 
-@pytest.mark.parametrize("name", ["humot", "nkn", "nkn_cross", "r2et", "smrm"])
+@pytest.mark.parametrize("name", ["humot", "nkn", "nkn_cross", "r2et", "same", "smrm"])
 def test_what_a_published_set_changes_is_what_the_label_says(name: str) -> None:
     """A parameter that is added to one has to be added to the other."""
     card = optional.method_card(registry.create("methods", name))

@@ -1,0 +1,144 @@
+"""SAME: codes of poses that belong to no skeleton, by graph attention on any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+
+from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import root_rules
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.training import weights as bundles
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
+
+from .bodies import body, unfit
+from .features import see
+from .inference import retargeted
+from .network import Autoencoder
+from .released import Released
+from .training import SameTraining
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+VERSION = "1"
+
+
+class Same(LearnedMethod):
+    """Skeleton-agnostic motion embedding (Lee, Kang, Park, Lee, Won: SIGGRAPH Asia 2023).
+
+    Graph attention over the joints of any skeleton, whose bones are features of its joints, pools a pose
+    into a code of 32 numbers; graph attention over another skeleton decodes it. Frames are coded one by
+    one, with velocities among their features. It is trained on the same performances by two bodies, of
+    either of which the end of a limb may be left out, to give the second body's motion, and codes that are
+    alike.
+
+    path: ``integrated`` sums up the decoder's moves and turns of the hips, as in the paper; its errors add
+    up. ``relative``, our own, takes the source's path, scaled by hip heights, and where it faces; what the
+    decoder's differ by is summed up and fades within ``root_rules.MEMORY``.
+    weights: also a folder with the authors' ``last_model.pt`` and ``ms_dict.pt`` (CC BY-NC 4.0), which are
+    not shipped.
+
+    The decoder's contacts are not used.
+    """
+
+    from_pairs = True
+
+    def __init__(self, weights: str = "puppets", path: root_rules.PathKind = "relative") -> None:
+        super().__init__(weights)
+        self.path: root_rules.PathKind = path
+        self.presets: Mapping[str, TrainingConfig] = PRESETS
+        self.card = MethodCard(
+            name="same",
+            title="SAME",
+            summary="Codes of poses that any skeleton can decode, by graph attention, learned from pairs",
+            version=VERSION,
+            paper="Lee, Kang, Park, Lee, Won: SAME: Skeleton-Agnostic Motion Embedding for Character "
+            "Animation, SIGGRAPH Asia 2023",
+            published=({"path": "integrated"},),
+            differs={"path": "path relative to the source's"},
+            default=False,
+            parameters={
+                "weights": "name of shipped weights, or a path to others; also the authors' folder",
+                "path": "integrated (moves summed up) or relative (the source's; what differs fades)",
+            },
+        )
+
+    # -------------------------------------------------------------------------------------- training
+    def unfit(self, character: Character) -> str:
+        return unfit(character)
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return {"nodes": see(body(motion.character), motion)}
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SameTraining:
+        def trained(tensors: Mapping[str, Tensor]) -> Method:
+            return Same(self.weights, self.path).using(tensors)
+
+        return SameTraining(training_data, config, Autoencoder(), trained)
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        return self.untrained or unfit(source) or unfit(target) or None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        if not isinstance(source, Motion):
+            raise NotSupported("same needs a source with rotations, not positions only")
+        return retargeted(self._network.to(torch.device(context.device)), source, target, self.path)
+
+    @cached_property
+    def _network(self) -> Autoencoder:
+        network = Autoencoder()
+        bundles.fill(network, self.tensors, f"{self._at or 'weights'}")
+        return network.eval()
+
+    # --------------------------------------------------------------------------- the authors' weights
+    @cached_property
+    def _released(self) -> Released | None:
+        return Released.at(Path(self.weights).expanduser())
+
+    @cached_property
+    def _at(self) -> Path | None:
+        return self._released.folder if self._released else super()._at
+
+    @cached_property
+    def _card(self) -> Mapping[str, Any] | None:
+        return super()._card if self._released is None else self.card_of(self.weights)
+
+    @classmethod
+    def card_of(cls, weights: str) -> Mapping[str, Any]:
+        if (released := Released.at(Path(weights).expanduser())) is None:
+            return super().card_of(weights)
+        note = "the authors' weights, under CC BY-NC 4.0"
+        return {"method": "same", "version": VERSION, "facts": {}, "hash": released.hash, "notes": [note]}
+
+    @cached_property
+    def tensors(self) -> Mapping[str, Tensor]:
+        return super().tensors if self._released is None else self._released.tensors()
+
+
+_OURS = TrainingConfig(
+    steps=12_000, batch=16, window=8, rate=3e-3, schedule="cosine", warm_up=100, validate=500
+)
+PRESETS = {
+    "paper": TrainingConfig(
+        steps=240_000, batch=256, window=8, rate=1e-2, schedule="cosine", validate=5000
+    ),
+    "default": _OURS,
+    "gpu": replace(_OURS, steps=40_000, batch=256),
+    "quick": replace(_OURS, steps=60, batch=8, warm_up=10, validate=30, cases=4),
+}
+"""The released config has the batch, the window and the highest rate of ``paper``, for 240 epochs; how many
+steps an epoch has is not said."""
+
+plugin = Same

@@ -1,0 +1,162 @@
+"""What SAME sees: the authors' features, and what they must not depend on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import same_material
+from method_bodies import dance
+
+from retarget_bench.methods.same import features
+from retarget_bench.methods.same.bodies import body, unfit
+from retarget_bench.methods.same.features import BEFORE, CHANGE, CONTACT, POSITION, ROOT, VELOCITY, see
+from retarget_bench.methods.same.inference import integrated
+from retarget_bench.motion import kinematics, rotation, transfer
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.skeleton import EndSite, Skeleton
+
+
+@pytest.fixture
+def motion() -> Motion:
+    return dance(same_material.BODIES["small"])
+
+
+def moved(motion: Motion, angle: float, by: tuple[float, float, float]) -> Motion:
+    turn = rotation.about(np.array([0.0, 1.0, 0.0]), angle)
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
+    return motion.character.motion(rotations, rotation.rotate(turn, motion.root) + by, motion.fps)
+
+
+# ------------------------------------------------------------------------------------------ the authors'
+@pytest.mark.parametrize("pair", same_material.PAIRS)
+def test_features_are_the_authors(real_data, pair) -> None:
+    arrays = same_material.oracle(real_data)
+    source, target = (
+        same_material.standing(real_data / "same_pairs" / name) for name in arrays[f"{pair}/files"]
+    )
+    mine = body(source.character)
+    nodes = same_material.order(list(mine.skeleton.names), arrays[f"{pair}/source/names"].tolist())
+    found = see(mine, source)[1:41, nodes]
+    scale = [
+        np.concatenate([arrays[f"stats/{part}_{kind}"] for part in ("q", "p", "r", "pv", "qv", "pprev")])
+        for kind in "ms"
+    ]
+    wanted = arrays[f"{pair}/source/features"][..., 6:].copy()
+    wanted[..., :25] = wanted[..., :25] * scale[1] + scale[0]
+    for columns in (slice(0, 9), VELOCITY, CHANGE, BEFORE, CONTACT):
+        np.testing.assert_allclose(found[..., columns], wanted[..., columns], atol=2e-4)
+    np.testing.assert_allclose(found[:, 0, ROOT], wanted[:, 0, ROOT], atol=1e-4)
+    for side, character in (("source", source.character), ("target", target.character)):
+        mine = body(character)
+        nodes = same_material.order(list(mine.skeleton.names), arrays[f"{pair}/{side}/names"].tolist())
+        np.testing.assert_allclose(mine.shape[nodes, :3], arrays[f"{pair}/{side}/local_offsets"], atol=1e-4)
+        np.testing.assert_allclose(
+            mine.shape[nodes, 3:], arrays[f"{pair}/{side}/global_offsets"], atol=1e-4
+        )
+
+
+# -------------------------------------------------------------------------------------------- properties
+def test_where_it_is_and_faces_changes_nothing(motion) -> None:
+    mine = body(motion.character)
+    found, other = see(mine, motion), see(mine, moved(motion, 2.1, (3.0, 0.0, -5.0)))
+    np.testing.assert_allclose(found, other, atol=1e-3)
+    higher = see(mine, moved(motion, 0.0, (0.0, 0.5, 0.0)))
+    np.testing.assert_allclose(higher[:, 0, ROOT.stop - 1] - found[:, 0, ROOT.stop - 1], 50.0, atol=1e-3)
+
+
+def test_the_first_frame_moves_as_the_second_does(motion) -> None:
+    found = see(body(motion.character), motion)
+    for columns in (VELOCITY, CHANGE):
+        np.testing.assert_array_equal(found[0, :, columns], found[1, :, columns])
+    np.testing.assert_array_equal(found[0, 0, 9:12], found[1, 0, 9:12])
+    np.testing.assert_allclose(
+        found[..., POSITION] - found[..., VELOCITY] / 30.0, found[..., BEFORE], atol=1e-4
+    )
+
+
+def test_one_frame_stands_still(motion) -> None:
+    found = see(body(motion.character), motion.at(slice(1)))
+    assert not found[..., VELOCITY].any()
+    assert not found[0, 0, 9:12].any()
+    np.testing.assert_array_equal(
+        found[..., CHANGE], np.broadcast_to([1, 0, 0, 0, 1, 0], found[..., CHANGE].shape)
+    )
+
+
+def test_moves_add_up_to_the_path(motion) -> None:
+    turning = rotation.about(np.array([0.0, 1.0, 0.0]), np.linspace(0.3, 9.0, motion.frames))
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = rotation.multiply(turning, rotations[:, 0])
+    spun = motion.character.motion(rotations, motion.root, motion.fps)
+    facing = features.twist(transfer.relative(spun)[:, 0])
+    moves = see(body(spun.character), spun)[:, 0, ROOT].astype(float)
+    angles, hips = integrated(moves, float(features.angle(facing[:1])[0]), transfer.hips(spun)[0])
+    np.testing.assert_allclose(hips, transfer.hips(spun), atol=1e-5)
+    turned = rotation.about(np.array([0.0, 1.0, 0.0]), angles)
+    assert np.degrees(rotation.angle(turned, facing)).max() < 1e-3
+
+
+def test_twist_leaves_no_turn_about_the_vertical_axis() -> None:
+    any_ = rotation.from_rotation_vector(np.random.default_rng(0).normal(size=(50, 3)))
+    rest = rotation.multiply(rotation.conjugate(features.twist(any_)), any_)
+    assert np.abs(rest[:, 2]).max() < 1e-12
+    upside_down = np.array([[0.0, 1.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(features.twist(upside_down), [[1, 0, 0, 0]])
+
+
+def test_low_and_slow_nodes_are_in_contact() -> None:
+    motion = moved(dance(same_material.BODIES["small"], 300), 0.0, (0.0, -0.05, 0.0))
+    mine = body(motion.character)
+    rotations, hips = mine.aligned.see(motion)
+    places = kinematics.forward(mine.aligned.skeleton, rotations, hips)[0]
+    speed = np.linalg.norm(np.diff(places, axis=0), axis=-1) * 30
+    wanted = (places[1:, :, 1] < 0.05) & (speed < 0.4)
+    found = see(mine, motion)[1:, : len(mine.aligned.joints), CONTACT.start]
+    assert 0.01 < wanted.mean() < 0.5
+    np.testing.assert_array_equal(found.astype(bool), wanted)
+
+
+# ------------------------------------------------------------------------------------------------ bodies
+def test_last_joints_have_tips_and_fingers_are_their_ends() -> None:
+    plain = same_material.BODIES["plain"]
+    old = plain.skeleton
+    hand = old.index("LeftHand")
+    names = (*old.names, "LeftHandIndex1", "LeftHandThumb1")
+    offsets = np.concatenate([old.offsets, [[0.1, 0.0, 0.0], [0.06, 0.0, 0.04]]])
+    fingered = Character.of(
+        "fingered", Skeleton(names, np.append(old.parents, [hand, hand]), offsets, old.end_sites)
+    )
+    mine = body(fingered)
+    assert not any("Index" in name or "Thumb" in name for name in mine.skeleton.names)
+    tip = mine.skeleton.index("LeftHand tip")
+    np.testing.assert_allclose(mine.skeleton.offsets[tip], [0.08, 0.0, 0.02], atol=1e-6)
+    assert not mine.skeleton.offsets[mine.skeleton.index("Head tip")].any()
+    toe = mine.skeleton.offsets[mine.skeleton.index("LeftToeBase tip")]
+    np.testing.assert_allclose(toe, [0.0, 0.0, 0.05], atol=1e-6)
+    assert mine.turning.tolist() == [" tip" not in name for name in mine.skeleton.names]
+
+
+def test_joints_that_are_tips_have_no_other_behind_them() -> None:
+    plain = same_material.BODIES["plain"].skeleton
+    head = plain.index("Head")
+    names = (*plain.names, "HeadTop_End")
+    offsets = np.concatenate([plain.offsets, [[0.0, 0.2, 0.0]]])
+    topped = Character.of(
+        "topped", Skeleton(names, np.append(plain.parents, head), offsets, plain.end_sites)
+    )
+    mine = body(topped)
+    assert "HeadTop_End tip" not in mine.skeleton.names
+    assert "Head tip" not in mine.skeleton.names
+    assert mine.turning[mine.skeleton.index("Head")]
+    assert not mine.turning[mine.skeleton.index("HeadTop_End")]
+
+
+def test_bodies_without_hips_are_refused() -> None:
+    names, parents = ("Thing", "Other"), np.array([-1, 0])
+    offsets = np.array([[0.0, 1.0, 0.0], [0.0, 0.5, 0.0]])
+    thing = Character.of(
+        "thing", Skeleton(names, parents, offsets, (EndSite(1, (0.0, 0.1, 0.0)),)), roles=(None, None)
+    )
+    assert "no joint of thing is known as hips" in unfit(thing)
+    assert unfit(same_material.BODIES["plain"]) == ""

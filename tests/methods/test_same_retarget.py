@@ -1,0 +1,155 @@
+"""Retargeting by SAME: the authors' own pairs, any bodies, lengths and rates, and their weights."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import same_material
+import torch
+from method_bodies import dance
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.evaluation.plan import dataset
+from retarget_bench.methods.same import Same, inference
+from retarget_bench.methods.same.inference import retargeted
+from retarget_bench.methods.same.released import MODEL, STATISTICS, Released
+from retarget_bench.motion import facing, rotation
+from retarget_bench.plugins.spec import Spec
+
+BODIES = same_material.BODIES
+
+
+# ------------------------------------------------------------------------------------------ the authors'
+@pytest.mark.parametrize("pair", same_material.PAIRS)
+def test_the_whole_way_is_the_authors(real_data, tmp_path, pair) -> None:
+    """From two files to where all joints are, up to where the path begins; centimetres."""
+    arrays = same_material.oracle(real_data)
+    source, target = (
+        same_material.standing(real_data / "same_pairs" / name) for name in arrays[f"{pair}/files"]
+    )
+    source = source.at(slice(41))  # the authors leave out the first frame, which has no frame before it
+    answer = retargeted(same_material.released(arrays, tmp_path), source, target.character)
+    theirs = arrays[f"{pair}/target/names"].tolist()
+    names = [name for name in theirs if not name.endswith("_End")]
+    wanted = arrays[f"{pair}/output/world_positions"][:, [theirs.index(name) for name in names]]
+    found = 100 * answer.positions[1:, [target.skeleton.index(name) for name in names]]
+    level = [each - each[:1, :1] * [1, 0, 1] for each in (found, wanted)]
+    paths = [(each[..., 2] + 1j * each[..., 0]).ravel() for each in level]
+    turn = np.vdot(*paths)
+    placed = facing.placed(level[0], turn / abs(turn))
+    assert np.linalg.norm(placed - level[1], axis=-1).max() < 0.01
+
+
+def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path) -> None:
+    arrays = same_material.oracle(real_data)
+    folder = same_material.write_released(arrays, tmp_path)
+    method = Same(weights=str(folder))
+    assert method.supports(BODIES["plain"], BODIES["small"]) is None
+    assert method.weights_label == f"local-{method.weights_hash[:8]}"
+    assert Same.card_of(str(folder))["hash"] == method.weights_hash
+    found = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
+    assert np.isfinite(found.positions).all()
+    kept = torch.load(folder / STATISTICS, weights_only=True)
+    torch.save(kept | {"q_m": kept["q_m"] + 1}, folder / STATISTICS)
+    assert Same(weights=str(folder)).weights_hash != method.weights_hash
+
+
+class Harmful:
+    def __reduce__(self):
+        return os.mkdir, (str(Path(os.environ["SAME_TRAP"])),)
+
+
+def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path, monkeypatch) -> None:
+    statistics = {f"{part}_{kind}": torch.ones(6) for part in ("lo", "go") for kind in "ms"}
+    torch.save(statistics, tmp_path / STATISTICS)
+    with pytest.raises(FileError, match=f"{MODEL} cannot be read; SAME needs both"):
+        Same(weights=str(tmp_path)).supports(BODIES["plain"], BODIES["small"])
+    for wrong, said in (
+        ([1, 2], "is not what SAME's code writes"),
+        ({"weights": 1}, "holds no network of SAME's"),
+        ({"model": {}}, "lacks SAME's statistics q_m, p_m"),
+    ):
+        torch.save(wrong, tmp_path / MODEL)
+        with pytest.raises(FileError, match=said):
+            Released(tmp_path).tensors()
+    (tmp_path / MODEL).write_bytes(b"PK, and then something else")
+    with pytest.raises(FileError, match="is damaged, or holds more than tensors"):
+        Released(tmp_path).tensors()
+    trap = tmp_path / "trap"
+    monkeypatch.setenv("SAME_TRAP", str(trap))
+    torch.save({"model": Harmful()}, tmp_path / MODEL)
+    with pytest.raises(FileError, match="holds more than tensors"):
+        Released(tmp_path).tensors()
+    assert not trap.exists()
+
+
+def test_another_network_under_the_authors_names_is_refused(real_data, tmp_path) -> None:
+    arrays = dict(same_material.oracle(real_data))
+    del arrays["state/encoder.0.convs.3.bias"]
+    folder = same_material.write_released(arrays, tmp_path)
+    with pytest.raises(BenchError, match=r"encoder\.3\.bias is missing"):
+        Same(weights=str(folder)).retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
+
+
+# ------------------------------------------------------------------------------------ bodies and lengths
+@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
+@pytest.mark.parametrize("frames", [1, 2, 41])
+def test_any_length_and_rate(frames, fps) -> None:
+    source = dance(BODIES["toeless"], 70).resample(fps).at(slice(frames))
+    for target in BODIES.values():
+        found = same_material.trained().retarget(source, target, context=Context())
+        assert found.character is target
+        assert (found.frames, found.fps) == (source.frames, source.fps)
+        np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-9)
+        assert np.isfinite(found.positions).all()
+
+
+def test_dogs_and_rigs_of_puppets() -> None:
+    cast = dataset(Spec.parse("puppets")).characters()
+    method = same_material.trained()
+    for name in ("fox", "hugo", "dora"):
+        assert method.supports(cast[name], cast["fox"]) is None
+        found = method.retarget(dance(cast[name], 12), cast["fox"], context=Context())
+        assert np.isfinite(found.positions).all()
+
+
+def test_chunks_change_nothing(monkeypatch) -> None:
+    method, source = same_material.trained(), dance(BODIES["plain"])
+    whole = method.retarget(source, BODIES["small"], context=Context())
+    monkeypatch.setattr(inference, "CHUNK", 7)
+    parts = method.retarget(source, BODIES["small"], context=Context())
+    np.testing.assert_allclose(parts.positions, whole.positions, atol=1e-5)
+
+
+def test_errors_of_a_relative_path_fade_and_those_of_an_integrated_one_add_up() -> None:
+    source = dance(BODIES["plain"], 300)
+    ratio = BODIES["small"].measures.hip_height / BODIES["plain"].measures.hip_height
+    away = {}
+    for path in ("relative", "integrated"):
+        found = same_material.trained(path=path).retarget(source, BODIES["small"], context=Context())
+        away[path] = np.linalg.norm((found.root - ratio * source.root)[:, [0, 2]], axis=-1)
+        assert away[path][0] < 1e-9
+    late = {path: each[150:].max() / each[:50].max() for path, each in away.items()}
+    assert late["relative"] < 1.5
+    assert late["integrated"] > 3.0
+
+
+def test_where_the_source_stands_and_faces_is_where_the_answer_does() -> None:
+    method, source = same_material.trained(), dance(BODIES["plain"])
+    turn = rotation.about(np.array([0.0, 1.0, 0.0]), 1.9)
+    rotations = source.rotations.copy()
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
+    moved = source.character.motion(rotations, rotation.rotate(turn, source.root), source.fps)
+    one, other = (method.retarget(each, BODIES["small"], context=Context()) for each in (source, moved))
+    np.testing.assert_allclose(rotation.rotate(turn, one.positions), other.positions, atol=1e-4)
+
+
+def test_positions_are_no_source() -> None:
+    plain = BODIES["plain"]
+    known = plain.positions(dance(plain).positions, 30.0)
+    with pytest.raises(NotSupported, match="needs a source with rotations"):
+        same_material.trained().retarget(known, plain, context=Context())

@@ -1,0 +1,214 @@
+"""SAME while it is trained: rows, losses, that it learns, its weights."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import same_material
+import torch
+
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.same import Same, losses
+from retarget_bench.methods.same.bodies import body
+from retarget_bench.methods.same.features import CONTACT, POSITION, ROOT
+from retarget_bench.methods.same.graph import places
+from retarget_bench.methods.same.training import CUT, DEEPEST, cut
+from retarget_bench.training import weights
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.phases import optimiser_phases
+
+
+def steps(module, count, rate=3e-3, batch=None):
+    config = TrainingConfig(steps=count, batch=6, window=same_material.WINDOW, rate=rate, schedule="cosine")
+    (turn,) = optimiser_phases(module, config, torch.device("cpu"))
+    for step in range(count):
+        here = batch or same_material.batch(module, seed=step)
+        turn(here, {}, config.rate_at(step, step / count))
+    return module
+
+
+# ------------------------------------------------------------------------------------------------- rows
+def test_a_row_is_one_performance_by_two_bodies() -> None:
+    module = same_material.training_module()
+    data = same_material.training_data()
+    shapes = {name: body(each).shape for name, each in data.characters.items()}
+    both = set()
+    for seed in range(60):
+        found = []
+        for nodes, seen in module._row(np.random.default_rng(seed)):
+            (name,) = (n for n, shape in shapes.items() if nodes.shape[0].tolist() == shape[0].tolist())
+            kept = [shapes[name].tolist().index(each.tolist()) for each in nodes.shape]
+            starts = {
+                (clip.name, start)
+                for clip in data.clips[name]
+                for start in clip.starts(same_material.WINDOW)
+                if np.array_equal(
+                    clip.arrays["nodes"][start : start + same_material.WINDOW, kept].swapaxes(0, 1), seen
+                )
+            }
+            found.append((name, starts))
+        assert found[0][1] & found[1][1]
+        both.add((found[0][0], found[1][0]))
+    assert len(both) == 9  # bodies in all pairs, onto themselves too
+
+
+def test_cut_bodies_are_whole_graphs() -> None:
+    numbers = np.random.default_rng(0)
+    parents = body(same_material.BODIES["plain"]).skeleton.parents
+    forks = np.flatnonzero(np.bincount(parents[1:]) > 1)
+    lost = []
+    for _ in range(400):
+        kept = cut(numbers, parents)
+        assert np.isin(parents[kept[1:]], kept).all()
+        assert np.isin(forks, kept).all()
+        assert kept[0] == 0
+        lost.append(len(parents) - len(kept))
+    assert max(lost) == DEEPEST
+    assert abs(np.mean(np.array(lost) > 0) - CUT) < 0.08
+
+
+def test_batches_put_bodies_beside_each_other() -> None:
+    found = same_material.batch(same_material.training_module(), 5)
+    for side in ("given", "asked"):
+        graphs, seen = found[side]["graphs"], found[side]["seen"]
+        assert seen.shape == (len(graphs.row), same_material.WINDOW, 26)
+        assert graphs.row.unique().tolist() == list(range(5))
+        assert torch.equal(graphs.row[graphs.mine], graphs.row[graphs.near])
+        assert len(graphs.mine) == 2 * (len(graphs.row) - 5)
+
+
+def test_a_batch_is_drawn_from_its_numbers_alone() -> None:
+    module = same_material.training_module()
+    one, same = (same_material.batch(module, seed=3) for _ in range(2))
+    assert torch.equal(one["given"]["seen"], same["given"]["seen"])
+
+
+def test_clips_shorter_than_a_window_are_left_out_and_single_bodies_refused() -> None:
+    assert len(same_material.training_module((30, 5))._performances) == 1
+    whole = same_material.training_data()
+    alone = TrainingData(whole.characters, {"plain": whole.clips["plain"]})
+    with pytest.raises(NotSupported, match="the same performance by two bodies"):
+        Same().training_module(alone, Same().presets["quick"])
+
+
+def test_statistics_are_of_the_clips() -> None:
+    module, data = same_material.training_module(), same_material.training_data()
+    every = [clip.arrays["nodes"] for clips in data.clips.values() for clip in clips]
+    flat = np.concatenate([each.reshape(-1, 26) for each in every])
+    mean, deviation = module.network.scale.pose_mean.numpy(), module.network.scale.pose_deviation.numpy()
+    np.testing.assert_allclose(mean[POSITION], flat[:, POSITION].mean(0), atol=1e-3)
+    np.testing.assert_allclose(deviation[POSITION], flat[:, POSITION].std(0), rtol=1e-3)
+    root = np.concatenate([each[:, 0, ROOT] for each in every])
+    np.testing.assert_allclose(mean[ROOT], root.mean(0), atol=1e-3)
+    np.testing.assert_allclose(deviation[ROOT], root.std(0), rtol=1e-3)
+    assert (mean[CONTACT.start], deviation[CONTACT.start]) == (0.0, 1.0)
+
+
+# ----------------------------------------------------------------------------------------------- losses
+def whole(module, rows=4):
+    """A batch, its truth, and an answer beside it."""
+    side = same_material.batch(module, rows)["asked"]
+    truth = losses.performed(side["seen"], side["graphs"])
+    with torch.no_grad():
+        codes = module.network.encode(side["seen"], side["graphs"])
+        answer = losses.answered(module.network.decode(codes, side["graphs"]), side["graphs"])
+    return side["graphs"], truth, answer
+
+
+def test_kinematics_of_the_truth_are_its_places() -> None:
+    module = same_material.training_module()
+    graphs, truth, _ = whole(module)
+    found = places(graphs, truth.turned, truth.root[..., 3])
+    torch.testing.assert_close(found, truth.local, atol=2e-3, rtol=0)
+
+
+def test_the_truth_has_no_loss_that_compares() -> None:
+    module = same_material.training_module()
+    graphs, truth, _ = whole(module)
+    found = losses.terms(truth, truth, graphs, module.network.scale.pose_deviation[ROOT])
+    for name in ("rotations", "positions", "root", "velocities", "contacts"):
+        assert float(found[name]) == 0.0, name
+
+
+def test_losses_are_the_formulas() -> None:
+    module = same_material.training_module()
+    graphs, truth, answer = whole(module)
+    unit = module.network.scale.pose_deviation[ROOT]
+    found = {name: float(each) for name, each in losses.terms(answer, truth, graphs, unit).items()}
+    a, t = (type(x)(*(each.double().numpy() for each in x)) for x in (answer, truth))
+    turning = graphs.turning.numpy()
+    speed = np.linalg.norm(a.world[:, 1:] - a.world[:, :-1], axis=-1)
+    low = np.clip(1 - a.world[:, 1:, 1] / 3, 0, 1)
+    jerk = a.world[:, 3:] - 3 * a.world[:, 2:-1] + 3 * a.world[:, 1:-2] - a.world[:, :-3]
+    step = (a.world[:, 1:] - a.world[:, :-1]) - (t.world[:, 1:] - t.world[:, :-1])
+    wanted = {
+        "rotations": ((a.turned - t.turned)[turning] ** 2).mean(),
+        "positions": ((a.local - t.local) ** 2).mean(),
+        "root": (((a.root - t.root) / unit.numpy()) ** 2).mean(),
+        "velocities": (step**2).mean(),
+        "contacts": ((a.contact - t.contact) ** 2).mean(),
+        "still": (t.contact[:, 1:] * speed).mean(),
+        "floor": (np.minimum(a.world[..., 1], 0) ** 2).mean(),
+        "slide": ((speed * low) ** 2).mean(),
+        "jerk": ((jerk * 30**3 * 1e-5) ** 2).sum(-1).mean(),
+    }
+    assert {*wanted, "codes"} == set(losses.WEIGHTS)
+    for name, each in wanted.items():
+        assert found[name] == pytest.approx(each, rel=1e-4), name
+
+
+def test_the_world_is_a_product_of_the_moves() -> None:
+    graphs, truth, _ = whole(same_material.training_module())
+    root, local = truth.root.double().numpy(), truth.local.double().numpy()
+    for row in range(len(graphs.hips)):
+        nodes = (graphs.row == row).numpy()
+        frame = np.eye(4)
+        for k, (turn, left, ahead, _) in enumerate(root[row]):
+            cos, sin = np.cos(turn), np.sin(turn)
+            move = [[cos, 0, sin, left], [0, 1, 0, 0], [-sin, 0, cos, ahead], [0, 0, 0, 1]]
+            frame = frame @ np.array(move)
+            wanted = local[nodes, k] @ frame[:3, :3].T + frame[:3, 3]
+            np.testing.assert_allclose(truth.world[nodes, k].numpy(), wanted, atol=1e-3)
+
+
+# --------------------------------------------------------------------------------------------- learning
+def test_every_parameter_has_a_gradient() -> None:
+    module = same_material.training_module()
+    sum(module.losses("network", same_material.batch(module), {}).values()).backward()
+    for name, each in module.network.named_parameters():
+        assert each.grad is not None, name
+        assert torch.isfinite(each.grad).all(), name
+        assert each.grad.abs().max() > 0, name
+
+
+def test_one_batch_is_learnt_by_heart() -> None:
+    module = same_material.training_module()
+    batch = same_material.batch(module, 1)
+
+    def now() -> dict[str, float]:
+        with torch.no_grad():
+            return {name: float(each) for name, each in module.losses("network", batch, {}).items()}
+
+    before = now()
+    steps(module, 60, 1e-2, batch)
+    after = now()
+    for name in ("positions", "root", "velocities"):
+        assert after[name] < 0.2 * before[name], name
+
+
+def test_training_is_the_same_under_one_seed() -> None:
+    one, two = (steps(same_material.training_module(), 3).export() for _ in range(2))
+    assert all(torch.equal(one[name], two[name]) for name in one)
+
+
+def test_weights_go_round(tmp_path) -> None:
+    module = same_material.training_module()
+    card = {"method": "same", "version": "1", "facts": dict(Same().facts())}
+    weights.write(tmp_path, "weights", module.export(), card)
+    again = same_material.training_module()
+    again.load(weights.read(tmp_path).tensors)
+    for name, each in module.export().items():
+        torch.testing.assert_close(again.export()[name], each, atol=1e-3, rtol=1e-3)
+    with pytest.raises(BenchError, match="of another structure"):
+        again.load({"odd": torch.zeros(1)})
