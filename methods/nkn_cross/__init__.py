@@ -52,6 +52,7 @@ class NknCross(ManyStructures, Retargeter):
         differs={**DIFFERS, "ends": "loss on ends of limbs"},
         accepts=("motion", "positions"),
         default=False,
+        apart="knows the structures of its training alone",
         parameters={**PARAMETERS, **many_structures.PARAMETERS},
     )
 

@@ -53,6 +53,7 @@ class Paired(LearnedMethod):
             summary="Copied rotations corrected by a network that learned from exact pairs, with feet held",
             version="1",
             default=False,
+            apart="learns from exact pairs, which the others do without",
             parameters={
                 "weights": "name of shipped weights, or a path to others",
                 "feet": "hold ankles and toes where the source holds them (true, false)",

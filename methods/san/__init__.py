@@ -94,6 +94,7 @@ class San(LearnedMethod):
             differs=DIFFERS if variant == "own" else {},
             needs=("target_motions",) if privileged else (),
             default=False,
+            apart="knows the structures of its training alone",
             parameters=PARAMETERS,
         )
 

@@ -38,6 +38,7 @@ class MethodCard:
     control:    a row that bounds the scale (rest pose, reference): shown, never ranked.
     stochastic: the result depends on ``context.seed``.
     default:    takes part in a plain ``bench run`` (untrained, or weights are shipped).
+    apart:      of a method that does not take part: why not, in a few words after its name ("knows ...").
     variants:   sets of parameters with which it takes part a further time.
     uses:       inputs that are not privileged: ``training``, what the data set has to train on.
     tasks:      those whose plain runs it takes part in, if it is a default at all.
@@ -63,6 +64,7 @@ class MethodCard:
     control: bool = False
     stochastic: bool = False
     default: bool = True
+    apart: str = ""
     variants: tuple[Parameters, ...] = ()
     environment: str = ""
     assets: Mapping[str, Asset] = field(default_factory=dict)

@@ -122,6 +122,8 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     plan = make_plan(methods, **given)
     places = carry_out(plan, "bench run", timed=True)
     _show(plans.existing(places, plan.root), plan.root, variants=bool(methods))
+    if not methods and (apart := plans.left_apart()):
+        options.say(f"Not in plain runs: {apart}; bench run METHOD.")
 
 
 @click.command("predict")
