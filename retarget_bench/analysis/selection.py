@@ -1,16 +1,18 @@
 """Selections of the methods and bodies that tables of results are made of."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from retarget_bench.analysis import pairwise
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.plan import dataset_slug
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import case_metadata
+from retarget_bench.results import case_metadata, dataset_names
 from retarget_bench.results.header import MethodInfo
+from retarget_bench.results.paths import ResultPaths
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 from retarget_bench.results.store import UNFINISHED
 
@@ -114,6 +116,37 @@ def _done(row: MethodRow, matrix: ResultMatrix) -> np.ndarray:
         case for problem in row.header.problems if problem.message == UNFINISHED for case in problem.cases
     }
     return np.array([info.id not in waiting for info in matrix.cases]) & matrix.own
+
+
+def of_dataset(places: Sequence[ResultPaths], asked: str) -> list[ResultPaths]:
+    """The results on the data set that a name means: the folder of its results, what tables call it, its
+    spec (``folder[root=DIR]``), its label or its plug-in, of which the first that fits counts.
+
+    Raises BenchError that lists the data sets where none does.
+    """
+    if found := [place for place in places if place.dataset == asked]:
+        return found
+    headers = dataset_names.headers(places)
+    names, slug = dataset_names.shown(headers), _slug(asked)
+    ways: tuple[Callable[[ResultPaths], str], ...] = (
+        names.__getitem__,
+        lambda place: "" if place.dataset != slug else asked,
+        lambda place: headers[place].dataset.label,
+        lambda place: headers[place].dataset.name,
+    )
+    for called in ways:
+        if found := [place for place in places if called(place) == asked]:
+            return found
+    known = ", ".join(dataset_names.listed(headers))
+    raise BenchError(f"no results of the data set {asked!r} here; there are those of {known}")
+
+
+def _slug(asked: str) -> str:
+    """The folder of results on the data set of a spec; "" where it is none, or its files are not there."""
+    try:
+        return dataset_slug(registry.canonical("datasets", Spec.parse(asked)))
+    except BenchError:
+        return ""
 
 
 def of_bodies(matrices: Sequence[ResultMatrix], bodies: str = "") -> list[ResultMatrix]:

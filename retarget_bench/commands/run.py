@@ -149,7 +149,7 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     """Score predictions: those of METHODs made by `bench predict`, or a FOLDER of motions.
 
     A FOLDER holds one .npz or .bvh per case, named as in the manifest that `bench export-cases` wrote;
-    where the manifest lies in the folder, its data set is used.
+    where the manifest lies in the folder, its data set is used, and only splits of which it lists cases.
     """
     from retarget_bench.python import plans
 
@@ -157,7 +157,7 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     if folder.is_dir():
         if len(what) > 1:
             raise BenchError("give one folder at a time")
-        given |= _manifest(folder)
+        given |= _manifest(folder, given["splits"])
         given["external"] = folder
         what = (name or files.slug(folder.resolve().name),)
     elif name:
@@ -166,16 +166,23 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     _show(plans.existing(carry_out(plan, "bench score"), plan.root), plan.root, variants=True)
 
 
-def _manifest(folder: Path) -> dict[str, Any]:
-    """The data set that the cases were exported from."""
+def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
+    """The data set that the cases were exported from, and those of the splits that they are of.
+
+    Raises BenchError where they are of none of them.
+    """
     path = folder / MANIFEST
     if not path.exists():
         return {}
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))
-        return {"dataset": str(facts["dataset"])}
+        dataset, there = str(facts["dataset"]), {str(case["split"]) for case in facts["cases"]}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"is not a manifest of bench export-cases ({error})") from error
+    if not (both := tuple(split for split in splits if split in there)):
+        known = " and ".join(sorted(there))
+        raise BenchError(f"{path} lists no case of {' or '.join(splits)}; there are those of {known}")
+    return {"dataset": dataset, "splits": both}
 
 
 # derived tasks
