@@ -112,6 +112,7 @@ class SplitSummary:
     bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none.
     unfinished: a sentence on how far a running run is; "" where all is finished.
+    look, looks: see ``ResultMatrix``.
     variants: labels of variants of methods that were left out.
     matrix:   what it was made of.
     """
@@ -128,8 +129,15 @@ class SplitSummary:
     part: str = ""
     bodies: str = ""
     unfinished: str = ""
+    look: str = ""
+    looks: tuple[str, ...] = ()
     variants: tuple[str, ...] = ()
     matrix: ResultMatrix | None = field(default=None, repr=False)
+
+    @property
+    def state(self) -> str:
+        """What is to be said behind a name of these results where they are not of all cases."""
+        return f" (a quick look: {self.look})" if self.look else " (unfinished)" if self.unfinished else ""
 
     def on_cases_of(self, label: str, other: str, values: Iterable[str]) -> dict[str, tuple[Mean, Mean]]:
         """Id of these values -> means of two methods over the cases that both have a number for."""
@@ -212,6 +220,8 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         part=matrix.part,
         bodies=matrix.bodies,
         unfinished=matrix.unfinished,
+        look=matrix.look,
+        looks=matrix.looks,
         variants=matrix.variants,
         matrix=matrix,
     )

@@ -72,11 +72,35 @@ overwrite_option = click.option(
 )
 
 
+def _patterns(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
+    del ctx, param
+    return tuple(pattern for each in given for pattern in options.ids(each))
+
+
+clip_options = options.together(
+    click.option(
+        "--clips",
+        multiple=True,
+        metavar="PATTERN",
+        callback=_patterns,
+        help="A quick look: only clips of these names ('walk*,jump'); may be repeated. A later run without "
+        "it does the rest.",
+    ),
+    click.option(
+        "--limit",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="A quick look: only N clips of each split, evenly spread.",
+    ),
+)
+
+
 common_options = options.together(
     suite_option,
     options.dataset_option,
     options.root_option,
     options.split_option,
+    clip_options,
     overwrite_option,
     options.out_option,
     options.jobs_option,
@@ -90,13 +114,15 @@ common_options = options.together(
 
 
 def _show(places: list[Any], root: Path, *, variants: bool) -> None:
-    """The first table, and where there is more."""
+    """The first table, and where there is more; of a quick look the table alone."""
     from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import text
 
-    made = builder.overview(places, Selection(variants=variants))
+    made = builder.overview(places, Selection(variants=variants, looks=True))
     click.echo(text(made, columns=options.screen_width()), nl=False)
+    if any(place.look for place in places):
+        return
     more = options.command("bench table", root, "-s cross")
     options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
@@ -138,6 +164,8 @@ def predict(methods: tuple[str, ...], **given: Any) -> None:
             click.echo(
                 f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}"
             )
+    if plan.only:
+        options.say(f"These are of some clips ({plan.only}); bench predict without that makes the others.")
 
 
 @click.command("score")
@@ -289,13 +317,14 @@ def make_plan(
     metric: Sequence[str] = (),
     timeout: float | None = None,
     memory: float | None = None,
+    limit: int | None = None,
     **others: Any,
 ) -> Any:
     """A Plan. Without methods or metrics: those that take part in the task by default."""
     from retarget_bench.python import plans
 
     data = options.dataset_spec(dataset, root)
-    others |= {"root": out, "timeout": timeout or 0.0, "memory": memory or 0.0}
+    others |= {"root": out, "timeout": timeout or 0.0, "memory": memory or 0.0, "limit": limit or 0}
     return plans.make_plan(list(map(Spec.parse, methods)), [data], metric, _left_out, **others)
 
 

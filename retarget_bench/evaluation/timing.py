@@ -111,9 +111,10 @@ def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
 def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[tuple[int, float]]:
     """(frames, seconds) of the cases that a method was timed on; empty where there are none.
 
-    They may be of another split than these results. clips: only of these clips.
+    They may be of another split than these results, which a quick look has none of. clips: only of these
+    clips.
     """
-    for place in _times(paths)[:1]:
+    for place in _times(paths)[: paths.finished]:
         try:
             times = [(case, int(frames), float(s)) for case, frames, s in read_csv(place.timing, FIELDS)]
         except (FileError, ValueError) as error:

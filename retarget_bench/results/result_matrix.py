@@ -60,6 +60,8 @@ class ResultMatrix:
     bodies: the group of bodies that all cases are of; "" where they are not told apart.
     variants: labels of the variants of methods that were left out.
     unfinished: a sentence on how far a running run is; "" where all is finished.
+    look:   of a quick look, how many of the clips it is over: "3 of 12 clips".
+    looks:  labels of methods with nothing but a quick look that were left out, beside others.
     own:    ``(cases,)`` bool.
     values: value id -> what headers declare of it.
     """
@@ -74,6 +76,8 @@ class ResultMatrix:
     bodies: str = ""
     variants: tuple[str, ...] = ()
     unfinished: str = ""
+    look: str = ""
+    looks: tuple[str, ...] = ()
 
     @cached_property
     def clips(self) -> np.ndarray:

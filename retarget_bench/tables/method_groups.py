@@ -71,8 +71,7 @@ class MethodGroup:
             if not self.several:
                 frames = f", {section.frames} frames" if section.frames else ""
                 cases += f" and {count(section.pairs, 'pair')}{frames}"
-            state = " (unfinished)" if section.unfinished else ""
-            shown.append(f"{section.split}: {cases}{state}")
+            shown.append(f"{section.split}: {cases}{section.state}")
         return "; ".join(shown)
 
     def _common(self) -> tuple[Ranking | None, ...]:
@@ -279,8 +278,12 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
 
 
 def unfinished(sections: Sequence[SplitSummary]) -> list[str]:
-    """A sentence for each split of a running run."""
-    found = (f"{each.split} is unfinished: {each.unfinished}" for each in sections if each.unfinished)
+    """A sentence for each split of a running run, or of a quick look."""
+    found = (
+        f"{each.split} is {'a quick look' if each.look else 'unfinished'}: {each.unfinished}"
+        for each in sections
+        if each.unfinished
+    )
     return list(dict.fromkeys(found))
 
 

@@ -87,7 +87,7 @@ def test_a_data_set_is_chosen_by_whatever_names_it(two: tuple[Path, list[Spec]])
     for name in ("folder walks", "folder"):
         assert of_dataset(found, name) == found
     with pytest.raises(
-        BenchError, match=rf"'folder\[root=c\]' here; .*{found[0].dataset} \(folder walks\)"
+        BenchError, match=rf"of folder\[root=c\] in .*{found[0].dataset} \(folder walks\)"
     ):
         of_dataset(found, "folder[root=c]")
 
