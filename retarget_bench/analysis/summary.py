@@ -1,6 +1,7 @@
 """Means, rankings and ties: values averaged per source clip, then over clips, by method and split."""
 
-from collections.abc import Container, Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -79,6 +80,7 @@ class MethodSummary:
     curves: value id -> index -> Mean.
     spread: value id -> standard deviation over seeds of the mean; empty where there is one seed.
     fps:    frames per second of one process and thread, or None where it was not measured.
+    pace:   seconds of ``timing.yardstick`` at that moment; nan where it is not known.
     sets:   values of all answers as a set, by target structure; under several seeds, those of the first.
     """
 
@@ -89,6 +91,7 @@ class MethodSummary:
     fps: float | None
     spread: Mapping[str, float] = field(default_factory=dict)
     sets: list[set_metrics.SetValue] = field(default_factory=list)
+    pace: float = math.nan
 
     @property
     def asked(self) -> int:
@@ -138,6 +141,16 @@ class SplitSummary:
     def state(self) -> str:
         """What is to be said behind a name of these results where they are not of all cases."""
         return f" (a quick look: {self.look})" if self.look else " (unfinished)" if self.unfinished else ""
+
+    def slower(self, score: MethodSummary) -> str:
+        """Why the speed of a method is not to be compared with those of the others; "" where it is."""
+        paces = [each.pace for each in self.scores if each.fps is not None and each.pace > 0]
+        if not paces or not score.pace > timing.SLOWER * min(paces):
+            return ""
+        return (
+            f"timed when the machine was {score.pace / min(paces):.1f} times as slow as for the fastest; "
+            "bench run times it again when all is quiet"
+        )
 
     def on_cases_of(self, label: str, other: str, values: Iterable[str]) -> dict[str, tuple[Mean, Mean]]:
         """Id of these values -> means of two methods over the cases that both have a number for."""
@@ -205,7 +218,8 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     clips = {info.clip for info in own} if matrix.bodies else None
     section = _Section(matrix)
     for score, row in zip(section.scores, matrix.rows, strict=True):
-        score.fps = _fps(row.paths, clips)
+        times = timing.read(row.paths, clips)
+        score.fps, score.pace = timing.rate(times), timing.pace(times)
         score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row)
     return SplitSummary(
         dataset=matrix.dataset,
@@ -344,12 +358,6 @@ def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
     return [each for each in found if each.structure in here]
-
-
-def _fps(place: ResultPaths, clips: Container[str] | None) -> float | None:
-    times = timing.read(place, clips)
-    seconds = sum(second for _, second in times)
-    return sum(frames for frames, _ in times) / seconds if seconds > 0 else None
 
 
 # groups of ties

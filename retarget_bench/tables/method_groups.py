@@ -216,8 +216,18 @@ class MethodGroup:
             return []
         methods = [score for score in section.scores if not never_ranked(score.header.method)]
         speeds = {score.label: score.fps for score in methods if score.fps is not None}
-        shown = [f"{label} {speeds[label]:,.0f}" for label in sorted(speeds, key=speeds.__getitem__)[::-1]]
-        return [f"Speed in frames/s of one process and thread: {', '.join(shown)}."] if shown else []
+        slower = {score.label: each for score in methods if (each := section.slower(score))}
+        ordered = sorted(speeds, key=speeds.__getitem__)[::-1]
+        shown = [f"{label} {speeds[label]:,.0f}" for label in ordered if label not in slower]
+        found = [f"Speed in frames/s of one process and thread: {', '.join(shown)}."] if shown else []
+        return [
+            *found,
+            *(
+                f"Not comparable: {each} {speeds[each]:,.0f}, {slower[each]}."
+                for each in ordered
+                if each in slower
+            ),
+        ]
 
 
 def _of(score: MethodSummary) -> str:

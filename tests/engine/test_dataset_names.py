@@ -86,9 +86,7 @@ def test_a_data_set_is_chosen_by_whatever_names_it(two: tuple[Path, list[Spec]])
         assert place.dataset not in bench("table", root, "-d", str(spec))
     for name in ("folder walks", "folder"):
         assert of_dataset(found, name) == found
-    with pytest.raises(
-        BenchError, match=rf"of folder\[root=c\] in .*{found[0].dataset} \(folder walks\)"
-    ):
+    with pytest.raises(BenchError, match=rf"of folder\[root=c\] in .*{found[0].dataset} \(folder walks\)"):
         of_dataset(found, "folder[root=c]")
 
 

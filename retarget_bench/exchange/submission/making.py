@@ -9,6 +9,7 @@ from retarget_bench.analysis import pairwise
 from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import MethodCard, optional
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.plan import Plan, dataset, located, method
 from retarget_bench.evaluation.predict import Inputs, context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
@@ -37,7 +38,8 @@ def make(folder: Path, runs: Path, name: str, data_set: str = "") -> list[str]:
     header = store.read_header(places[0].header)
     data = Spec(header.dataset.name, header.dataset.parameters)
     about, label = header.method, header.method.label
-    memory, rate = _measured(Spec.parse(about.label), data) if about.version else (0.0, 1.0)
+    known = timing.rate(timing.read(places[-1]))
+    memory, rate = _measured(Spec.parse(about.label), data, known) if about.version else (0.0, 1.0)
     for place in places:
         there = replace(place, root=folder / ROWS)
         there.folder.mkdir(parents=True, exist_ok=True)
@@ -52,8 +54,8 @@ def make(folder: Path, runs: Path, name: str, data_set: str = "") -> list[str]:
         ):
             if ours.exists():
                 shutil.copyfile(ours, theirs)
-    known = not about.external
-    said = optional.method_card(method(Spec.parse(label).here)) if known else MethodCard("", "", "")
+    here = not about.external
+    said = optional.method_card(method(Spec.parse(label).here)) if here else MethodCard("", "", "")
     card = {
         "label": label,
         "version": about.version or FILL_IN,
@@ -103,23 +105,24 @@ def _places(runs: Path, name: str, data_set: str) -> list[ResultPaths]:
 
 
 # -------------------------------------------------------------------------------------------- cost
-def _measured(asked: Spec, data: Spec) -> tuple[float, float]:
+def _measured(asked: Spec, data: Spec, known: float | None) -> tuple[float, float]:
     """(megabytes by which a process grows, frames per second) of a method on a few cases.
 
+    known: its frames per second where its results have them, which are then taken.
     Raises BenchError where the method answers none of them.
     """
     plan = Plan(methods=(asked,), datasets=(data,))
     with LocalPool(1) as pool:
-        (done,) = pool.run(of_process, [(plan, asked, data)])
+        (done,) = pool.run(of_process, [(plan, asked, data, known)])
     if done.error or done.result is None:
         raise BenchError(f"the cost of {asked} cannot be measured: {done.error or 'it answers no case'}")
     megabytes, rate = done.result
     return round(megabytes, 1), float(f"{rate:.3g}")
 
 
-def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
+def of_process(job: tuple[Plan, Spec, Spec, float | None]) -> tuple[float, float] | None:
     """(megabytes, frames per second), or None where no case is answered."""
-    plan, asked, spec = job
+    plan, asked, spec, known = job
     register_plugins(plan.plugin_files)
     data = dataset(spec)
     infos = [info for split in data.card.splits for info in data.cases("retarget", split)]
@@ -129,12 +132,14 @@ def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
     for info, case in cases:
         predict(built, case, context_for(built, data, case, case_seed(0, str(asked), info.id)))
     grown = _peak_mb() - before
+    if known is not None:
+        return grown, known
     with scratch_folder() as folder:
         few = tuple(info for info, _ in cases)
         times = time_method(TimingJob(plan, spec, located(asked), Inputs.of(built), few, folder))
         end_predictions()
-    seconds = sum(second for _, _, second in times)
-    return (grown, sum(frames for _, frames, _ in times) / seconds) if seconds > 0 else None
+    rate = timing.rate(times)
+    return None if rate is None else (grown, rate)
 
 
 def _peak_mb() -> float:
