@@ -121,15 +121,15 @@ def finished(matrix: ResultMatrix) -> ResultMatrix:
         so_far.setdefault(number, []).append(matrix.rows[at].label)
     told = "; ".join(f"{number}: {', '.join(labels)}" for number, labels in so_far.items())
     later = "; values of sets (FID) follow" if any(row.header.set_values for row in matrix.rows) else ""
-    look = ""
+    each, look = f" Done by each: {told}.", ""
     if looks.any():
         chosen = ", ".join(dict.fromkeys(row.header.only for row in compress(matrix.rows, looks)))
+        later, each = f" ({chosen})", each if len(so_far) > 1 else ""
         done_clips, clips = (len(np.unique(matrix.clips[cases])) for cases in (common, matrix.own))
         look = f"{done_clips} of {clips} clip{'s' * (clips != 1)}"
-        later = f" ({chosen}); bench run without these options does the rest{later}"
     sentence = (
         f"numbers are over the {common.sum()} of {matrix.own.sum()} cases that all methods here have done "
-        f"so far{later}. Done by each: {told}."
+        f"so far{later}.{each}"
     )
     rows = tuple(compress(matrix.rows, kept))
     some = replace(matrix, rows=rows).restricted(common, matrix.part)

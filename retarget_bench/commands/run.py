@@ -114,7 +114,7 @@ common_options = options.together(
 
 
 def _show(places: list[Any], root: Path, *, variants: bool) -> None:
-    """The first table, and where there is more; of a quick look the table alone."""
+    """The first table, and where there is more, or after a quick look how to go on."""
     from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import text
@@ -122,6 +122,7 @@ def _show(places: list[Any], root: Path, *, variants: bool) -> None:
     made = builder.overview(places, Selection(variants=variants, looks=True))
     click.echo(text(made, columns=options.screen_width()), nl=False)
     if any(place.look for place in places):
+        options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
     more = options.command("bench table", root, "-s cross")
     options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
