@@ -334,6 +334,19 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
         assert hips[info.id] == pytest.approx(100 * off / case.target.height, rel=1e-5)
 
 
+def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
+    assert bench("export-cases", "bows[frames=12]", "out", "-s", "intra", *bows).code == 0
+    for case in json.loads(Path("out/manifest.json").read_text())["cases"]:
+        source = np.load(f"out/{case['source_file']}.npz")
+        np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=source["root"])
+    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-j", "1")
+    assert done.code == 0, done.err
+    assert [path.parent.name for path in Path("runs").rglob("theirs.json")] == ["intra"]
+    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-s", "cross,self")
+    assert done.code == 2
+    assert "manifest.json lists no case of self or cross; there are those of intra" in done.err
+
+
 def test_a_method_has_a_name_already(bench):
     done = bench("score", "copy_rotations+footfix", "--name", "mine")
     assert done.code == 2

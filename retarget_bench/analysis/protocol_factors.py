@@ -74,10 +74,11 @@ class Explanation:
     factors: tuple[Factor, ...]
 
 
-def explain(results: Results, selves: Results | None = None) -> Explanation:
+def explain(results: Results, selves: Results | None = None, dataset: str = "") -> Explanation:
     """Values of one method on one split under every position protocol, and the factors between them.
 
-    selves: the same method on the split self, which legacy protocols pool into intra.
+    selves: the same method on the split self, which legacy protocols pool into intra. dataset: what
+    tables call the data set; by default its label.
     Raises BenchError where the results declare no protocol or have no number of any.
     """
     header, split = results.header, results.paths.split
@@ -99,7 +100,7 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
     if header.method.stochastic and (seeds := header.seeds):
         label += f", seed {seeds[0]}"
     factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
-    return Explanation(header.dataset.label, split, label, tuple(readings), factors)
+    return Explanation(dataset or header.dataset.label, split, label, tuple(readings), factors)
 
 
 def _reading(id_: str, value: DeclaredValue, pooled: Sequence[Results]) -> ProtocolReading | None:

@@ -1,16 +1,19 @@
 """Selections of the methods and bodies that tables of results are made of."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
 from retarget_bench.analysis import pairwise
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.plan import dataset_slug
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import case_metadata
+from retarget_bench.results import case_metadata, dataset_names
 from retarget_bench.results.header import MethodInfo
+from retarget_bench.results.paths import ResultPaths
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 from retarget_bench.results.store import UNFINISHED
 
@@ -27,12 +30,14 @@ class Selection:
     variants: whether the variants that methods' cards name are kept beside the methods themselves.
     controls: whether controls are kept; where ``methods`` name any, only those.
     apart:    whether bodies on two and on four legs are told apart.
+    looks:    whether methods with nothing but a quick look are kept beside others; named ones are.
     """
 
     methods: tuple[str, ...] = ()
     variants: bool = False
     controls: bool = True
     apart: bool = True
+    looks: bool = False
 
     def parts(self, matrices: Sequence[ResultMatrix]) -> list[ResultMatrix]:
         """The matrices of chosen methods, finished cases and bodies of one group.
@@ -46,10 +51,19 @@ class Selection:
         kept = [self._kept(matrix, set(wanted.values())) for matrix in matrices]
         some = [matrix for matrix in kept if matrix.rows]
         parts = [part for matrix in some for part in by_bodies(matrix)] if self.apart else some
-        shown = [part for part in map(finished, parts) if part.cases or not part.unfinished]
+        done = (finished(self._whole(part, set(wanted.values()))) for part in parts)
+        shown = [part for part in done if part.cases or not part.unfinished]
         if some and not shown:
             raise BenchError("no case is done by all methods of this unfinished run yet; look again soon")
         return shown
+
+    def _whole(self, matrix: ResultMatrix, wanted: set[str | None]) -> ResultMatrix:
+        """The matrix without quick looks, where any method has more."""
+        looks = [row.label for row in matrix.rows if is_look(row) and row.label not in wanted]
+        if self.looks or len(looks) == len(matrix.rows):
+            return matrix
+        rows = tuple(row for row in matrix.rows if row.label not in looks)
+        return replace(matrix, rows=rows, looks=tuple(looks))
 
     def _kept(self, matrix: ResultMatrix, wanted: set[str | None]) -> ResultMatrix:
         named = any(row.label in wanted for row in matrix.rows if row.header.method.control)
@@ -81,18 +95,25 @@ def is_variant(method: MethodInfo, labels: Collection[str]) -> bool:
     return method.label in {str(Spec(method.name, changes)) for changes in card.variants}
 
 
+def is_look(row: MethodRow) -> bool:
+    """Whether results are of a quick look at some clips."""
+    return bool(row.header.only) and not all(each.finished for each in row.all_paths)
+
+
 def finished(matrix: ResultMatrix) -> ResultMatrix:
     """Of a running run the cases that all methods have done so far, so that all numbers are over the same
-    cases and none counts as not answered that is only not done yet.
+    cases and none counts as not answered that is only not done yet. Likewise of a quick look.
 
     Running methods that have done less than half as many cases as the furthest of them are left out.
     """
-    running = np.array([not all(each.header.exists() for each in row.all_paths) for row in matrix.rows])
+    running = np.array([not all(each.finished for each in row.all_paths) for row in matrix.rows])
     if not running.any():
         return matrix
     done = np.array([_done(row, matrix) for row in matrix.rows])  # (methods, cases)
     counts = done.sum(axis=1)
-    kept = ~running | (counts > 0) & (2 * counts >= counts[running].max())
+    looks = np.array([is_look(row) for row in matrix.rows])
+    far = looks | (2 * counts >= counts[running & ~looks].max(initial=0))
+    kept = ~running | (counts > 0) & far
     common = done[kept].all(axis=0) & matrix.own & kept.any()
     so_far: dict[str, list[str]] = {}
     for at in np.argsort(-counts, kind="stable"):
@@ -100,12 +121,19 @@ def finished(matrix: ResultMatrix) -> ResultMatrix:
         so_far.setdefault(number, []).append(matrix.rows[at].label)
     told = "; ".join(f"{number}: {', '.join(labels)}" for number, labels in so_far.items())
     later = "; values of sets (FID) follow" if any(row.header.set_values for row in matrix.rows) else ""
+    each, look = f" Done by each: {told}.", ""
+    if looks.any():
+        chosen = ", ".join(dict.fromkeys(row.header.only for row in compress(matrix.rows, looks)))
+        later, each = f" ({chosen})", each if len(so_far) > 1 else ""
+        done_clips, clips = (len(np.unique(matrix.clips[cases])) for cases in (common, matrix.own))
+        look = f"{done_clips} of {clips} clip{'s' * (clips != 1)}"
     sentence = (
         f"numbers are over the {common.sum()} of {matrix.own.sum()} cases that all methods here have done "
-        f"so far{later}. Done by each: {told}."
+        f"so far{later}.{each}"
     )
-    rows = tuple(row for row, there in zip(matrix.rows, kept, strict=True) if there)
-    return replace(replace(matrix, rows=rows).restricted(common, matrix.part), unfinished=sentence)
+    rows = tuple(compress(matrix.rows, kept))
+    some = replace(matrix, rows=rows).restricted(common, matrix.part)
+    return replace(some, unfinished=sentence, look=look)
 
 
 def _done(row: MethodRow, matrix: ResultMatrix) -> np.ndarray:
@@ -114,6 +142,38 @@ def _done(row: MethodRow, matrix: ResultMatrix) -> np.ndarray:
         case for problem in row.header.problems if problem.message == UNFINISHED for case in problem.cases
     }
     return np.array([info.id not in waiting for info in matrix.cases]) & matrix.own
+
+
+def of_dataset(places: Sequence[ResultPaths], asked: str) -> list[ResultPaths]:
+    """The results on the data set that a name means: the folder of its results, what tables call it, its
+    spec (``folder[root=DIR]``), its label or its plug-in, of which the first that fits counts.
+
+    Raises BenchError that lists the data sets where none does.
+    """
+    if found := [place for place in places if place.dataset == asked]:
+        return found
+    headers = dataset_names.headers(places)
+    names, slug = dataset_names.shown(headers), _slug(asked)
+    ways: tuple[Callable[[ResultPaths], str], ...] = (
+        names.__getitem__,
+        lambda place: "" if place.dataset != slug else asked,
+        lambda place: headers[place].dataset.label,
+        lambda place: headers[place].dataset.name,
+    )
+    for called in ways:
+        if found := [place for place in places if called(place) == asked]:
+            return found
+    known = ", ".join(dataset_names.listed(headers))
+    roots = ", ".join(dict.fromkeys(str(place.root) for place in places))
+    raise BenchError(f"no results of {asked} in {roots}; there are those of {known}")
+
+
+def _slug(asked: str) -> str:
+    """The folder of results on the data set of a spec; "" where it is none, or its files are not there."""
+    try:
+        return dataset_slug(registry.canonical("datasets", Spec.parse(asked)))
+    except BenchError:
+        return ""
 
 
 def of_bodies(matrices: Sequence[ResultMatrix], bodies: str = "") -> list[ResultMatrix]:

@@ -1,6 +1,7 @@
 """Means, rankings and ties: values averaged per source clip, then over clips, by method and split."""
 
-from collections.abc import Container, Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -79,6 +80,7 @@ class MethodSummary:
     curves: value id -> index -> Mean.
     spread: value id -> standard deviation over seeds of the mean; empty where there is one seed.
     fps:    frames per second of one process and thread, or None where it was not measured.
+    pace:   seconds of ``timing.yardstick`` at that moment; nan where it is not known.
     sets:   values of all answers as a set, by target structure; under several seeds, those of the first.
     """
 
@@ -89,6 +91,7 @@ class MethodSummary:
     fps: float | None
     spread: Mapping[str, float] = field(default_factory=dict)
     sets: list[set_metrics.SetValue] = field(default_factory=list)
+    pace: float = math.nan
 
     @property
     def asked(self) -> int:
@@ -112,6 +115,7 @@ class SplitSummary:
     bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none.
     unfinished: a sentence on how far a running run is; "" where all is finished.
+    look, looks: see ``ResultMatrix``.
     variants: labels of variants of methods that were left out.
     matrix:   what it was made of.
     """
@@ -128,8 +132,25 @@ class SplitSummary:
     part: str = ""
     bodies: str = ""
     unfinished: str = ""
+    look: str = ""
+    looks: tuple[str, ...] = ()
     variants: tuple[str, ...] = ()
     matrix: ResultMatrix | None = field(default=None, repr=False)
+
+    @property
+    def state(self) -> str:
+        """What is to be said behind a name of these results where they are not of all cases."""
+        return f" (a quick look: {self.look})" if self.look else " (unfinished)" if self.unfinished else ""
+
+    def slower(self, score: MethodSummary) -> str:
+        """Why the speed of a method is not to be compared with those of the others; "" where it is."""
+        paces = [each.pace for each in self.scores if each.fps is not None and each.pace > 0]
+        if not paces or not score.pace > timing.SLOWER * min(paces):
+            return ""
+        return (
+            f"timed when the machine was {score.pace / min(paces):.1f} times as slow as for the fastest; "
+            "bench run times it again when all is quiet"
+        )
 
     def on_cases_of(self, label: str, other: str, values: Iterable[str]) -> dict[str, tuple[Mean, Mean]]:
         """Id of these values -> means of two methods over the cases that both have a number for."""
@@ -197,7 +218,8 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     clips = {info.clip for info in own} if matrix.bodies else None
     section = _Section(matrix)
     for score, row in zip(section.scores, matrix.rows, strict=True):
-        score.fps = _fps(row.paths, clips)
+        times = timing.read(row.paths, clips)
+        score.fps, score.pace = timing.rate(times), timing.pace(times)
         score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row)
     return SplitSummary(
         dataset=matrix.dataset,
@@ -212,6 +234,8 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         part=matrix.part,
         bodies=matrix.bodies,
         unfinished=matrix.unfinished,
+        look=matrix.look,
+        looks=matrix.looks,
         variants=matrix.variants,
         matrix=matrix,
     )
@@ -334,12 +358,6 @@ def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
     return [each for each in found if each.structure in here]
-
-
-def _fps(place: ResultPaths, clips: Container[str] | None) -> float | None:
-    times = timing.read(place, clips)
-    seconds = sum(second for _, second in times)
-    return sum(frames for frames, _ in times) / seconds if seconds > 0 else None
 
 
 # groups of ties

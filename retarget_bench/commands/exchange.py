@@ -129,6 +129,13 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     help="With --make: where the results lie.",
 )
 @click.option(
+    "-d",
+    "--dataset",
+    metavar="DATASET",
+    default="",
+    help="With --make: the data set, where the method has results on several.",
+)
+@click.option(
     "-o",
     "--output",
     metavar="FILE",
@@ -138,7 +145,9 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     help="With --board: the page, or a .md, .tex or .csv file.",
 )
 @options.plugin_option
-def submit(folder: Path, make: str | None, checked: bool, board: bool, results: Path, output: Path) -> int:
+def submit(
+    folder: Path, make: str | None, checked: bool, board: bool, results: Path, dataset: str, output: Path
+) -> int:
     """Make (--make), check (--check) or show (--board) submissions to a leaderboard.
 
     A submission is a folder with submission.toml (who, what data, what cost), CARD.md, and the rows under
@@ -149,7 +158,7 @@ def submit(folder: Path, make: str | None, checked: bool, board: bool, results: 
     if make is not None:
         from retarget_bench.exchange.submission import making
 
-        left = making.make(folder, results, make)
+        left = making.make(folder, results, make, dataset)
         click.echo(f"wrote {folder}. To be filled in, then checked with bench submit --check {folder}:")
         for each in left:
             click.echo(f"  {each}")

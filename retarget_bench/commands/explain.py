@@ -35,7 +35,7 @@ def command(
     published number into another.
     """
     from retarget_bench.analysis import protocol_factors
-    from retarget_bench.results import store
+    from retarget_bench.results import dataset_names, store
     from retarget_bench.tables import rendering
 
     places = options.results([root], dataset)
@@ -45,13 +45,15 @@ def command(
     if not wanted:
         there = sorted({f"{labels[place]} on {place.split}" for place in places})
         raise BenchError(f"no such result in {root}; there are {', '.join(there)}")
+    names = dataset_names.shown({place: each.header for place, each in found.items()})
     selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == "self"}
     asked = options.ids(between)
     width = options.screen_width() if output is None else rendering.WIDTH
     pages, refused = [], []
     for place in wanted:
         try:
-            page = protocol_factors.explain(found[place], selves.get((place.dataset, place.method)))
+            mine = selves.get((place.dataset, place.method))
+            page = protocol_factors.explain(found[place], mine, names[place])
             factors = protocol_factors.chosen(page, asked, every=every)
             pages.append(
                 protocol_factors.markdown(page, factors)

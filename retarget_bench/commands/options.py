@@ -216,7 +216,11 @@ executor_option = click.option(
 )
 roots_argument = click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=PATH)
 only_dataset_option = click.option(
-    "-d", "--dataset", help="Only results of this data set (a folder name in that of results)."
+    "-d",
+    "--dataset",
+    metavar="DATASET",
+    help="Only results of this data set, as bench run was given it ('folder[root=DIR]') or as tables call "
+    "it.",
 )
 results_option = click.option(
     "-r",
@@ -342,17 +346,16 @@ def results(
 
     unfinished: with those of a run that is going on.
     """
+    from retarget_bench.analysis.selection import of_dataset
     from retarget_bench.results import store
 
-    places = []
+    places: list[ResultPaths] = []
     for root in roots:
         found = store.find_results(root, task, unfinished=unfinished)
         if not found:
             raise BenchError(f"no {what} in {root}; {maker} makes some")
-        places += [place for place in found if dataset in (None, place.dataset)]
-    if not places:
-        raise BenchError(f"no {what} of {dataset} in {', '.join(map(str, roots))}; {maker} makes some")
-    return places
+        places += found
+    return places if dataset is None else of_dataset(places, dataset)
 
 
 def screen_width() -> int:

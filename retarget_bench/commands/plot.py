@@ -93,11 +93,12 @@ def _places(
     roots: Sequence[Path], dataset: str | None, splits: Sequence[str], task: str = "retarget"
 ) -> list[ResultPaths]:
     """The results asked for, of one data set. Raises BenchError where there are none, or of several."""
-    from retarget_bench.results import store
+    from retarget_bench.analysis.selection import of_dataset
+    from retarget_bench.results import dataset_names, store
 
     found = [place for root in roots for place in store.find_results(root, task)]
-    asked = [place for place in found if dataset in (None, place.dataset) and place.split in splits]
-    datasets = sorted({place.dataset for place in asked})
+    asked = of_dataset(found, dataset) if dataset and found else found
+    asked = [place for place in asked if place.split in splits]
     if not asked:
         there = sorted({f"{place.dataset} ({place.split})" for place in found})
         hint = f"there are those of {', '.join(there)}: choose by -d and -s"
@@ -105,9 +106,9 @@ def _places(
             hint = f"{'bench run' if task == 'retarget' else f'bench task {task}'} makes some"
         where = ", ".join(map(str, roots))
         raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}; {hint}")
-    if len(datasets) > 1:
+    if len(sets := dataset_names.listed(dataset_names.headers(asked))) > 1:
         raise BenchError(
-            f"these are results of several data sets: choose one by -d out of {', '.join(datasets)}"
+            f"these are results of several data sets: choose one by -d out of {', '.join(sets)}"
         )
     return asked
 

@@ -72,11 +72,35 @@ overwrite_option = click.option(
 )
 
 
+def _patterns(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
+    del ctx, param
+    return tuple(pattern for each in given for pattern in options.ids(each))
+
+
+clip_options = options.together(
+    click.option(
+        "--clips",
+        multiple=True,
+        metavar="PATTERN",
+        callback=_patterns,
+        help="A quick look: only clips of these names ('walk*,jump'); may be repeated. A later run without "
+        "it does the rest.",
+    ),
+    click.option(
+        "--limit",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="A quick look: only N clips of each split, evenly spread.",
+    ),
+)
+
+
 common_options = options.together(
     suite_option,
     options.dataset_option,
     options.root_option,
     options.split_option,
+    clip_options,
     overwrite_option,
     options.out_option,
     options.jobs_option,
@@ -90,13 +114,16 @@ common_options = options.together(
 
 
 def _show(places: list[Any], root: Path, *, variants: bool) -> None:
-    """The first table, and where there is more."""
+    """The first table, and where there is more, or after a quick look how to go on."""
     from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import text
 
-    made = builder.overview(places, Selection(variants=variants))
+    made = builder.overview(places, Selection(variants=variants, looks=True))
     click.echo(text(made, columns=options.screen_width()), nl=False)
+    if any(place.look for place in places):
+        options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
+        return
     more = options.command("bench table", root, "-s cross")
     options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
@@ -140,6 +167,8 @@ def predict(methods: tuple[str, ...], **given: Any) -> None:
             click.echo(
                 f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}"
             )
+    if plan.only:
+        options.say(f"These are of some clips ({plan.only}); bench predict without that makes the others.")
 
 
 @click.command("score")
@@ -151,7 +180,7 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     """Score predictions: those of METHODs made by `bench predict`, or a FOLDER of motions.
 
     A FOLDER holds one .npz or .bvh per case, named as in the manifest that `bench export-cases` wrote;
-    where the manifest lies in the folder, its data set is used.
+    where the manifest lies in the folder, its data set is used, and only splits of which it lists cases.
     """
     from retarget_bench.python import plans
 
@@ -159,7 +188,7 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     if folder.is_dir():
         if len(what) > 1:
             raise BenchError("give one folder at a time")
-        given |= _manifest(folder)
+        given |= _manifest(folder, given["splits"])
         given["external"] = folder
         what = (name or files.slug(folder.resolve().name),)
     elif name:
@@ -168,16 +197,23 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     _show(plans.existing(carry_out(plan, "bench score"), plan.root), plan.root, variants=True)
 
 
-def _manifest(folder: Path) -> dict[str, Any]:
-    """The data set that the cases were exported from."""
+def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
+    """The data set that the cases were exported from, and those of the splits that they are of.
+
+    Raises BenchError where they are of none of them.
+    """
     path = folder / MANIFEST
     if not path.exists():
         return {}
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))
-        return {"dataset": str(facts["dataset"])}
+        dataset, there = str(facts["dataset"]), {str(case["split"]) for case in facts["cases"]}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"is not a manifest of bench export-cases ({error})") from error
+    if not (both := tuple(split for split in splits if split in there)):
+        known = " and ".join(sorted(there))
+        raise BenchError(f"{path} lists no case of {' or '.join(splits)}; there are those of {known}")
+    return {"dataset": dataset, "splits": both}
 
 
 # derived tasks
@@ -284,13 +320,14 @@ def make_plan(
     metric: Sequence[str] = (),
     timeout: float | None = None,
     memory: float | None = None,
+    limit: int | None = None,
     **others: Any,
 ) -> Any:
     """A Plan. Without methods or metrics: those that take part in the task by default."""
     from retarget_bench.python import plans
 
     data = options.dataset_spec(dataset, root)
-    others |= {"root": out, "timeout": timeout or 0.0, "memory": memory or 0.0}
+    others |= {"root": out, "timeout": timeout or 0.0, "memory": memory or 0.0, "limit": limit or 0}
     return plans.make_plan(list(map(Spec.parse, methods)), [data], metric, _left_out, **others)
 
 

@@ -1,6 +1,6 @@
 """The jobs of a run: what of every case is lacking, put together when a process is free to take it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import overload
@@ -8,7 +8,6 @@ from typing import overload
 from retarget_bench.evaluation.plan import EvaluationUnit, located
 from retarget_bench.evaluation.predict import Inputs
 from retarget_bench.evaluation.worker import CaseJob, JobPart
-from retarget_bench.results.store import CaseResult
 
 Asked = tuple[tuple[str, ...], tuple[int, ...]]
 """A batch of cases, and the numbers of the units that it is a batch of."""
@@ -21,13 +20,14 @@ class Jobs(Sequence[CaseJob]):
     Batches come last and the longest of them first, so that all workers end at about the same time. A
     million cases of ten methods have ten million keys, so a job is made anew whenever it is asked for.
 
-    done: unit -> what earlier runs left of it; what is added later changes no job.
+    done: unit -> cases that are not to be answered, mostly what earlier runs left; what is added later
+    changes no job.
     answers: the number of answers, each of one method to one case, that are lacking.
     """
 
     def __init__(
         self,
-        done: Mapping[EvaluationUnit, Mapping[str, CaseResult]],
+        done: Mapping[EvaluationUnit, Collection[str]],
         scratch: Path = Path(),
         preload: tuple[str, ...] = (),
     ) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, optional
 from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.evaluation import quick_looks
 from retarget_bench.evaluation.batches import RULE, batches
 from retarget_bench.evaluation.code_hash import code_hash, imports, package_code
 from retarget_bench.evaluation.prediction import environments
@@ -46,6 +47,8 @@ class Plan:
     seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
     timeout:  seconds in which a method answers a case; 0: a minute, and a second for each frame.
     memory:   gigabytes that a method may take; 0: as the machine has.
+    clips:    patterns of the clips that are asked for, see ``quick_looks``; none: all.
+    limit:    at most so many clips of each split are asked for; 0: all.
     executor: where the missing cases are computed: ``local``, or one of ``evaluation/executors``.
     """
 
@@ -63,8 +66,16 @@ class Plan:
     external: Path | None = None
     timeout: float = 0.0
     memory: float = 0.0
+    clips: tuple[str, ...] = ()
+    limit: int = 0
     executor: str = "local"
     plugin_files: tuple[tuple[str, registry.Kind], ...] = field(default_factory=registry.files)
+
+    @property
+    def only(self) -> str:
+        """The options that make the run a quick look at some clips; "" where it is of all."""
+        clips = [f"--clips {','.join(self.clips)}"] if self.clips else []
+        return " ".join([*clips, *([f"--limit {self.limit}"] if self.limit else [])])
 
 
 def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
@@ -135,6 +146,12 @@ class EvaluationUnit:
     @cached_property
     def infos(self) -> Sequence[CaseInfo]:
         return _cases(self.dataset, self.plan.task, self.split)
+
+    @cached_property
+    def asked(self) -> Sequence[CaseInfo]:
+        """The cases of the clips that the plan asks for."""
+        limits = self.plan.clips, self.plan.limit
+        return quick_looks.chosen(self.infos, *limits) if any(limits) else self.infos
 
     @cached_property
     def built(self) -> Method:

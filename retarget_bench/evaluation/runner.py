@@ -1,12 +1,13 @@
 """Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
 
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import executors, timing
+from retarget_bench.evaluation import executors, quick_looks, timing
 from retarget_bench.evaluation.answers import Progress, answers
 from retarget_bench.evaluation.executors import following
 from retarget_bench.evaluation.header_builder import header_of
@@ -18,6 +19,7 @@ from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
 from retarget_bench.evaluation.stored_plan import left_over, taken_over
 from retarget_bench.files import LOCK, locked, scratch_folder
+from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
@@ -26,7 +28,8 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
     """Compute what a plan lacks and return the paths of its results. timed: measure speeds, too.
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there. Raises
-    BenchError where another run is writing to the same folder.
+    BenchError where another run is writing to the same folder. A plan of some clips leaves results
+    unfinished, and their paths say so (``look``).
     """
     busy = f"another run is writing to {plan.root}; wait until it has ended, or give another folder"
     with nullcontext() if plan.redo == "never" else locked(plan.root / LOCK, busy):
@@ -48,10 +51,10 @@ def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
     for unit in todo if keep else ():
         if not unit.paths.cases.exists():
             case_metadata.write(unit.paths, unit.data, unit.infos)
-        store.begin(unit.paths, header_of(unit, ()), unit.infos)
+        store.begin(unit.paths, replace(header_of(unit, ()), only=plan.only), unit.infos)
     with scratch_folder() as scratch, LocalPool(plan.jobs) as pool:
         preload = _preload(todo)
-        jobs = Jobs(done, scratch, preload)
+        jobs = Jobs({unit: _not_asked(unit, entries) for unit, entries in done.items()}, scratch, preload)
         if engine is None:
             found = answers(pool, jobs, jobs.answers, progress)
         else:
@@ -60,11 +63,20 @@ def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
             if keep:
                 store.append_journal(paths, entry)
             done[by_paths[paths]][entry.case] = entry
+        partial = {unit for unit in done if keep and plan.only and len(done[unit]) < len(unit.infos)}
         if keep:
-            _finish(pool, done)
-        if timed and plan.redo != "never":
+            _finish(pool, {unit: entries for unit, entries in done.items() if unit not in partial})
+        if timed and plan.redo != "never" and not plan.only:
             timing.measure(plan, pool, scratch, preload)
-    return [unit.paths for unit in wanted]
+    return [replace(unit.paths, look=unit in partial) for unit in wanted]
+
+
+def _not_asked(unit: EvaluationUnit, done: Mapping[str, CaseResult]) -> Collection[str]:
+    """The cases of a unit that are done, or not of the clips that are asked for."""
+    if not unit.plan.only:
+        return done
+    asked = {info.id for info in unit.asked}
+    return {info.id for info in unit.infos if info.id in done or info.id not in asked}
 
 
 def _finish(pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]) -> None:
@@ -160,4 +172,8 @@ def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]
         notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)
         splits = ", ".join(dict.fromkeys(unit.split for unit in found))
         raise BenchError(f"there is no case in {splits}. {notes}")
-    return filled
+    clips = dict.fromkeys(info.clip for unit in filled for info in unit.infos) if plan.clips else {}
+    for pattern in plan.clips:
+        if not any(quick_looks.fits(clip, pattern) for clip in clips):
+            raise BenchError(f"no clip fits {pattern!r}; there are {some(list(clips), 5)}")
+    return [unit for unit in filled if unit.asked]

@@ -156,7 +156,7 @@ class StoredPlan:
         typed: dict[str, Any] = {
             each: tuple(map(Spec.parse, facts[each])) for each in ("methods", "datasets")
         }
-        typed |= {each: tuple(facts[each]) for each in ("splits", "metrics")}
+        typed |= {each: tuple(facts[each]) for each in ("splits", "metrics", "clips")}
         typed["plugin_files"] = tuple(map(tuple, facts["plugin_files"]))
         typed["external"] = Path(facts["external"]) if facts["external"] else None
         return Plan(**{**facts, **typed, "root": self.root})

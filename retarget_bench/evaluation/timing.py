@@ -1,9 +1,14 @@
 """Speed of methods: measured alone, in one process and one thread, after a warm-up, without files.
 
 Times stand in files of their own, never in rows or keys: they differ from run to run and machine to
-machine, and rows must not.
+machine, and rows must not. All that is told of speeds is read from there. Beside every time stands that of
+a fixed piece of work at the same moment, the yardstick, so that times of a busy moment, or of a slower
+machine, are not shown as if they were of a quiet one.
 """
 
+import math
+import statistics
+import time
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,7 +32,23 @@ from retarget_bench.results.store import ResultPaths, case_seed, read_cases, rea
 CASES = 5
 REPEATS = 3
 ENOUGH_SECONDS = 0.5
-FIELDS = ("case", "frames", "seconds")
+TRIES = 3
+"""A case is timed so often at most, where the machine is busy meanwhile."""
+SLOWER = 1.5
+"""Ratio of yardsticks from which times are not compared."""
+WORK = 60_000
+FIELDS = ("case", "frames", "seconds", "yardstick")
+OLD_FIELDS = FIELDS[:3]
+
+
+@dataclass(frozen=True)
+class Time:
+    """The seconds that a method takes for a case, and those of the yardstick meanwhile; nan: not known."""
+
+    case: str
+    frames: int
+    seconds: float
+    yardstick: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -44,7 +65,8 @@ class TimingJob:
 
 
 def measure(plan: Plan, pool: LocalPool, scratch: Path, preload: tuple[str, ...] = ()) -> None:
-    """Write times for every method of a plan that has results but no times newer than them.
+    """Write times for every method of a plan that has results but no times newer than them, or such that
+    were taken while the machine was busier than now.
 
     They are taken on the last split, one method after the other while the other workers have nothing to do,
     and are those of the method on all splits.
@@ -53,7 +75,8 @@ def measure(plan: Plan, pool: LocalPool, scratch: Path, preload: tuple[str, ...]
     for unit in evaluation_units(plan) if plan.external is None else ():
         if not unit.seed_number and unit.paths.header.exists():
             units.setdefault((unit.dataset, unit.method), []).append(unit)
-    wanted = [mine[-1] for mine in units.values() if _stale([unit.paths for unit in mine])]
+    now = yardstick()
+    wanted = [mine[-1] for mine in units.values() if _stale([unit.paths for unit in mine], now)]
     jobs = [
         TimingJob(
             plan,
@@ -69,7 +92,7 @@ def measure(plan: Plan, pool: LocalPool, scratch: Path, preload: tuple[str, ...]
     for done in pool.run(time_method, jobs, workers=1):
         if done.result is not None:
             paths = wanted[done.job].paths
-            rows = ((case, frames, f"{seconds:.6g}") for case, frames, seconds in done.result)
+            rows = [(t.case, t.frames, f"{t.seconds:.6g}", f"{t.yardstick:.6g}") for t in done.result]
             write_csv(paths.timing, FIELDS, rows)
             for other in _times(paths):
                 if other != paths:
@@ -82,14 +105,24 @@ def spread(infos: Sequence[CaseInfo]) -> tuple[CaseInfo, ...]:
     return tuple(infos[::step][:CASES])
 
 
-def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
-    """(case, frames, median seconds) for a few cases, the first of which was run once before."""
+def yardstick() -> float:
+    """Seconds of a fixed piece of work in one thread: the middle one of three."""
+    taken = []
+    for _ in range(3):
+        start = time.perf_counter()
+        sum(number * number for number in range(WORK))
+        taken.append(time.perf_counter() - start)
+    return sorted(taken)[1]
+
+
+def time_method(job: TimingJob) -> list[Time]:
+    """Median seconds for a few cases, the first of which was run once before."""
     register_plugins(job.plan.plugin_files)
     data = dataset(job.dataset)
     worker = prediction_worker(job.plan, job.method, job.scratch, job.preload)
     worker.log = None
-    times: list[tuple[str, int, float]] = []
-    spent = 0.0
+    times: list[Time] = []
+    spent, marks = 0.0, [yardstick()]
     for info in job.cases:
         if spent > ENOUGH_SECONDS:
             break
@@ -101,28 +134,55 @@ def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
         asked = [(case, context_for(job.inputs, data, case, seed))]
         if not times and worker.ask(asked)[0].prediction is None:
             continue
-        (outcome,) = worker.ask(asked, REPEATS)
-        spent += REPEATS * worker.seconds
-        if outcome.prediction is not None:
-            times.append((info.id, case.source.frames, worker.seconds))
+        tries: list[Time] = []
+        for _ in range(TRIES):
+            (outcome,) = worker.ask(asked, REPEATS)
+            spent += REPEATS * worker.seconds
+            marks.append(yardstick())
+            if outcome.prediction is not None:
+                tries.append(Time(info.id, case.source.frames, worker.seconds, max(marks[-2:])))
+            if max(marks[-2:]) <= SLOWER * min(marks) or spent > ENOUGH_SECONDS:
+                break
+        if tries:
+            times.append(min(tries, key=lambda each: each.yardstick))
     return times
 
 
-def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[tuple[int, float]]:
-    """(frames, seconds) of the cases that a method was timed on; empty where there are none.
+def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:
+    """The times of the cases that a method was timed on; empty where there are none.
 
-    They may be of another split than these results. clips: only of these clips.
+    They may be of another split than these results, which a quick look has none of. clips: only of these
+    clips.
     """
-    for place in _times(paths)[:1]:
-        try:
-            times = [(case, int(frames), float(s)) for case, frames, s in read_csv(place.timing, FIELDS)]
-        except (FileError, ValueError) as error:
-            raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error
+    for place in _times(paths)[: paths.finished]:
+        times = _read(place)
         if clips is None:
-            return [(frames, seconds) for _, frames, seconds in times]
+            return times
         clip = {info.id: info.clip for info in read_cases(place.cases, place.task, place.split)}
-        return [(frames, seconds) for case, frames, seconds in times if clip.get(case) in clips]
+        return [each for each in times if clip.get(each.case) in clips]
     return []
+
+
+def _read(place: ResultPaths) -> list[Time]:
+    """The times in a file; those of earlier versions are without yardsticks. Raises FileError."""
+    try:
+        fields = place.timing.read_text(encoding="utf-8").partition("\n")[0].split(",")
+        old = tuple(fields) == OLD_FIELDS
+        rows = read_csv(place.timing, OLD_FIELDS if old else FIELDS)
+        return [Time(case, int(frames), *map(float, seconds)) for case, frames, *seconds in rows]
+    except (FileError, OSError, ValueError) as error:
+        raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error
+
+
+def rate(times: Sequence[Time]) -> float | None:
+    """Frames per second; None where there are no times."""
+    seconds = sum(each.seconds for each in times)
+    return sum(each.frames for each in times) / seconds if seconds > 0 else None
+
+
+def pace(times: Sequence[Time]) -> float:
+    """The middle one of the yardsticks of times, in seconds; nan where there are none."""
+    return statistics.median(each.yardstick for each in times) if times else math.nan
 
 
 def _times(paths: ResultPaths) -> list[ResultPaths]:
@@ -131,6 +191,10 @@ def _times(paths: ResultPaths) -> list[ResultPaths]:
     return [place for place in places if place.timing.exists()]
 
 
-def _stale(places: Sequence[ResultPaths]) -> bool:
-    times = [place.timing.stat().st_mtime for place in _times(places[-1])]
-    return max(times, default=0.0) < max(place.header.stat().st_mtime for place in places)
+def _stale(places: Sequence[ResultPaths], now: float) -> bool:
+    """now: the yardstick."""
+    if not (timed := _times(places[-1])):
+        return True
+    newest = max(place.timing.stat().st_mtime for place in timed)
+    older = newest < max(place.header.stat().st_mtime for place in places)
+    return older or pace(_read(timed[0])) > SLOWER * now

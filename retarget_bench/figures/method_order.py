@@ -10,7 +10,7 @@ from retarget_bench.analysis import pairwise, selection, statistics
 from retarget_bench.analysis.summary import Mean, SplitSummary, split_summary
 from retarget_bench.api import TASKS
 from retarget_bench.figures import palette
-from retarget_bench.results import result_matrix, store
+from retarget_bench.results import dataset_names, result_matrix, store
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
@@ -73,10 +73,9 @@ def colours(ranked: Mapping[str, ResultHeader]) -> dict[str, str]:
 def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
     """Places by task, retargeting first, and by what tables call the data set."""
     groups: dict[tuple[int, str, str], list[ResultPaths]] = {}
-    for place in places:
-        label = store.read_header(place.any_header).dataset.label
+    for place, name in dataset_names.shown(dataset_names.headers(places)).items():
         rank = TASKS.index(place.task.split("-")[0])
-        groups.setdefault((rank, place.task, label), []).append(place)
+        groups.setdefault((rank, place.task, name), []).append(place)
     return [groups[key] for key in sorted(groups)]
 
 

@@ -32,6 +32,8 @@ class Suite(BaseModel):
     root: str | None = None
     split: Names | None = None
     metrics: Names | None = None
+    clips: Names | None = None
+    limit: int | None = Field(default=None, ge=1)
     seed: int | None = Field(default=None, ge=0)
     seeds: int | None = Field(default=None, ge=1)
     jobs: int | None = Field(default=None, ge=1)

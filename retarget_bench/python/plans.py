@@ -126,7 +126,7 @@ def _working(kind: registry.Kind, tell: Tell) -> dict[str, Any]:
 
 def existing(places: Sequence[ResultPaths], root: Path) -> list[ResultPaths]:
     """The places that have results. Raises BenchError where none has."""
-    if there := [place for place in places if place.header.exists()]:
+    if there := [place for place in places if place.header.exists() or place.look]:
         return there
     raise BenchError(f"no results in {root}, and overwrite never makes none")
 

@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from retarget_bench.analysis import statistics, summary
 from retarget_bench.analysis.breakdown import UNKNOWN, By
-from retarget_bench.analysis.selection import BODIES, Selection
+from retarget_bench.analysis.selection import BODIES, Selection, of_dataset
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
@@ -20,7 +20,7 @@ from retarget_bench.figures import method_order
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import case_metadata, result_matrix
+from retarget_bench.results import case_metadata, dataset_names, result_matrix
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names, set_groups
@@ -135,14 +135,14 @@ def chapters(
 ) -> list[Chapter]:
     """A chapter per task and data set, retargeting first.
 
-    task, dataset (the name of its folder), methods: only of these. data: the folder where the data lie.
+    task, dataset (see ``of_dataset``), methods: only of these. data: the folder where the data lie.
     columns: of the tables, where a chapter has them, instead of the usual ones. only: of these results.
     variants: the first table of a chapter has variants of methods, too; it does where methods are named.
     Raises BenchError where a root has no results, and where nothing is left.
     """
     found = results(roots)
     chosen = [place for place in found if task is None or place.task.split("-")[0] == task]
-    chosen = [place for place in chosen if dataset in (None, place.dataset)]
+    chosen = chosen if dataset is None else of_dataset(chosen, dataset)
     chosen = [place for place in chosen if not only or place in only]
     if not chosen:
         there = sorted({f"{place.task} on {place.dataset}" for place in found})
@@ -154,7 +154,12 @@ def chapters(
     columns = _column_ids(groups, columns)
     bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
     variants = variants or bool(methods)
-    return [chapter for places in bar for chapter in _chapters(places, data, columns, variants)]
+    names = dataset_names.shown(dataset_names.headers(chosen))
+    return [
+        chapter
+        for places in bar
+        for chapter in _chapters(places, names[places[0]], data, columns, variants)
+    ]
 
 
 def results(roots: Sequence[Path]) -> list[ResultPaths]:
@@ -169,11 +174,14 @@ def results(roots: Sequence[Path]) -> list[ResultPaths]:
 
 
 def _chapters(
-    places: Sequence[ResultPaths], data: str | None, columns: Sequence[str], variants: bool
+    places: Sequence[ResultPaths], name: str, data: str | None, columns: Sequence[str], variants: bool
 ) -> list[Chapter]:
-    """A chapter for each group of bodies; those of derived tasks are not told apart."""
+    """A chapter for each group of bodies; those of derived tasks are not told apart.
+
+    name: what tables call the data set.
+    """
     retargeted = places[0].task.split("-")[0] == TASKS[0]
-    found = result_matrix.result_matrices(places)
+    found = [replace(each, dataset=name) for each in result_matrix.result_matrices(places)]
     whole = _by_bodies(Selection(variants=True, apart=retargeted).parts(found))
     plain = _by_bodies(Selection(variants=variants or not retargeted, apart=retargeted).parts(found))
     made = (

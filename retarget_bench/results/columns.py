@@ -91,7 +91,7 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
         fresh = [key for key in rows.keys() if not newest.why_value_outdated(header, key[0])]  # noqa: SIM118
         return Columns(paths, header, cases, Lazy(fresh, rows.column))
     position = {info.id: number for number, info in enumerate(cases)}
-    if paths.header.exists():
+    if paths.finished:
         large = paths.rows.exists() and paths.rows.stat().st_size >= LARGE
         found = _fast(paths, position) if large else None
         numbers = _slow(paths, position, store.read_rows(paths.rows)) if found is None else found

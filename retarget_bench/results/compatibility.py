@@ -42,12 +42,12 @@ class Newest:
         )
 
 
-def newest_by_label(headers: Iterable[ResultHeader]) -> dict[str, Newest]:
-    """Label of a data set -> the newest of its results."""
-    by_label: dict[str, list[ResultHeader]] = {}
-    for header in headers:
-        by_label.setdefault(header.dataset.label, []).append(header)
-    return {label: newest(each) for label, each in by_label.items()}
+def newest_by_name(named: Iterable[tuple[str, ResultHeader]]) -> dict[str, Newest]:
+    """Name of a data set (``dataset_names.shown``) -> the newest of its results."""
+    by_name: dict[str, list[ResultHeader]] = {}
+    for name, header in named:
+        by_name.setdefault(name, []).append(header)
+    return {name: newest(each) for name, each in by_name.items()}
 
 
 def newest(headers: Iterable[ResultHeader]) -> Newest:

@@ -158,6 +158,7 @@ class ResultHeader(_Part):
     keys:           ``prediction_key`` and ``score_key``: what results are recognised by.
     metrics:        metric -> ``version+code``.
     values:         value id -> declaration.
+    only:           of a quick look the options that choose its clips.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
     files:          end of a file's name (``csv``, ``cases.csv``) -> what was written to it.
@@ -182,6 +183,7 @@ class ResultHeader(_Part):
     versions: Mapping[str, str] = field(default_factory=dict)
     revision: str = ""
     date: str = ""
+    only: str = ""
     not_applicable: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     files: Mapping[str, StoredFile] = field(default_factory=dict)
 
@@ -220,6 +222,7 @@ OPTIONAL: dict[str, Any] = {
     "four_legged": None,
     "not_applicable": {},
     "files": {},
+    "only": "",
     "rows": None,
     "footer": "",
 }

@@ -15,13 +15,17 @@ Values = dict[str, float | dict[str, float]]
 
 @dataclass(frozen=True)
 class ResultPaths:
-    """Paths of the results of one method on one split of a data set."""
+    """Paths of the results of one method on one split of a data set.
+
+    look: what a quick look has begun is meant, also where there are older results of all clips.
+    """
 
     root: Path
     dataset: str
     task: str
     split: str
     method: str
+    look: bool = field(default=False, compare=False)
 
     @property
     def folder(self) -> Path:
@@ -63,7 +67,11 @@ class ResultPaths:
     @property
     def any_header(self) -> Path:
         """The header; of results that are not finished the one that their run began with."""
-        return self.begun if self.begun.exists() and not self.header.exists() else self.header
+        return self.header if self.finished or not self.begun.exists() else self.begun
+
+    @property
+    def finished(self) -> bool:
+        return self.header.exists() and not (self.look and self.begun.exists())
 
     @property
     def cases(self) -> Path:

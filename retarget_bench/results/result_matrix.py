@@ -14,7 +14,7 @@ import numpy as np
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
-from retarget_bench.results import columns, compatibility, store
+from retarget_bench.results import columns, compatibility, dataset_names
 from retarget_bench.results.columns import Columns, Key, Numbers, derived
 from retarget_bench.results.header import Counts, DeclaredValue, ResultHeader
 from retarget_bench.results.store import ResultPaths
@@ -60,6 +60,8 @@ class ResultMatrix:
     bodies: the group of bodies that all cases are of; "" where they are not told apart.
     variants: labels of the variants of methods that were left out.
     unfinished: a sentence on how far a running run is; "" where all is finished.
+    look:   of a quick look, how many of the clips it is over: "3 of 12 clips".
+    looks:  labels of methods with nothing but a quick look that were left out, beside others.
     own:    ``(cases,)`` bool.
     values: value id -> what headers declare of it.
     """
@@ -74,6 +76,8 @@ class ResultMatrix:
     bodies: str = ""
     variants: tuple[str, ...] = ()
     unfinished: str = ""
+    look: str = ""
+    looks: tuple[str, ...] = ()
 
     @cached_property
     def clips(self) -> np.ndarray:
@@ -135,26 +139,27 @@ def _kept(run: Numbers, keep: np.ndarray, some: np.ndarray, key: Key) -> np.ndar
 def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
     """Results by data set and split (self, intra, cross).
 
-    Numbers on other data, or of another version of a metric, than the newest of a data set's results are
-    left out, and so are further seeds of a method that another version of it ran with, or on other data.
-    Results that are named twice count once.
+    Data sets of one label in several folders are told apart (``dataset_names``). Numbers on other data, or
+    of another version of a metric, than the newest of a data set's results are left out, and so are further
+    seeds of a method that another version of it ran with, or on other data. Results that are named twice
+    count once.
     """
     once: dict[Path, ResultPaths] = {}
     for paths in results:
         once.setdefault(paths.header.resolve(), paths)
-    there = [(paths, store.read_header(paths.any_header)) for paths in once.values()]
-    newest = compatibility.newest_by_label(header for _, header in there)
+    there = dataset_names.headers(once.values())
+    names = dataset_names.shown(there)
+    newest = compatibility.newest_by_name((names[paths], header) for paths, header in there.items())
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
-    for paths, header in there:
-        label = header.dataset.label
-        found = columns.read(paths, header, newest[label])
-        grouped.setdefault((label, paths.task, paths.split), []).append(found)
+    for paths, header in there.items():
+        found = columns.read(paths, header, newest[names[paths]])
+        grouped.setdefault((names[paths], paths.task, paths.split), []).append(found)
     order = {split: rank for rank, split in enumerate(SPLITS)}
     keys = sorted(grouped, key=lambda key: (*key[:2], order.get(key[2], len(order))))
     return [_matrix(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
 
 
-def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> ResultMatrix:
+def _matrix(found: Sequence[Columns], name: str, selves: Sequence[Columns]) -> ResultMatrix:
     values: dict[str, DeclaredValue] = {}
     for each in sorted(found, key=lambda each: each.header.date):
         values |= each.header.values
@@ -178,7 +183,7 @@ def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> 
     own_self = {replace(each.paths, split=split): each for each in extra}
     runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(order))) for each in found]
     return ResultMatrix(
-        dataset=label,
+        dataset=name,
         split=split,
         cases=tuple(map(infos.__getitem__, order)),
         own=np.array(order, dtype=np.int64) < mine,

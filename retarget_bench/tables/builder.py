@@ -201,7 +201,7 @@ def _table(
         hints = [*reading, *set_groups.without(found, sets)]
     elif left := [key for key in of_sets if key not in whole]:
         notes = [f"Not shown: values of all answers as one set (--columns {','.join(left)})."]
-    state = " (unfinished)" if any(section.unfinished for section in found) else ""
+    state = "".join(dict.fromkeys(section.state for section in found))
     return Table(
         title=title + state,
         groups=tuple(groups),

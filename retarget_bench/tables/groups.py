@@ -61,7 +61,9 @@ class GroupBuilder:
             return Cell(absent)
         if key == FPS:
             if score.fps is not None:
-                return Cell(self.shown(score.fps, key), score.fps, decimals=self.decimals[key])
+                slower, shown = section.slower(score), self.shown(score.fps, key)
+                note = self.footnotes.number(slower)
+                return Cell(shown, score.fps, decimals=self.decimals[key], reason=slower, footnote=note)
             if score.header.method.external:
                 return self.footnotes.missing("external predictions are not timed")
             return self.footnotes.missing("speed was not measured", NOT_RUN)

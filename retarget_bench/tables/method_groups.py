@@ -71,8 +71,7 @@ class MethodGroup:
             if not self.several:
                 frames = f", {section.frames} frames" if section.frames else ""
                 cases += f" and {count(section.pairs, 'pair')}{frames}"
-            state = " (unfinished)" if section.unfinished else ""
-            shown.append(f"{section.split}: {cases}{state}")
+            shown.append(f"{section.split}: {cases}{section.state}")
         return "; ".join(shown)
 
     def _common(self) -> tuple[Ranking | None, ...]:
@@ -217,8 +216,18 @@ class MethodGroup:
             return []
         methods = [score for score in section.scores if not never_ranked(score.header.method)]
         speeds = {score.label: score.fps for score in methods if score.fps is not None}
-        shown = [f"{label} {speeds[label]:,.0f}" for label in sorted(speeds, key=speeds.__getitem__)[::-1]]
-        return [f"Speed in frames/s of one process and thread: {', '.join(shown)}."] if shown else []
+        slower = {score.label: each for score in methods if (each := section.slower(score))}
+        ordered = sorted(speeds, key=speeds.__getitem__)[::-1]
+        shown = [f"{label} {speeds[label]:,.0f}" for label in ordered if label not in slower]
+        found = [f"Speed in frames/s of one process and thread: {', '.join(shown)}."] if shown else []
+        return [
+            *found,
+            *(
+                f"Not comparable: {each} {speeds[each]:,.0f}, {slower[each]}."
+                for each in ordered
+                if each in slower
+            ),
+        ]
 
 
 def _of(score: MethodSummary) -> str:
@@ -279,8 +288,12 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
 
 
 def unfinished(sections: Sequence[SplitSummary]) -> list[str]:
-    """A sentence for each split of a running run."""
-    found = (f"{each.split} is unfinished: {each.unfinished}" for each in sections if each.unfinished)
+    """A sentence for each split of a running run, or of a quick look."""
+    found = (
+        f"{each.split} is {'a quick look' if each.look else 'unfinished'}: {each.unfinished}"
+        for each in sections
+        if each.unfinished
+    )
     return list(dict.fromkeys(found))
 
 

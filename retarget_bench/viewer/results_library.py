@@ -8,6 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from retarget_bench import defaults
+from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan, predict
@@ -182,15 +183,12 @@ def results(
 ) -> list[ResultPaths]:
     """The results under some folders, of a data set and of methods where these are named, in their order.
 
-    dataset: a folder name under a root. Raises BenchError where there are none.
+    dataset: see ``of_dataset``. Raises BenchError where there are none.
     """
     found = [place for root in roots for place in store.find_results(root, task)]
-    places = [place for place in found if dataset in (None, place.dataset)]
-    if not places:
-        where = ", ".join(map(str, roots))
-        known = ", ".join(sorted({place.dataset for place in found}))
-        hint = f"there are results of {known}" if known else "bench run makes some"
-        raise BenchError(f"no results{f' of {dataset}' if dataset else ''} in {where}; {hint}")
+    if not found:
+        raise BenchError(f"no results in {', '.join(map(str, roots))}; bench run makes some")
+    places = found if dataset is None else of_dataset(found, dataset)
     return method_order.of_methods(places, methods) if methods else places
 
 

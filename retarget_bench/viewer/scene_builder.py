@@ -8,6 +8,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, FileError
@@ -275,7 +276,7 @@ def _fitted(motion: Prediction, fps: float, length: int) -> tuple[Prediction, st
 class CaseList:
     """Cases to choose from.
 
-    roots: of results. dataset: a folder name under them. data: the data set itself, where results do not
+    roots: of results. dataset: see ``of_dataset``. data: the data set itself, where results do not
     tell it. root: where its files lie, if not as usual. files: shown in place of results.
     """
 
@@ -326,7 +327,12 @@ class CaseList:
             running = {place.method for place in begun}
             finished = [name for name in self.methods if _slug(name) not in running]
             done = method_order.of_methods(done, finished) if finished else []
-        return [place for place in (*done, *begun) if self.dataset in (None, place.dataset)]
+        found = [*done, *begun]
+        try:
+            return found if self.dataset is None else of_dataset(found, self.dataset)
+        except BenchError as error:
+            self.problem = str(error)
+            return []
 
     def _read(self, place: ResultPaths) -> StoredResults | None:
         try:

@@ -19,10 +19,11 @@ from stored import unchecked
 from retarget_bench.analysis import summary
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import timing
 from retarget_bench.exchange.submission.board import board
 from retarget_bench.exchange.submission.checking import check, mistakes
 from retarget_bench.exchange.submission.making import FILL_IN, make
-from retarget_bench.exchange.submission.manifest import CARD_SECTIONS
+from retarget_bench.exchange.submission.manifest import CARD_SECTIONS, read
 from retarget_bench.results import checksums, store
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.rendering import RENDERERS
@@ -79,12 +80,17 @@ def test_what_is_left_to_fill_in_is_found_and_nothing_else(made: Path, sound: Pa
     assert check(sound) == []
 
 
-def test_cost_is_measured(sound: Path) -> None:
-    import tomllib
+def test_memory_is_measured_and_the_speed_is_that_of_the_results(sound: Path, runs: Path) -> None:
+    cost = read(sound).cost
+    (place,) = (p for p in store.find_results(runs) if (p.method, p.split) == ("ik", "cross"))
+    assert cost.frames_per_second == float(f"{timing.rate(timing.read(place)):.3g}") > 100
+    assert 0 <= cost.peak_memory_mb < 2000
 
-    cost = tomllib.loads((sound / "submission.toml").read_text())["cost"]
-    assert cost["frames_per_second"] > 100
-    assert 0 <= cost["peak_memory_mb"] < 2000
+
+def test_the_speed_is_measured_where_the_results_have_none(tmp_path: Path, runs: Path) -> None:
+    shutil.copytree(runs, tmp_path / "runs", ignore=shutil.ignore_patterns("*.timing.csv"))
+    make(tmp_path / "ik", tmp_path / "runs", "ik")
+    assert read(tmp_path / "ik").cost.frames_per_second > 100
 
 
 def rewrite(path: Path, old: str, new: str) -> None:
@@ -490,7 +496,7 @@ def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.Cap
             "kk",
             "--results",
             str(runs),
-        ): "there are copy_rotations, ik",
+        ): "there are copy_rotations, ik. --results names another folder",
         ("submit", str(tmp_path), "--board", "-o", "x.doc"): "ends in .html",
         ("submit", str(tmp_path), "--board"): "holds no submissions",
     }
@@ -537,5 +543,29 @@ def test_results_of_two_data_sets_are_no_submission(tmp_path: Path, runs: Path) 
     (data,) = (path for path in (tmp_path / "runs").iterdir() if path.is_dir())
     shutil.copytree(data, tmp_path / "runs" / "another")
     assert len(store.find_results(tmp_path / "runs")) == 8
-    with pytest.raises(BenchError, match="on several data sets: another, toy_cases"):
+    with pytest.raises(
+        BenchError, match=r"on several data sets: another \(toy_cases\), toy_cases\. .* name it: -d"
+    ):
         make(tmp_path / "ik", tmp_path / "runs", "ik")
+    make(tmp_path / "ik", tmp_path / "runs", "ik", "another")
+    assert [path.name for path in (tmp_path / "ik" / "results").iterdir()] == ["another"]
+
+
+def test_a_method_is_found_however_it_is_written(tmp_path: Path, runs: Path) -> None:
+    make(tmp_path / "one", runs, "Copy rotations[root_rule=hip_height]")
+    assert read(tmp_path / "one").method.label == "copy_rotations"
+
+
+def test_paper_and_licence_are_copied_from_the_card(tmp_path: Path) -> None:
+    text = (TOYS / "toy_method.py").read_text()
+    told = 'summary="toy",\n            paper="Toys, 2026",\n            licence="MIT",'
+    assert 'summary="toy",' in text
+    plugin = tmp_path / "licensed_method.py"
+    plugin.write_text(text.replace('summary="toy",', told).replace('"toy_method"', '"licensed_method"'))
+    runs, plugins = tmp_path / "runs", ("--plugin", str(TOYS / "toy_cases.py"), "--plugin", str(plugin))
+    asked = ("-d", "toy_cases", "-s", "intra", "-m", "position", "--out", str(runs))
+    assert bench("run", "licensed_method", *asked, *plugins) == 0
+    left = make(tmp_path / "made", runs, "licensed_method")
+    about = read(tmp_path / "made").method
+    assert (about.paper, about.licence) == ("Toys, 2026", "MIT")
+    assert left[0] == "method.authors"

@@ -1,5 +1,6 @@
 """Speeds: measured once for a method, on one split, and shown on all."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.evaluation import runner, timing
 from retarget_bench.plugins import registry
 from retarget_bench.results.store import ResultPaths
+from retarget_bench.tables import builder
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -31,7 +33,8 @@ def test_the_speed_on_the_last_split_is_shown_on_all(tmp_path):
     assert first == second > 0
 
 
-def test_speeds_are_measured_anew_where_results_are_newer(tmp_path):
+def test_speeds_are_measured_anew_where_results_are_newer(tmp_path, monkeypatch):
+    monkeypatch.setattr(timing, "yardstick", lambda: 1.0)
     intra, cross = measured(tmp_path, *BOTH)
     before = cross.timing.stat().st_mtime_ns
     measured(tmp_path, *BOTH)
@@ -47,5 +50,54 @@ def test_times_of_some_clips_alone(tmp_path):
     cross.timing.write_text(
         "case,frames,seconds\ntoy/small>tall/clip 0,12,1\ntoy/small>tall/clip 1,12,3\nunknown,12,5\n"
     )
-    assert timing.read(intra, {"clip 1", "clip 7"}) == [(12, 3.0)]
-    assert timing.read(intra) == [(12, 1.0), (12, 3.0), (12, 5.0)]
+    assert [each.seconds for each in timing.read(intra, {"clip 1", "clip 7"})] == [3.0]
+    assert [(each.frames, each.seconds) for each in timing.read(intra)] == [(12, 1.0), (12, 3.0), (12, 5.0)]
+    assert math.isnan(timing.pace(timing.read(intra)))  # as earlier versions wrote them
+    assert timing.rate(timing.read(intra)) == 4.0
+
+
+def test_a_busy_moment_is_timed_again_and_the_quietest_counts(tmp_path, monkeypatch):
+    """The machine is busy after the first try, and so before the second, and quiet from then on."""
+    marks = iter([1.0, 1.0, 4.0, *[1.0] * 40])
+    monkeypatch.setattr(timing, "yardstick", lambda: next(marks))  # the first: of the moment of the run
+    (place,) = measured(tmp_path, "cross")
+    times = timing.read(place)
+    assert len(times) > 1
+    assert {each.yardstick for each in times} == {1.0}
+
+
+def test_times_of_a_machine_that_stays_busy_are_kept_with_the_pace(tmp_path, monkeypatch):
+    marks = iter([1.0, 1.0, *[5.0 + number % 2 for number in range(60)]])
+    monkeypatch.setattr(timing, "yardstick", lambda: next(marks))
+    (place,) = measured(tmp_path, "cross")
+    assert 5.0 <= timing.pace(timing.read(place)) <= 6.0
+
+
+def test_a_quieter_moment_times_again_and_a_busier_one_does_not(tmp_path, monkeypatch):
+    paces = []
+    for pace in (3.0, 4.0, 1.0):
+        monkeypatch.setattr(timing, "yardstick", lambda pace=pace: pace)
+        (place,) = measured(tmp_path, "cross")
+        paces.append(timing.pace(timing.read(place)))
+    assert paces == [3.0, 3.0, 1.0]
+
+
+def test_speeds_of_busier_moments_are_told_apart(tmp_path):
+    for name in ("toy_cases", "toy_method"):
+        registry.add_file(TOYS / f"{name}.py")
+    plan = asked(tmp_path, "toy_method", "copy_rotations", "bone_directions", splits=("cross",))
+    places = runner.run(plan, lambda done, total: None)
+    for place, mark in zip(places, (0.002, 0.0029, 0.005), strict=True):
+        place.timing.write_text(f"case,frames,seconds,yardstick\nx,100,2,{mark}\n")
+    (section,) = split_summaries(places)
+    told = {score.label: section.slower(score) for score in section.scores}
+    assert [label for label, why in told.items() if why] == ["bone_directions"]
+    assert "2.5 times as slow as for the fastest" in told["bone_directions"]
+    (cells,) = builder.tables([section], ["fps"])
+    assert any("2.5 times as slow" in sentence for sentence in cells.footnotes)
+    (table,) = builder.tables([section])
+    below = [line for line in table.groups[0].below if "50" in line]
+    assert below == [
+        "Speed in frames/s of one process and thread: copy_rotations 50, toy_method 50.",
+        f"Not comparable: bone_directions 50, {told['bone_directions']}.",
+    ]

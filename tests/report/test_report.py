@@ -249,7 +249,7 @@ def test_without_the_player_no_motion_is_packed(results, tmp_path):
         (["{runs}", "-o", "r.pdf"], "end its name in .html"),
         (["{runs}", "-m", "toy_metod[does=noise]"], "did you mean"),
         (["{runs}", "--task", "denoise"], "no such results here; there are those of retarget on"),
-        (["{runs}", "-d", "mixamo"], "no such results here"),
+        (["{runs}", "-d", "mixamo"], "no results of mixamo in"),
     ],
 )
 def test_what_cannot_be_done_is_told_in_a_sentence(results, tmp_path, monkeypatch, arguments, said):

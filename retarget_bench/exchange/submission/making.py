@@ -5,7 +5,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from retarget_bench.analysis import pairwise
+from retarget_bench.analysis.selection import of_dataset
+from retarget_bench.api import MethodCard, optional
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.plan import Plan, dataset, located, method
 from retarget_bench.evaluation.predict import Inputs, context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
@@ -14,26 +18,28 @@ from retarget_bench.evaluation.worker import end_predictions, register_plugins
 from retarget_bench.exchange.submission.manifest import CARD, CARD_SECTIONS, ROWS, write
 from retarget_bench.files import scratch_folder, write_text
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import store
+from retarget_bench.results import dataset_names, store
 from retarget_bench.results.store import ResultPaths, case_seed
 
 FILL_IN = "TO BE FILLED IN"
 """What stands where only the author knows; the check finds it."""
 
 
-def make(folder: Path, runs: Path, label: str) -> list[str]:
+def make(folder: Path, runs: Path, name: str, data_set: str = "") -> list[str]:
     """Write a submission of one method into a new folder; gives what is left to fill in.
 
+    name: the method, however it is written. data_set: only its results on this data set.
     Raises BenchError where there are no such results, they are of several data sets, or the folder is not
     empty.
     """
-    places = _places(runs, label)
+    places = _places(runs, name, data_set)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BenchError(f"{folder} is not an empty folder; name a new one")
     header = store.read_header(places[0].header)
     data = Spec(header.dataset.name, header.dataset.parameters)
-    about = header.method
-    memory, rate = _measured(Spec.parse(about.label), data) if about.version else (0.0, 1.0)
+    about, label = header.method, header.method.label
+    known = timing.rate(timing.read(places[-1]))
+    memory, rate = _measured(Spec.parse(about.label), data, known) if about.version else (0.0, 1.0)
     for place in places:
         there = replace(place, root=folder / ROWS)
         there.folder.mkdir(parents=True, exist_ok=True)
@@ -48,14 +54,16 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
         ):
             if ours.exists():
                 shutil.copyfile(ours, theirs)
+    here = not about.external
+    said = optional.method_card(method(Spec.parse(label).here)) if here else MethodCard("", "", "")
     card = {
         "label": label,
         "version": about.version or FILL_IN,
         "authors": [FILL_IN],
-        "licence": FILL_IN,
+        "licence": said.licence or FILL_IN,
         "summary": about.summary or FILL_IN,
         "contact": "",
-        "paper": "",
+        "paper": said.paper,
         "code": "",
         "sees": list(about.privileged),
     }
@@ -71,46 +79,50 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     sections = "\n".join(f"## {name}\n\n{FILL_IN}\n" for name in CARD_SECTIONS)
     write_text(folder / CARD, f"# {label}\n\n{sections}")
     return [
-        "method.authors, method.licence",
+        "method.authors" if said.licence else "method.authors, method.licence",
         f"{CARD}: {', '.join(CARD_SECTIONS)}",
         "cost.parameters, cost.training_hours, cost.lookahead_frames, data.trained_on",
     ]
 
 
-def _places(runs: Path, label: str) -> list[ResultPaths]:
-    found = store.find_results(runs)
-    labels = {place: store.read_header(place.header).method.label for place in found}
-    mine = [place for place in found if labels[place] == label]
-    if not mine:
+def _places(runs: Path, name: str, data_set: str) -> list[ResultPaths]:
+    """The results of a method on one data set. Raises BenchError that says which option names others."""
+    headers = dataset_names.headers(store.find_results(runs))
+    labels = {place: header.method.label for place, header in headers.items()}
+    if (label := pairwise.label_of(name, set(labels.values()))) is None:
         known = ", ".join(sorted(set(labels.values()))) or "none"
-        raise BenchError(f"{runs} has no results of {label!r}; there are {known}")
-    datasets = {place.dataset for place in mine}
-    if len(datasets) > 1:
         raise BenchError(
-            f"{runs} has results of {label} on several data sets: {', '.join(sorted(datasets))}. A "
-            "submission is of one; give a folder with one of them"
+            f"{runs} has no results of {name!r}; there are {known}. --results names another folder"
+        )
+    mine = [place for place in labels if labels[place] == label]
+    mine = of_dataset(mine, data_set) if data_set else mine
+    if len(names := dataset_names.listed({place: headers[place] for place in mine})) > 1:
+        raise BenchError(
+            f"{runs} has results of {label} on several data sets: {', '.join(names)}. A submission is of "
+            "one; name it: -d"
         )
     return mine
 
 
 # -------------------------------------------------------------------------------------------- cost
-def _measured(asked: Spec, data: Spec) -> tuple[float, float]:
+def _measured(asked: Spec, data: Spec, known: float | None) -> tuple[float, float]:
     """(megabytes by which a process grows, frames per second) of a method on a few cases.
 
+    known: its frames per second where its results have them, which are then taken.
     Raises BenchError where the method answers none of them.
     """
     plan = Plan(methods=(asked,), datasets=(data,))
     with LocalPool(1) as pool:
-        (done,) = pool.run(of_process, [(plan, asked, data)])
+        (done,) = pool.run(of_process, [(plan, asked, data, known)])
     if done.error or done.result is None:
         raise BenchError(f"the cost of {asked} cannot be measured: {done.error or 'it answers no case'}")
     megabytes, rate = done.result
     return round(megabytes, 1), float(f"{rate:.3g}")
 
 
-def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
+def of_process(job: tuple[Plan, Spec, Spec, float | None]) -> tuple[float, float] | None:
     """(megabytes, frames per second), or None where no case is answered."""
-    plan, asked, spec = job
+    plan, asked, spec, known = job
     register_plugins(plan.plugin_files)
     data = dataset(spec)
     infos = [info for split in data.card.splits for info in data.cases("retarget", split)]
@@ -120,12 +132,14 @@ def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
     for info, case in cases:
         predict(built, case, context_for(built, data, case, case_seed(0, str(asked), info.id)))
     grown = _peak_mb() - before
+    if known is not None:
+        return grown, known
     with scratch_folder() as folder:
         few = tuple(info for info, _ in cases)
         times = time_method(TimingJob(plan, spec, located(asked), Inputs.of(built), few, folder))
         end_predictions()
-    seconds = sum(second for _, _, second in times)
-    return (grown, sum(frames for _, frames, _ in times) / seconds) if seconds > 0 else None
+    rate = timing.rate(times)
+    return None if rate is None else (grown, rate)
 
 
 def _peak_mb() -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from retarget_bench.analysis.summary import never_ranked
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.results import compatibility, store
+from retarget_bench.results import compatibility, dataset_names, store
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.paths import SETS, ResultPaths
 from retarget_bench.tables.model import count
@@ -26,19 +26,20 @@ def own_set_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[O
     Only results without references count (their headers say which structures have four legs). Of a method
     with several seeds, the first. A column's number is the mean over the structures that have one.
     """
-    there = [(place, store.read_header(place.header)) for place in dict.fromkeys(places)]
-    newest = compatibility.newest_by_label(header for _, header in there)
+    there = dataset_names.headers(places)
+    names = dataset_names.shown(there)
+    newest = compatibility.newest_by_name((names[place], header) for place, header in there.items())
     results: dict[str, list[Found]] = {}
-    for place, header in there:
+    for place, header in there.items():
         if header.four_legged is None or place.split != "cross" or ".seed-" in place.method:
             continue
-        latest = newest[header.dataset.label]
+        latest = newest[names[place]]
         store.verify(place, header, SETS)
         values = [
             each for each in set_metrics.read(place) if not latest.why_value_outdated(header, each.value_id)
         ]
         if values and not latest.why_outdated(header):
-            results.setdefault(header.dataset.label, []).append((header, place, values))
+            results.setdefault(names[place], []).append((header, place, values))
     return [_on(dataset, table, mine) for dataset, mine in results.items()]
 
 

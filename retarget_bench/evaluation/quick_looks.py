@@ -1,0 +1,28 @@
+"""Quick looks: runs of some clips, which leave results unfinished as an interrupted run does.
+
+Keys and seeds of cases do not depend on which others are asked for, so that a later run of all clips goes
+on from there.
+"""
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+
+from retarget_bench.api import CaseInfo
+
+
+def fits(clip: str, pattern: str) -> bool:
+    """Whether a pattern (``walk*``) means a clip: in any case, and a name with brackets as it is."""
+    clip, pattern = clip.casefold(), pattern.casefold()
+    return clip == pattern or fnmatchcase(clip, pattern)
+
+
+def chosen(infos: Sequence[CaseInfo], patterns: Sequence[str], limit: int) -> list[CaseInfo]:
+    """The cases of the clips that fit any pattern, or of all; of at most ``limit`` of these clips, evenly
+    spread over the case list, where that is above 0."""
+    clips = list(dict.fromkeys(info.clip for info in infos))
+    if patterns:
+        clips = [clip for clip in clips if any(fits(clip, pattern) for pattern in patterns)]
+    if 0 < limit < len(clips):
+        clips = [clips[number * len(clips) // limit] for number in range(limit)]
+    kept = set(clips)
+    return [info for info in infos if info.clip in kept]
