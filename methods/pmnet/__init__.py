@@ -74,7 +74,6 @@ class Pmnet(OneStructure, Retargeter):
         published=({"variant": "released", "lengths": "world", "path": "integrated"},),
         differs=DIFFERS,
         accepts=("motion", "positions"),
-        default=False,
         parameters=PARAMETERS,
     )
 

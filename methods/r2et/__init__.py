@@ -73,7 +73,6 @@ class R2ET(LearnedMethod):
         "Residual Perception of Motion Semantics & Geometry, CVPR 2023",
         published=({"dropout": 0.2, "size": "chain"}, {"dropout": 0.2, "size": "published"}),
         differs={"dropout": "no dropout", "size": "path scaled by hip heights"},
-        default=False,
         parameters={
             "facing": "frames of 1/30 s over which the direction that a body faces is averaged",
             "dropout": "share of numbers dropped in training (the paper: 0.2)",
