@@ -34,9 +34,8 @@ def test_it_says_every_validation_and_how_to_use_the_weights(bench, tmp_path):
     said = r"step (\d+), \d+ s: generator [\d.]+, critic [\d.]+; validation intra [\d.]+ / [\d.]+, cross .*"
     assert [re.fullmatch(said, line)[1] for line in lines[:3]] == ["15", "30", "40"]
     assert lines[3].startswith("toy_trainee: 40 steps in ")
-    assert (
-        lines[4] == f"Use them: bench run 'toy_trainee[weights={tmp_path / 'a b'}]' -d 'toy_walks' {GIVEN}"
-    )
+    method = f"toy_trainee[weights={tmp_path / 'a b'}]"
+    assert lines[4] == f"Use them: bench run '{method}' -d 'toy_walks' {GIVEN}"
 
 
 def test_the_folder_is_named_after_the_method_with_its_parameters(bench, tmp_path, monkeypatch):
@@ -143,7 +142,7 @@ def test_several_data_sets_are_trained_on_and_the_first_that_tests_is_named(benc
     status, said, _ = bench("toy_trainee", *data)
     assert (status, said.splitlines()[-1]) == (
         0,
-        f"Use them: bench run 'toy_trainee[weights={out}]' -d 'toy_walks[kind=near]'",
+        f"Use them: bench run 'toy_trainee[weights={out}]' -d 'toy_walks[kind=near]' {GIVEN}",
     )
     kept = json.loads((out / "run.json").read_text())
     assert kept["dataset"] == "toy_walks[kind=near]+toy_walks[root=/a b]"
