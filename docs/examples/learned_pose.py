@@ -45,8 +45,8 @@ class Network(nn.Module):
         self.leave = nn.Linear(width, 4 * JOINTS)
 
     def forward(self, source, target):
-        """Local rotations ``(rows, frames, 22, 4)``, signs as they come. source: what ``see`` gives, and its
-        ``bones``. target: the target's bones ``(rows, 22, 3)``."""
+        """Local rotations ``(rows, frames, 22, 4)``, signs as they come. source: what ``see`` gives, and
+        its ``bones``. target: the target's bones ``(rows, 22, 3)``."""
         places, turn = source["places"], source["turn"]
         bodies = torch.cat([source["bones"], target], 1).flatten(1)[:, None].expand(-1, places.shape[1], -1)
         seen = torch.cat([places.flatten(-2), source["hips"][..., 1:2], bodies], -1)
