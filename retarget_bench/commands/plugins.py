@@ -134,7 +134,7 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
     """The lines that describe a plug-in. Raises BenchError where it cannot be imported."""
     entry = registry.find(kind, spec.name)
     factory = registry.load(kind, spec.name)
-    card = getattr(factory, "card", None) or registry.create(kind, spec).card
+    card = _card(kind, spec, factory)
     lines = [f"{entry}", *_wrapped(card.summary), ""]
     for attribute, title in FACTS:
         if value := getattr(card, attribute, None):
@@ -186,6 +186,16 @@ def _worse(spec: Spec) -> list[str]:
     except BenchError:
         return []
     return [line for each in found for line in _wrapped(each.sentence)]
+
+
+def _card(kind: registry.Kind, spec: Spec, factory: Any) -> Any:
+    """The card with these parameters; the class's where the plug-in cannot be built as it is asked for."""
+    try:
+        return registry.create(kind, spec).card
+    except BenchError:
+        if card := parameters.class_card(factory):
+            return card
+        raise
 
 
 def _weights(factory: Any, spec: Spec) -> list[str]:

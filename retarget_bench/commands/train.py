@@ -13,6 +13,7 @@ import click
 from retarget_bench.commands import options, run
 from retarget_bench.commands.table import FORMATS
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
@@ -201,7 +202,7 @@ def _how_to_go_on(asked: TrainingOptions) -> str:
         return " before the first checkpoint; there is nothing to go on from."
     where = f" --out {asked.out}" if asked.out else ""
     method = f" '{asked.method}'" if asked.method else ""
-    return f". bench train{method} --resume{where} goes on from the last checkpoint."
+    return f". bench train{method} --resume{where}{_plugins()} goes on from the last checkpoint."
 
 
 def _ending(done: TrainingResult) -> str:
@@ -218,8 +219,13 @@ def _ending(done: TrainingResult) -> str:
     found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
         f"{done.asked.method}: {done.at.step} steps in {hours(done.at.seconds)}; {found}.\n"
-        f"Use them: bench run '{method}' -d {on}"
+        f"Use them: bench run '{method}' -d {on}{_plugins()}"
     )
+
+
+def _plugins() -> str:
+    """The plug-in files that were given, as options."""
+    return "".join(f" --plugin {shlex.quote(path)}" for path, _ in registry.files())
 
 
 @click.command("ablate")

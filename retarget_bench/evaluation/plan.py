@@ -19,6 +19,7 @@ from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import digest, slug
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import assets, registry
+from retarget_bench.plugins.parameters import class_card
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
@@ -318,7 +319,7 @@ def _network(metric: SetMetric, target: Character) -> str:
 def locations(name: str) -> tuple[str, ...]:
     """The parameters of a data set that say where its files lie, as its card tells."""
     factory = registry.load("datasets", name)
-    card = getattr(factory, "card", None) or dataset(Spec(name)).card
+    card = class_card(factory) or dataset(Spec(name)).card
     return tuple(getattr(card, "locations", DatasetCard.locations))
 
 

@@ -118,10 +118,17 @@ def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
     return Spec(spec.name, changed, spec.posts)
 
 
+def class_card(factory: Callable[..., Any]) -> Any:
+    """The card that a plug-in's class has; None where each object has its own, set by ``__init__`` or a
+    property, as where ``needs`` depend on a parameter."""
+    card = getattr(factory, "card", None)
+    return None if hasattr(card, "__get__") else card
+
+
 def describe(factory: Callable[..., Any]) -> list[str]:
     """A line per parameter, with what the plug-in's card says of it."""
-    try:  # a card that is made with the object needs it to be built
-        card = getattr(factory, "card", None) or factory().card
+    try:
+        card = class_card(factory) or factory().card
         lines = {str(name): f": {line}" for name, line in card.parameters.items()}
     except Exception:  # the plug-in's own code; descriptions are a courtesy
         lines = {}

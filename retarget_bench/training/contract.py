@@ -87,7 +87,7 @@ class LearnsFromPairs(Protocol):
 class Trainable(Method, Protocol):
     """A method that ``bench train`` can train.
 
-    presets: ``paper``, ``default`` and ``quick`` at least.
+    presets: ``default`` at least; built-in methods also have ``paper`` and ``quick``.
     """
 
     card: MethodCard

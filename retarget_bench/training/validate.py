@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import torch
@@ -44,7 +45,7 @@ class Validator:
         name, self.values = defaults.VALIDATION
         self.problem = ""
         self._metrics = plan.metrics((name,))
-        self._device = device
+        self._data, self._device = data, device
         cast = data.characters()
         self._cases: dict[str, list[list[Case]]] = {}
 
@@ -99,7 +100,7 @@ class Validator:
         rows: list[Mapping[str, Any]] = []
         for cases in groups:
             seeds = [store.case_seed(0, "validation", case.info.id) for case in cases]
-            contexts = [Context(seed=seed, device=str(self._device)) for seed in seeds]
+            contexts = [self._context(method, *each) for each in zip(cases, seeds, strict=True)]
             for case, outcome in zip(cases, predict.predict_all(method, cases, contexts), strict=True):
                 if outcome.prediction is not None:
                     rows.append(score.score(self._metrics, case, predict.as_scored(outcome.prediction)))
@@ -108,6 +109,10 @@ class Validator:
                 else:
                     self.problem = f"{case.info.id}: {outcome.status}: {outcome.message}"
         return rows
+
+    def _context(self, method: Method, case: Case, seed: int) -> Context:
+        """With the privileged inputs that the method's card names, as in a run."""
+        return replace(predict.context_for(method, self._data, case, seed), device=str(self._device))
 
 
 def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:

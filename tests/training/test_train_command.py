@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 
 import pytest
 
@@ -10,6 +11,7 @@ from retarget_bench.training import checkpoint, train
 from tests.training.conftest import TOYS
 
 PLUGINS = ("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py"))
+GIVEN = " ".join(map(shlex.quote, PLUGINS))
 
 
 @pytest.fixture
@@ -32,7 +34,8 @@ def test_it_says_every_validation_and_how_to_use_the_weights(bench, tmp_path):
     said = r"step (\d+), \d+ s: generator [\d.]+, critic [\d.]+; validation intra [\d.]+ / [\d.]+, cross .*"
     assert [re.fullmatch(said, line)[1] for line in lines[:3]] == ["15", "30", "40"]
     assert lines[3].startswith("toy_trainee: 40 steps in ")
-    assert lines[4] == f"Use them: bench run 'toy_trainee[weights={tmp_path / 'a b'}]' -d 'toy_walks'"
+    method = f"toy_trainee[weights={tmp_path / 'a b'}]"
+    assert lines[4] == f"Use them: bench run '{method}' -d 'toy_walks' {GIVEN}"
 
 
 def test_the_folder_is_named_after_the_method_with_its_parameters(bench, tmp_path, monkeypatch):
@@ -90,7 +93,7 @@ def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
     status, _, err = bench("toy_trainee[does=x]", "-d", "toy_walks", "--out", str(tmp_path))
     assert status == 130
     assert err.startswith(
-        f"bench: interrupted. bench train 'toy_trainee[does=x]' --resume --out {tmp_path} goes on"
+        f"bench: interrupted. bench train 'toy_trainee[does=x]' --resume --out {tmp_path} {GIVEN} goes on"
     )
 
 
@@ -115,7 +118,7 @@ def test_the_line_that_uses_the_weights_says_where_the_data_lie(bench, tmp_path)
         *("--out", str(tmp_path / "run")),
     )
     assert status == 0
-    assert out.splitlines()[-1].endswith(" -d 'toy_walks' --root '/my data'")
+    assert out.splitlines()[-1].endswith(f" -d 'toy_walks' --root '/my data' {GIVEN}")
 
 
 def test_resume_without_a_run_says_so_before_it_asks_for_data(bench, tmp_path):
@@ -139,7 +142,7 @@ def test_several_data_sets_are_trained_on_and_the_first_that_tests_is_named(benc
     status, said, _ = bench("toy_trainee", *data)
     assert (status, said.splitlines()[-1]) == (
         0,
-        f"Use them: bench run 'toy_trainee[weights={out}]' -d 'toy_walks[kind=near]'",
+        f"Use them: bench run 'toy_trainee[weights={out}]' -d 'toy_walks[kind=near]' {GIVEN}",
     )
     kept = json.loads((out / "run.json").read_text())
     assert kept["dataset"] == "toy_walks[kind=near]+toy_walks[root=/a b]"
