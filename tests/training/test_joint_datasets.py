@@ -173,7 +173,7 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
     plan._dataset.cache_clear()
     stored, others, unusable = clips_of(sent)
     assert (others, unusable) == (0, [])
-    assert stored.clips == tuple(("tall-2", clip.name, clip.frames) for clip in here)
+    assert [each[:3] for each in stored.clips] == [("tall-2", clip.name, clip.frames) for clip in here]
     assert {clip.character for clip in here} == {"tall-2"}
     for clip, read in zip(here, stored.read(), strict=True):
         assert clip.arrays.keys() == read.arrays.keys()

@@ -7,6 +7,7 @@ import shlex
 import pytest
 
 from retarget_bench import cli
+from retarget_bench.plugins import registry
 from retarget_bench.training import checkpoint, train
 from tests.training.conftest import TOYS
 
@@ -15,8 +16,9 @@ GIVEN = " ".join(map(shlex.quote, PLUGINS))
 
 
 @pytest.fixture
-def bench(toy_run, capsys):
-    """``bench train`` in this process: exit status, output, errors."""
+def bench(toy_run, capsys, monkeypatch):
+    """``bench train`` in this process, with no plug-ins of other tests: exit status, output, errors."""
+    monkeypatch.setattr(registry, "_FILES", {})
 
     def run(*arguments):
         with pytest.raises(SystemExit) as ended:
