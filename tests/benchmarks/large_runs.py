@@ -201,6 +201,20 @@ def measured(what: str, root: Path, cases: int, methods: int) -> dict[str, Any]:
     return row
 
 
+ABOUT = (
+    "# What runs of up to a million cases cost",
+    "",
+    "    python tests/benchmarks/large_runs.py -o results/large_runs",
+    "",
+    "Made-up answers of ten methods; every line is a process of its own, with its imports. Rows of more "
+    "than 20,000 cases are Parquet, which is why 10,000 cases take longer to write and to read than 100,000.",
+    "",
+    "![Processor time and memory over the number of cases](large_runs.png)",
+    "",
+)
+"""The beginning of the page."""
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--most", type=int, default=1_000_000)
@@ -227,7 +241,7 @@ def main() -> None:
         write_csv(
             given.output.with_suffix(".csv"), FIELDS, ([row[name] for name in FIELDS] for row in rows)
         )
-        head = ["| " + " | ".join(FIELDS) + " |", "|" + "---|" * len(FIELDS)]
+        head = [*ABOUT, "| " + " | ".join(FIELDS) + " |", "|" + "---|" * len(FIELDS)]
         lines = ["| " + " | ".join(str(row[name]) for name in FIELDS) + " |" for row in rows]
         write_text(given.output.with_suffix(".md"), "\n".join([*head, *lines]) + "\n")
         draw(rows, given.output.with_suffix(".png"))
