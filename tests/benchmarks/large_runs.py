@@ -207,7 +207,8 @@ ABOUT = (
     "    python tests/benchmarks/large_runs.py -o results/large_runs",
     "",
     "Made-up answers of ten methods; every line is a process of its own, with its imports. Rows of more "
-    "than 20,000 cases are Parquet, which is why 10,000 cases take longer to write and to read than 100,000.",
+    "than 20,000 cases are Parquet, which is why 10,000 cases take longer to write and to read than "
+    "100,000.",
     "",
     "![Processor time and memory over the number of cases](large_runs.png)",
     "",
