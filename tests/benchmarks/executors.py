@@ -19,10 +19,10 @@ from retarget_bench.api import SPLITS
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.plans import default_metrics
 from retarget_bench.results import store
 
-METHODS = ("copy_rotations", "bone_directions", "ik", "rest_pose", "humot")
-METRICS = ("position", "plant", "slide", "smoothness")
+METHODS = ("copy_rotations", "bone_directions", "ik", "rest_pose", "humot", "pmnet", "r2et", "smrm")
 
 
 def seconds(plan: Plan) -> float:
@@ -45,7 +45,8 @@ def main() -> None:
     os.environ["RAY_worker_niceness"] = "0"  # noqa: SIM112 (so Ray spells it)
     data = Spec.parse(asked.dataset)
     data = data.with_parameters(root=str(Path(asked.root).resolve())) if asked.root else data
-    plan = Plan(tuple(map(Spec, METHODS)), (data,), SPLITS, METRICS, jobs=2)
+    metrics = default_metrics("retarget", print)
+    plan = Plan(tuple(map(Spec, METHODS)), (data,), SPLITS, metrics, jobs=2)
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, Python {platform.python_version()}")
     with tempfile.TemporaryDirectory() as folder:
         runner.run(
