@@ -18,6 +18,7 @@ from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights as bundles
+from retarget_bench.training.tensor_files import verify
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -48,8 +49,16 @@ class LearnedMethod:
 
     @property
     def weights_hash(self) -> str:
-        """The hash by which results know the weights; "" where there are none. Reads no tensor."""
-        return str(self._card["hash"]) if self._card else ""
+        """The hash by which results know the weights; "" where there are none.
+
+        Raises FileError where the tensors are not those that the card describes: results of others would
+        be shown as theirs.
+        """
+        if not self._card:
+            return ""
+        assert self._at is not None
+        verify(self._at, self._card)
+        return str(self._card["hash"])
 
     @property
     def weights_label(self) -> str:

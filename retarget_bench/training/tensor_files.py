@@ -7,6 +7,7 @@ says what its arrays are, without their being read.
 import hashlib
 import json
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -109,3 +110,18 @@ def read_arrays(path: Path, card: Mapping[str, Any]) -> dict[str, np.ndarray]:
         if not finite:
             raise FileError(file, f"{name} has numbers that are not finite; train it anew")
     return dict(arrays)
+
+
+def verify(path: Path, card: Mapping[str, Any]) -> None:
+    """Compare the arrays with what their card says, once for each state of their file. Raises FileError."""
+    file, _ = pair(path)
+    try:
+        state = file.stat()
+    except OSError as error:
+        raise FileError(file, f"cannot be read ({error.strerror}); train it anew") from error
+    _verified(file, str(card["hash"]), state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=128)
+def _verified(file: Path, written: str, _changed: int, _size: int) -> None:
+    read_arrays(file, {"hash": written})

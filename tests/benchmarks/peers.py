@@ -2,8 +2,9 @@
 
     python tests/benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs
 
-Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md``. --pairs: a
-folder with ``pair.txt``, whose lines name a source and the file of its answer by an animator's tool.
+Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md`` and the table of
+the README. --pairs: a folder with ``pair.txt``, whose lines name a source and the file of its answer by an
+animator's tool.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
 """They know the structures of their training alone: others are shown beside them on the same cases."""
 MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "plant_recall"
 METRICS = ("position", "plant")
+MARKS = ("<!-- peers -->", "<!-- /peers -->")
 SPLITS = {"puppets": ("self", "intra", "cross"), "mixamo": ("intra", "cross"), "pairs": ("cross",)}
 
 
@@ -78,10 +80,58 @@ def table(title: str, about: str, results: rb.Results, methods: Iterable[str]) -
             yield f"| {PEERS.get(method, method)} | {training(method)} | {cells} |"
 
 
+Beside = dict[tuple[str, str], tuple[float, str, int]]
+"""Method and split -> MPJPE, how far it is from SAN's, number of cases."""
+
+
+def on_few(results: rb.Results, mine: str = FEW_STRUCTURES[-1]) -> Beside:
+    """Every method on the cases that ``mine`` answered, which the others of few structures answer too."""
+    found: Beside = {}
+    for method in PEERS:
+        for split in results.compare(method, mine, MPJPE).found if method != mine else ():
+            (one,) = split.differences
+            ends = f" [{one.interval.low:+.2f}, {one.interval.high:+.2f}]" if one.interval else ""
+            found[method, split.split] = one.first, f"{one.first - one.second:+.2f}{ends}", one.cases
+            found[mine, split.split] = one.second, "", one.cases
+    return found
+
+
+def beside_few(found: Beside) -> Iterator[str]:
+    """Lines of Markdown."""
+    splits = SPLITS["puppets"]
+    sizes = "; ".join(
+        f"{split} {' or '.join(str(n) for n in sorted({found[m, split][2] for m in PEERS}))} cases"
+        for split in splits
+    )
+    yield from ("", "## Puppets of the structures that NKN\\*, PMnet\\* and SAN know", "")
+    yield f"MPJPE on the cases that SAN answered ({sizes}), and below zero where it is less than SAN's."
+    heads = " | ".join(f"{split} | minus SAN" for split in splits)
+    yield from ("", f"| method | trained | {heads} |", "|---|---|" + "---:|" * (2 * len(splits)))
+    for method, label in PEERS.items():
+        cells = " | ".join(f"{found[method, s][0]:.2f} | {found[method, s][1]}" for s in splits)
+        yield f"| {label} | {training(method)} | {cells} |"
+
+
+def in_short(results: dict[str, rb.Results], few: Beside) -> str:
+    """The table of the README, which this script keeps there between two marks."""
+    frames = {name: each.table(MPJPE).frame for name, each in results.items()}
+    rows = {(name, row.method, row.split): row for name, f in frames.items() for row in f.itertuples()}
+    lines = [
+        "| method | trained | puppets, cross | minus SAN | Mixamo, cross | SAME's pairs |",
+        "|---|---|---:|---:|---:|---:|",
+    ]
+    for method, label in PEERS.items():
+        value, apart, _ = few[method, "cross"]
+        real, pairs = (_cell(rows.get((name, method, "cross"))) for name in ("mixamo", "pairs"))
+        lines.append(f"| {label} | {training(method)} | {value:.2f} | {apart} | {real} | {pairs} |")
+    return "\n".join(lines) + "\n"
+
+
 def _cell(row: Any) -> str:
     if row is None or row.value != row.value:
         return "n/a"
-    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if row.low == row.low else "")
+    told = row.low is not None and row.low == row.low
+    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if told else "")
 
 
 def paired_folder(pairs: Path, folder: Path) -> Path:
@@ -103,21 +153,21 @@ def page(results: dict[str, rb.Results], few: rb.Results) -> str:
         "",
         "    python tests/benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs",
         "",
-        "The methods of the papers' tables, each rebuilt here and trained on generated motion of puppets "
+        "The methods of the papers' tables, each rebuilt here and trained on motion of puppets and of CMU "
         "(no Mixamo, no motion of the pairs), as shipped: `bench info METHOD` shows the cards of the "
         "weights. MPJPE and root-aligned MPJPE in % of height, contact recall as a share; 95 % intervals "
-        "over clips in brackets. Each table is over the cases that all its rows answered. *Trained*: time "
-        "on one core and amount of motion. NKN\\*, PMnet\\* and SAN have networks for each structure and "
-        "know those of their training alone; they have a table of their own, beside others on the same "
-        "cases. None of these numbers says how good a method of a paper is at its best: their authors "
-        "trained for days.",
+        "over clips in brackets, where there are ten clips. Each table is over the same cases for all its "
+        "rows. *Trained*: time of the last run on one core, and amount of motion. NKN\\*, PMnet\\* and SAN "
+        "have networks for each structure and know those of their training alone, none of which is "
+        "Mixamo's; they have a table of their own. None of these numbers says how good a method of a paper "
+        "is at its best.",
     ]
     out += table("Puppets", "Held-out bodies and clips;", results["puppets"], every)
-    out += table("Puppets of known structures", "Fewer cases;", few, list(PEERS))
+    out += beside_few(on_few(few))
     out += table("Mixamo", "Characters and clips that none of them has seen;", results["mixamo"], every)
     out += table(
         "SAME's pairs",
-        "References by MotionBuilder on random skeletons, which are no copied rotations; without contacts;",
+        "References by MotionBuilder on random skeletons, no copied rotations; each pair both ways;",
         results["pairs"],
         every,
     )
@@ -144,6 +194,10 @@ def main() -> None:
             name: rb.run(every, splits=splits, **sets[name], **common) for name, splits in SPLITS.items()
         }
         few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
+    readme = PROJECT / "README.md"
+    before, _, after = readme.read_text(encoding="utf-8").partition(MARKS[0])
+    short = in_short(results, on_few(few))
+    write_text(readme, f"{before}{MARKS[0]}\n{short}{MARKS[1]}{after.partition(MARKS[1])[2]}")
     write_text(PROJECT / "results" / "peers.md", text := page(results, few))
     print(text)
 

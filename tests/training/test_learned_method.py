@@ -312,3 +312,18 @@ def test_info_shows_the_cards_of_shipped_weights_and_of_a_path(shifter, tmp_path
     assert "Weights walks" not in own
     assert "seed 77" in own
     assert "trained as: shifter[cell=torch" in own
+
+
+def test_tensors_changed_behind_the_card_are_told_before_old_results_are_shown(shifter, tmp_path):
+    """A file that was edited has the old card; what is stored under the card's hash is not its result."""
+    write(tmp_path / "mine", 0.5)
+    assert made(f"shifter[weights={tmp_path / 'mine'}]").weights_hash
+    file = next((tmp_path / "mine").glob("*.safetensors"))
+    content = bytearray(file.read_bytes())
+    content[-12:] = bytes(each ^ 0x80 for each in content[-12:])  # the signs of three numbers
+    file.write_bytes(content)
+    with pytest.raises(BenchError, match="is not what .* describes; train it anew"):
+        _ = made(f"shifter[weights={tmp_path / 'mine'}]").weights_hash
+    file.unlink()
+    with pytest.raises(BenchError, match="cannot be read"):
+        _ = made(f"shifter[weights={tmp_path / 'mine'}]").weights_hash
