@@ -322,7 +322,7 @@ def test_tensors_changed_behind_the_card_are_told_before_old_results_are_shown(s
     content = bytearray(file.read_bytes())
     content[-12:] = bytes(each ^ 0x80 for each in content[-12:])  # the signs of three numbers
     file.write_bytes(content)
-    with pytest.raises(BenchError, match="is not what .* describes; train it anew"):
+    with pytest.raises(BenchError, match=r"is not what .* describes; train it anew"):
         _ = made(f"shifter[weights={tmp_path / 'mine'}]").weights_hash
     file.unlink()
     with pytest.raises(BenchError, match="cannot be read"):
