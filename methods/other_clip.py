@@ -19,7 +19,7 @@ class OtherClip:
         title="shuffled reference",
         summary="Control: the right answer to another clip, which does not follow the source",
         version="1",
-        accepts=("motion", "positions"),
+        accepts=("motion", "positions", "points"),
         needs=("other_clips",),
         control=True,
         stochastic=True,

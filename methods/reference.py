@@ -12,7 +12,7 @@ class Reference:
         name="reference",
         summary="Control: the right answer itself",
         version="1",
-        accepts=("motion", "positions"),
+        accepts=("motion", "positions", "points"),
         needs=("reference",),
         control=True,
     )

@@ -55,7 +55,8 @@ def imports(file: Path) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             module = "." * node.level + (node.module or "")
-            yield from (f"{module}.{alias.name}" if module.strip(".") else module for alias in node.names)
+            dot = "." if node.module else ""
+            yield from (f"{module}{dot}{alias.name}" for alias in node.names)
 
 
 def foreign(room: str, file: Path) -> Iterator[str]:
@@ -79,6 +80,78 @@ def test_a_plug_in_imports_only_the_engine_its_own_siblings_and_third_parties(ro
     files = python_files(ROOT / room)
     assert files
     assert [found for file in files for found in foreign(room, file)] == []
+
+
+VARIANTS = {
+    "methods/nkn_cross": "methods/nkn",
+    "methods/pmnet_cross": "methods/pmnet",
+    "metrics/fid_people": "metrics/fid",
+}
+"""A plug-in that is another one with a difference -> that one: the only plug-in that it may import."""
+
+
+def leaf(path: Path) -> str:
+    """``methods/pan`` of what is in that folder; each of the posts is one of its own."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return "/".join(parts[: 3 if parts[1:2] == ("posts",) else 2])
+
+
+def other_plug_ins(file: Path) -> Iterator[str]:
+    """The other plug-ins of which a plug-in's file imports something, for types too."""
+    for name in imports(file):
+        level = len(name) - len(name.lstrip("."))
+        if level:
+            folder, parts = file.parents[level - 1], name.lstrip(".").split(".")
+            if leaf(folder / parts[0]) != leaf(file):
+                yield leaf(folder.joinpath(*parts))
+        for room in ROOMS:
+            if name.startswith(f"retarget_bench.{room}."):
+                yield f"{room}/{name.split('.')[2]}"
+
+
+def test_what_imports_another_plug_in_is_found(monkeypatch):
+    """Whatever the depth and the spelling."""
+    written = {
+        "methods/a/__init__.py": "from ..b import x\nfrom . import c\nfrom .d.e import y",
+        "methods/a/d/e.py": "from ...b.f import x\nfrom ..c import y\nfrom . import z",
+        "methods/g.py": "from .b import x\nfrom . import h",
+        "methods/k/__init__.py": "from .. import b",
+        "methods/posts/p.py": "from .q import x",
+        "metrics/m.py": "def late():\n    import retarget_bench.methods.b\n",
+    }
+    monkeypatch.setitem(
+        globals(), "tree", lambda file: ast.parse(written[file.relative_to(ROOT).as_posix()])
+    )
+    assert {name: sorted(other_plug_ins(ROOT / name)) for name in written} == {
+        "methods/a/__init__.py": ["methods/b"],
+        "methods/a/d/e.py": ["methods/b"],
+        "methods/g.py": ["methods/b", "methods/h"],
+        "methods/k/__init__.py": ["methods/b"],
+        "methods/posts/p.py": ["methods/posts/q"],
+        "metrics/m.py": ["methods/b"],
+    }
+
+
+def test_a_plug_in_imports_no_other_but_the_one_that_it_is_a_variant_of():
+    """What two plug-ins need stands in the engine; what learned methods need, in ``training/layers``."""
+    found = {
+        (leaf(file), other)
+        for room in ROOMS
+        for file in python_files(ROOT / room)
+        for other in other_plug_ins(file)
+    }
+    assert found == set(VARIANTS.items())
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_code_of_a_variant_is_known_by_that_of_the_other_too(variant):
+    from retarget_bench.plugins import registry
+
+    kind, name = variant.split("/")
+    files = {path.resolve() for _, path in registry.code_files(kind, name)}
+    other = ROOT / VARIANTS[variant]
+    assert files & set(python_files(other))
+    assert ROOT / variant / "__init__.py" in files
 
 
 def relative_imports(file: Path) -> Iterator[str]:
@@ -171,7 +244,7 @@ def test_the_order_of_imports_is_written_down():
 WORDS = {
     *("cmu", "contact", "fit", "folder", "ground", "growth", "identity", "paired", "papers", "plant"),
     *("position", "reference", "rotation", "same", "slide", "smoothness", "touch", "restoration"),
-    *("fid_people", "external"),
+    *("fid_people", "external", "skin"),
 }
 """Names of plug-ins that are words of the field, or ids of values, as well."""
 

@@ -11,7 +11,7 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import aligned, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fitting.fit import fit
-from retarget_bench.motion.motion import Motion, Positions, Prediction
+from retarget_bench.motion.motion import Positions, Prediction
 from retarget_bench.motion.roles import SIDES, ancestors
 
 USUAL = 1.3
@@ -66,7 +66,7 @@ class HumotBody:
         every = self if whole is None else body(whole)
         return every.template[every.centring].mean(0) - self.template[self.centring].mean(0)
 
-    def see(self, motion: Motion | Positions) -> np.ndarray:
+    def see(self, motion: Prediction) -> np.ndarray:
         """``(frames, joints, 3)`` metres, Z up."""
         return upright(motion.positions[:, list(self.joints)])
 

@@ -10,7 +10,7 @@ import torch
 
 from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.motion import Positions, Prediction
 
 from .features import HumotBody, blank, body, headings, rotated, size_factor
 from .network import Autoencoder
@@ -31,7 +31,7 @@ class Question:
     path of the hips.
     """
 
-    source: Motion | Positions
+    source: Prediction
     frames: int
     positions: np.ndarray
     actor: HumotBody
@@ -41,7 +41,7 @@ class Question:
     ratio: float
 
     @classmethod
-    def of(cls, source: Motion | Positions, target: Character, rule: str, usual: bool) -> Question:
+    def of(cls, source: Prediction, target: Character, rule: str, usual: bool) -> Question:
         """rule: of the path. usual: both go through the networks in the usual size."""
         actor, asked = body(source.character), body(target)
         seen = actor.see(rates.at_thirty(source))

@@ -6,9 +6,10 @@ from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.layers.kinematic import retargeter
+from retarget_bench.training.layers.kinematic.one_structure import OneStructure
 
 from .inference import Retargeter
-from .one_structure import OneStructure
 
 PARAMETERS = {
     "cell": "the GRU: tf (one bias per gate, reset before the product) or torch",
@@ -17,12 +18,7 @@ PARAMETERS = {
     "same": "share of training rows whose target is the source itself",
     "variant": "own, or released (input and losses of the authors' code)",
     "drift": "weight of errors of movements summed up over time (the paper: 0)",
-    "facing": "frames over which the direction that a body faces is averaged",
-    "yaw": "where the target turns: predicted, or as the source",
-    "path": "integrated (movements summed up) or relative (the source's, scaled; what differs fades)",
-    "clean": "movements take the source's sign, and nothing rises where the source does not",
-    "lengths": "what lengths are counted in: world (centimetres) or body (its hips are 90 high)",
-    "weights": "name of shipped weights, or a path to others",
+    **retargeter.PARAMETERS,
 }
 DIFFERS = {
     "variant": "own form of input and losses",

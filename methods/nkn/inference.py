@@ -1,24 +1,23 @@
 """Retargeting by NKN and its cross-structural variant: any number of frames, chunk by chunk."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.motion.character import Character
 from retarget_bench.motion.kinematics_torch import Tree
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.kinematic import features
+from retarget_bench.training.layers.kinematic.pose import MOVES, Scale, quaternions
+from retarget_bench.training.layers.kinematic.retargeter import Cases, SightRetargeter
 
-from . import features
 from .network import Decoder, Encoder, Generator
-from .network.pose import MOVES, Bodies, Scale, quaternions
+from .network.bodies import Bodies
 from .network.rollout import Memory
-from .retargeter import SightRetargeter
 from .training import Choices, NknTraining
 
 CHUNK = 256
@@ -73,10 +72,6 @@ class Retargeter(Choices, SightRetargeter):
                 "hidden is at least 1, same between 0 and 1; facing and drift are not negative"
             )
 
-    def facts(self) -> Mapping[str, Scalar]:
-        free = ("yaw", "path", "clean", "weights")
-        return {each.name: getattr(self, each.name) for each in fields(self) if each.name not in free}
-
     @property
     def chunk(self) -> int:
         return CHUNK
@@ -84,15 +79,9 @@ class Retargeter(Choices, SightRetargeter):
     def generator(self, joints: int) -> Generator:
         return Generator(joints, self.hidden, self.cell)
 
-    def stream(
-        self,
-        sources: Sequence[Character],
-        targets: Sequence[Character],
-        device: str = "cpu",
-        heights: Sequence[float] = (),
-        lengths: Sequence[int] = (),
-    ) -> Stream:
-        del lengths  # nothing real sees what lies behind a row's end
+    def stream(self, cases: Cases) -> Stream:
+        """Lengths do not matter: nothing real sees what lies behind a row's end."""
+        sources, targets, device, heights = cases.sources, cases.targets, cases.device, cases.heights
         source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
         unit = np.array([features.unit(each, self.lengths) for each in targets])
         path = features.Path(unit, self.path, self.yaw, self.variant)
@@ -109,21 +98,7 @@ class Retargeter(Choices, SightRetargeter):
         return Stream(source.encoder, source.scale, target.decoder, bodies, path)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NknTraining:
-        casts = self.casts(training_data)
         if len(training_data.clips) < 2 and self.losses != "autoencoder":
             raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
-        trees = {
-            name: self.body(training_data.characters[mine[0]]).skeleton for name, mine in casts.items()
-        }
-        bones = {name: self.bones(training_data.characters[name]) for name in sorted(training_data.clips)}
-        lacks = {name: self.lacks(training_data.characters[name]) for name in bones}
-        return NknTraining(
-            training_data,
-            casts,
-            trees,
-            bones,
-            lacks,
-            self,
-            config,
-            lambda tensors: replace(self).using(tensors),
-        )
+        bodies = self.training_bodies(training_data)
+        return NknTraining(bodies, self, config, lambda tensors: replace(self).using(tensors))

@@ -6,25 +6,13 @@ variant ``released``, as in the authors' code, those of rows whose target is the
 these rows.
 """
 
-from math import radians
-
 import torch
 from torch import Tensor
-from torch.nn import functional
 
-from retarget_bench.training.layers.masks import frame_mask
-
-from .features import Variant
-from .network.pose import MOVES
+from retarget_bench.training.layers.kinematic.features import Variant
+from retarget_bench.training.layers.kinematic.pose import MOVES
 
 TWIST, SMOOTH, ADVERSARIAL = 10.0, 0.01, 0.001
-LIMIT = radians(100.0)
-"""Beyond this angle about its vertical axis a joint counts as twisted."""
-
-
-def mask(frames: int, lengths: Tensor) -> Tensor:
-    """``(frames, rows)``: 1 at real frames, 0 at padding."""
-    return frame_mask(lengths, frames).T.float()
 
 
 def apart(a: Tensor, b: Tensor, real: Tensor) -> tuple[Tensor, Tensor]:
@@ -39,25 +27,6 @@ def drift(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
     same direction in every frame makes large. Not in the paper; for poses as in ``apart``."""
     apart = ((a - b)[..., -MOVES:] * real.unsqueeze(-1)).cumsum(0)
     return (apart.square().sum(-1) * real).sum()
-
-
-def ends(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
-    """The sum over real frames and joints of squared differences of places ``(frames, rows, joints, 3)``,
-    in lengths of the chains that lead to them. Not in the paper."""
-    return ((a - b).square().sum((-1, -2)) * real).sum()
-
-
-def twist(turns: Tensor, real: Tensor, variant: Variant = "own") -> Tensor:
-    """The mean over joints, summed over real frames, of the squared angle beyond the limit, radians.
-
-    turns: ``(frames, rows, joints, 4)`` unit, the hips first, which ``released`` leaves out. The angle is
-    the first of the order YZX: q = q_y q_z q_x.
-    """
-    w, x, y, z = (turns[..., 1:, :] if variant == "released" else turns).unbind(-1)
-    sine, cosine = 2.0 * (w * y - x * z), w * w + x * x - y * y - z * z
-    locked = sine.square() + cosine.square() < 1e-12
-    angle = torch.atan2(sine, torch.where(locked, torch.ones_like(cosine), cosine))
-    return (functional.relu(angle.abs() - LIMIT).square().mean(-1) * real).sum()
 
 
 def smooth(poses: Tensor, real: Tensor) -> Tensor:

@@ -9,19 +9,20 @@ import torch
 from torch import Tensor, nn
 
 from retarget_bench.api import Method
-from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entropy
+from retarget_bench.training.layers.kinematic.features import Variant
+from retarget_bench.training.layers.kinematic.pose import MOVES, quaternions
+from retarget_bench.training.layers.kinematic.unpaired import GroupCast, TrainingBodies, UnpairedTraining
+from retarget_bench.training.layers.masks import time_first_mask
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
+from retarget_bench.training.layers.twist import twist
 
 from . import losses
-from .features import Variant
 from .network import Generator
+from .network.bodies import Bodies
 from .network.cells import Kind
-from .network.pose import MOVES, Bodies, quaternions
-from .unpaired import UnpairedTraining
 
 Losses = Literal["autoencoder", "cycle", "adversarial"]
 
@@ -64,11 +65,7 @@ class NknTraining(UnpairedTraining):
 
     def __init__(
         self,
-        training_data: TrainingData,
-        casts: Mapping[str, Sequence[str]],
-        skeletons: Mapping[str, Skeleton],
-        bones: Mapping[str, np.ndarray],
-        lacks: Mapping[str, np.ndarray],
+        bodies: TrainingBodies,
         choices: Choices,
         config: TrainingConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
@@ -76,11 +73,7 @@ class NknTraining(UnpairedTraining):
         self._choices = choices
         self._discriminators: dict[str, TemporalDiscriminator] = {}
         super().__init__(
-            training_data,
-            casts,
-            skeletons,
-            bones,
-            lacks,
+            bodies,
             window=config.window,
             build=build,
             generator=lambda joints: Generator(joints, choices.hidden, choices.cell),
@@ -89,7 +82,7 @@ class NknTraining(UnpairedTraining):
             variant=choices.variant,
         )
         for name in self._names:
-            joints = len(skeletons[name])
+            joints = len(bodies.skeletons[name])
             self._discriminators[name] = TemporalDiscriminator(3 * joints + MOVES, 3 * (joints - 1))
         self._rule = NknUpdateRule(len(self._names))
         if choices.losses == "adversarial":
@@ -98,21 +91,15 @@ class NknTraining(UnpairedTraining):
         names = [name for name in ("generator", "discriminator") if name in self.modules]
         self.phases = [Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names]
 
-    def _beside(
-        self,
-        numbers: np.random.Generator,
-        cast: Sequence[str],
-        names: Sequence[str],
-        same: np.ndarray,
-        among: Sequence[str],
-    ) -> dict[str, Any]:
+    def _beside(self, numbers: np.random.Generator, group: GroupCast) -> dict[str, Any]:
         """Clips of the targets for the discriminator, and their bones."""
         if self._choices.losses != "adversarial":
             return {}
-        shown = names
+        shown = group.targets
         if self._released:  # beside a target that is the source there is a clip of anybody
-            anybody = self._material.cast(numbers, len(cast), among)
-            shown = [a if itself else b for a, b, itself in zip(anybody, names, same, strict=True)]
+            anybody = self._material.cast(numbers, len(group.sources), group.among)
+            rows = zip(anybody, shown, group.same, strict=True)
+            shown = [a if itself else b for a, b, itself in rows]
         real = self._material.draw(numbers, shown, self._window)
         return {
             "real": self._windows(real),
@@ -133,13 +120,7 @@ class NknTraining(UnpairedTraining):
         for group in groups:
             for name, term in self._terms(group, fakes).items():
                 found.setdefault(name, []).append(term)
-        kept = frames
-        if self._released:
-            kept = (
-                torch.stack([(group["lengths"] * group["same"]).sum() for group in groups])
-                .sum()
-                .clamp(min=1)
-            )
+        kept = self._kept(groups) if self._released else frames
         over = {"same_places": kept, "same_moves": kept}
         terms = {name: torch.stack(each).sum() / over.get(name, frames) for name, each in found.items()}
         if self._choices.losses == "adversarial":
@@ -167,7 +148,7 @@ class NknTraining(UnpairedTraining):
             for name, whose in zip(names, ("", "target_"), strict=True)
         )
         poses = source.scale.poses(group["poses"].transpose(0, 1))
-        real = losses.mask(len(poses), group["lengths"])
+        real = time_first_mask(group["lengths"], len(poses))
         answers, raw = _through(source, target, poses, other)
         outputs = [(answers, raw, target)]
         nothing = answers.new_zeros(())
@@ -184,8 +165,8 @@ class NknTraining(UnpairedTraining):
             drifts.append(losses.drift(back, poses, real))
         if self._choices.drift:
             terms["drift"] = self._choices.drift * torch.stack(drifts).sum()
-        variant = self._choices.variant
-        twists = [losses.twist(quaternions(raw[..., :-MOVES]), real, variant) for _, raw, _ in outputs]
+        turns = [quaternions(raw[..., :-MOVES]) for _, raw, _ in outputs]
+        twists = [twist(each[..., 1:, :] if self._released else each, real) for each in turns]
         changes = [losses.smooth(through.scale.plain(seen), real) for seen, _, through in outputs]
         terms["twist"] = losses.TWIST * torch.stack(twists).mean()
         terms["smooth"] = losses.SMOOTH * torch.stack(changes).mean()

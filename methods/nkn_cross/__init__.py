@@ -6,11 +6,11 @@ from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.layers.kinematic import many_structures
+from retarget_bench.training.layers.kinematic.many_structures import ManyStructures
 
 from ..nkn import DIFFERS, PARAMETERS, Nkn
 from ..nkn.inference import Retargeter
-from . import many_structures
-from .many_structures import ManyStructures
 
 
 @dataclass(eq=False)
@@ -52,7 +52,7 @@ class NknCross(ManyStructures, Retargeter):
         differs={**DIFFERS, "ends": "loss on ends of limbs"},
         accepts=("motion", "positions"),
         default=False,
-        apart="knows the structures of its training alone",
+        apart="for the structures in the training data alone",
         parameters={**PARAMETERS, **many_structures.PARAMETERS},
     )
 

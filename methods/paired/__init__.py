@@ -53,7 +53,7 @@ class Paired(LearnedMethod):
             summary="Copied rotations corrected by a network that learned from exact pairs, with feet held",
             version="1",
             default=False,
-            apart="learns from exact pairs, which the others do without",
+            apart="trained on exact pairs, unlike the others",
             parameters={
                 "weights": "name of shipped weights, or a path to others",
                 "feet": "hold ankles and toes where the source holds them (true, false)",

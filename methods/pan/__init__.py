@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Unpack
 
-import numpy as np
-
-from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.api import Method, MethodCard
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -17,11 +15,12 @@ from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.learned_method import LearnedMethod
+from retarget_bench.training.layers.skeletal.body import FOUR, LayoutBody, tree_of
+from retarget_bench.training.layers.skeletal.features import unfit
+from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 
-from .body import FOUR, Assignment, PanBody, assign, structure_key, tree_of
-from .features import unfit
-from .layout import Layout, parts_of
+from .assignment import Assignment, assign
+from .parts import layout_of, parts_of
 from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
 
 if TYPE_CHECKING:
@@ -71,11 +70,11 @@ ABLATIONS = {
 }
 
 
-class Pan(LearnedMethod):
+class Pan(SkeletalMethod):
     """Pose-aware attention network (Hu, Zhang, Zhong, Jiang, Xia: TVCG 2023).
 
     Every structure has a motion encoder, a skeleton encoder and a decoder. The encoder pools edges of the
-    skeleton (see ``layout.py``) into tokens of body parts by attention and shortens time by convolutions; a
+    skeleton (see ``Layout``) into tokens of body parts by attention and shortens time by convolutions; a
     code goes to the decoder of any structure, added to the code of the target's bones. Training needs no
     pairs: motions are reconstructed, carried to the other structure, where a discriminator sees them, and
     back.
@@ -134,11 +133,7 @@ class Pan(LearnedMethod):
         self.parts, self._part_map = parts_of(parts)
         variants = BETWEEN_LEGS if self.parts == "three" else SETTINGS
         self.settings: Settings = variants[variant].overridden(given)
-        privileged = self.target_stats == "own"
-        if privileged and self.settings.statistics != "character":
-            raise BenchError(
-                "target_stats=own needs statistics=character: of a structure there is nothing to leak"
-            )
+        self.yaw = self.settings.yaw
         self.card = MethodCard(
             name="pan",
             title="PAN",
@@ -152,7 +147,7 @@ class Pan(LearnedMethod):
                 for parts in ({}, {"parts": "three"})
             ),
             differs=DIFFERS["three" if self.parts == "three" else "six"] if variant == "own" else {},
-            needs=("target_motions",) if privileged else (),
+            needs=self._privileged(),
             parameters=PARAMETERS,
         )
 
@@ -166,15 +161,12 @@ class Pan(LearnedMethod):
                 f"{character.name} stands on four legs; pan[parts=three] is for bodies of two and of four"
             )
         try:
-            self._own(character)
+            self.body(character)
         except SkeletonError as error:
             return str(error)
         except BenchError as error:
             return f"{character.name}: {error}"
         return unfit(character, self.settings.features)
-
-    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return self.settings.features.see(motion, self._own(motion.character))
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PanTraining:
         """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
@@ -184,31 +176,19 @@ class Pan(LearnedMethod):
             raise NotSupported(
                 f"windows of pan are a multiple of 4 and 16 or more, and not {config.window}"
             )
-        bodies: dict[str, dict[str, PanBody]] = {}
-        for name in sorted(training_data.clips):
-            body = self._own(training_data.characters[name])
-            mine = bodies.setdefault(structure_key(body.character), {})
-            mine[name] = body
-            first = next(iter(mine.values()))
-            if first.layout != body.layout:
-                raise NotSupported(
-                    f"{first.character.name} and {name} are both of structure {body.character.structure} "
-                    "and have different joints; give one of them another structure"
-                )
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             same = {"parts": self._asked, "path": self.settings.features.path, "tips": self.tips}
             return Pan(**{**self.facts(), **same}, target_stats=self.target_stats).using(tensors)
 
-        return PanTraining(training_data, config, bodies, self.settings, trained)
+        return PanTraining(training_data, config, self.bodies(training_data), self.settings, trained)
 
-    def _own(self, character: Character) -> PanBody:
-        """The character in its own structure's layout."""
+    def body(self, character: Character) -> LayoutBody:
         parents, joints = tree_of(character, self.settings.rerooted)
         roles = [character.roles[joint] for joint in joints]
         slots = self.settings.design.slots
-        layout = Layout.of(parents, roles, self._part_map, character.four_legged, slots)
-        return PanBody(character, layout, joints)
+        layout = layout_of(parents, roles, self._part_map, character.four_legged, slots)
+        return LayoutBody(character, layout, joints)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -229,6 +209,10 @@ class Pan(LearnedMethod):
             self._assignments[character] = assign(character, self.structures)
         return self._assignments[character]
 
+    def assigned(self, character: Character) -> tuple[str, LayoutBody]:
+        assignment = self.assignment(character)
+        return assignment.structure, assignment.body
+
     @cached_property
     def _assignments(self) -> dict[Character, Assignment]:
         return {}
@@ -236,34 +220,18 @@ class Pan(LearnedMethod):
     @cached_property
     def structures(self) -> Mapping[str, Structure]:
         """The networks by structure. Raises BenchError where there are no weights."""
-        from .structure import by_structure, rebuilt
+        from retarget_bench.training.layers.skeletal.structure import by_structure
+
+        from .structure import rebuilt
 
         return {
             name: rebuilt(mine, self._part_map, name.endswith(FOUR), self.settings.design)
             for name, mine in by_structure(self.tensors).items()
         }
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
-        return self.retarget_batch([source], [target], contexts=[context])[0]
-
-    def retarget_batch(
-        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
-    ) -> list[Motion]:
-        """The motions of the targets; those of one length and one pair of structures together."""
-        from .inference import retargeted
-
-        motions = []
-        for source, target in zip(sources, targets, strict=True):
-            if why := self.supports(source.character, target):
-                raise NotSupported(why)
-            if not isinstance(source, Motion):
-                raise NotSupported("pan reads rotations, and this source is known by positions only")
-            motions.append(source)
-        return retargeted(self, motions, targets, contexts)
-
     def attention(self, source: Motion) -> Mapping[str, Any]:
         """Attention of body parts to joints (``retarget_bench/evaluation/attention.py``)."""
-        from .inference import attended
+        from .attention_weights import attended
 
         return attended(self, source)
 

@@ -1,35 +1,19 @@
-"""PAN's losses: the terms of section 5.6, in the form that a variant gives them, and the discriminators."""
+"""PAN's losses: the terms of section 5.6, in the form that a variant gives them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 from torch.nn.functional import mse_loss
 
 from retarget_bench.training.contract import Terms
-from retarget_bench.training.layers.adversarial import ReplayBuffer, least_squares
+from retarget_bench.training.layers.skeletal.end_effectors import FASTER, NEAR, RESTING, ends_of
+from retarget_bench.training.layers.skeletal.layout import Layout, shared
+from retarget_bench.training.layers.skeletal.structure import arranged
 
-from .layout import Layout
-from .network import Discriminator
-from .settings import Design, Settings, Weights
-from .structure import arranged, shared
-
-NEAR = 0.008
-"""Ten heights per frame times this: an end effector that is slower is taken to rest (released code)."""
-FASTER, RESTING = 10.0, 100.0
-"""Factors of displacements, and of the error where an end effector rests (released code)."""
-REPLAYED = 50
-"""Answers in a replay buffer (released code)."""
-FOOT = ("toe_end", "toe", "foot")
-END_EFFECTORS = (
-    ("head_top", "head"),
-    ("left_hand",),
-    ("right_hand",),
-    *(tuple(f"{side}_{part}" for part in FOOT) for side in ("left", "right")),
-)
-"""Roles of the end effectors; of several the first that a structure has."""
+from .settings import Settings
 
 
 def code_distance(a: Tensor, b: Tensor, measure: Literal["l1", "l2"]) -> Tensor:
@@ -62,11 +46,6 @@ def rescaled(velocity: Tensor, range_: Tensor) -> Tensor:
     return velocity / speed.clamp_min(1e-6) * ((speed - slowest) / (fastest - slowest).clamp_min(1e-6))
 
 
-def discriminator_loss(real: Tensor, answers: Tensor) -> Tensor:
-    """The discriminator's part of eq. 12, in the direction of LSGAN: real is 1, an answer is 0."""
-    return 0.5 * (least_squares(real, True) + least_squares(answers, False))
-
-
 class Answer(NamedTuple):
     """A motion as the losses compare it.
 
@@ -80,6 +59,15 @@ class Answer(NamedTuple):
     local: Tensor
     positions: Tensor
     scale: Tensor
+
+
+def summed(positions: Tensor, root: Tensor) -> Tensor:
+    """Positions as the released code of three parts has them in a window: seen from where the body faces in
+    each frame, plus the sum of what the root moved, the first frame's movement included.
+
+    positions: ``(rows, frames, joints, 3)`` relative to the root. root: ``(rows, frames, 4)``, its edge.
+    """
+    return positions + root[..., None, :3].cumsum(1)
 
 
 class Objective:
@@ -207,56 +195,3 @@ def compared_joints(layout: Layout, end_sites: Sequence[int]) -> list[int]:
     compared = [layout.encoded[joint] and layout.roles[joint] not in left_out for joint in end_sites]
     kept = np.flatnonzero(compared).tolist()
     return [*joints, root, *(count + n for n in kept)]
-
-
-def ends_of(layout: Layout) -> dict[int, int]:
-    """Number of an end effector -> its joint, if that belongs to a part: others are not encoded."""
-    found: dict[int, int] = {}
-    for number, wanted in enumerate(END_EFFECTORS):
-        known: Sequence[str] = [role for role in wanted if role in layout.roles]
-        joints = [layout.roles.index(role) for role in known]
-        if joints and layout.encoded[joints[0]]:
-            found[number] = joints[0]
-    return found
-
-
-class Discriminators(nn.Module):
-    """One discriminator for each structure, with its replay buffer.
-
-    channels: structure -> how many numbers its discriminator sees per frame. frames: of a window.
-    """
-
-    def __init__(self, channels: Mapping[str, int], frames: int, design: Design, weights: Weights) -> None:
-        super().__init__()
-        self.summed = weights.summed
-        self.discriminators = nn.ModuleDict(
-            {name: Discriminator(count, design) for name, count in channels.items()}
-        )
-        replayed = channels if weights.replay else {}
-        self.pools = nn.ModuleDict(
-            {name: ReplayBuffer(REPLAYED, frames, count) for name, count in replayed.items()}
-        )
-
-    def adversarial_loss(self, name: str, answers: Tensor) -> Tensor:
-        """The generator's part of eq. 12, for answers ``(rows, frames, channels)``."""
-        return least_squares(self.discriminators[name](answers), True)
-
-    def loss(self, shown: Sequence[tuple[str, Tensor, Tensor]]) -> Terms:
-        """The mean of ``discriminator_loss`` over structures, or the sum (``Weights.summed``).
-
-        shown: structure, real motion, answers. The term has the name that logs and cards have.
-        """
-        found = []
-        for name, real, answers in shown:
-            if name in self.pools:
-                answers = self.pools[name](answers)
-            discriminator = self.discriminators[name]
-            found.append(discriminator_loss(discriminator(real), discriminator(answers)))
-        if not found:
-            return {}
-        names = {name for name, _, _ in shown}
-        unused = [each for name, each in self.discriminators.items() if name not in names]
-        # processes that train together need a gradient of every parameter
-        idle = [0.0 * parameter.sum() for each in unused for parameter in each.parameters()]
-        total = torch.stack(found).sum() if self.summed else torch.stack(found).mean()
-        return {"told_apart": total + (torch.stack(idle).sum() if idle else 0.0)}

@@ -11,9 +11,8 @@ from typing import Annotated, Any, Final, Literal, Self, TypedDict
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
-
-from .features import Features, Lengths, Path, Root, Yaw
-from .layout import Slots
+from retarget_bench.training.layers.skeletal.features import Features, Lengths, Path, Root, Yaw
+from retarget_bench.training.layers.skeletal.layout import Slots
 
 DecoderKind = Literal["full", "parts"]
 Mask = Literal["paper", "released"]

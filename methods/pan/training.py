@@ -3,93 +3,60 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from retarget_bench.api import Method
-from retarget_bench.errors import NotSupported
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.contract import Batch, Phase, Terms
+from retarget_bench.training.contract import Terms
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.skeletal.body import LayoutBody
+from retarget_bench.training.layers.skeletal.discriminators import Discriminators
+from retarget_bench.training.layers.skeletal.kinematics import Kinematics, world
+from retarget_bench.training.layers.skeletal.layout import Layout
+from retarget_bench.training.layers.skeletal.structure import arranged
+from retarget_bench.training.layers.skeletal.training import Bodies, Side, SkeletalTraining
+from retarget_bench.training.layers.skeletal.windows import BODIES, Windows
 
-from .body import PanBody
-from .losses import Answer, Discriminators, Objective
+from .losses import Answer, Objective, summed
+from .network import Discriminator
 from .settings import Settings
-from .structure import (
-    Kinematics,
-    Structure,
-    arranged,
-    by_structure,
-    matching,
-    share_initialisation,
-    summed,
-    world,
-)
-from .training_data import BODIES, Windows, fit_statistics
-
-Side = Mapping[str, Any]
-"""One structure's part of a batch: see ``Windows.draw``."""
+from .structure import Structure, share_initialisation
 
 
-class PanTraining:
-    """A ``TrainingModule`` (see ``training/contract.py``).
-
-    bodies: of each character by structure. build: the method with the tensors that it is given.
-    Raises NotSupported where there is one character only.
-    """
+class PanTraining(SkeletalTraining[Structure]):
+    """See ``SkeletalTraining``. bodies: of two characters or more."""
 
     def __init__(
         self,
         training_data: TrainingData,
         config: TrainingConfig,
-        bodies: Mapping[str, Mapping[str, PanBody]],
+        bodies: Bodies,
         settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        if len(training_data.clips) < 2:
-            raise NotSupported("pan learns from at least two characters, and there is one")
-        self._build, self._settings = build, settings
-        self._names = sorted(bodies)
+        self._settings, weights, frames = settings, settings.weights, config.window
         own = settings.statistics == "character"
-        ends = {
-            name: _end_sites(bodies[name]) if settings.weights.end_sites else [] for name in self._names
-        }
-        self._windows = Windows(
-            training_data, config.window, bodies, ends, settings.features, settings.reversed_, own
-        )
-        structures = {}
-        for name in self._names:
-            cast = sorted(bodies[name]) if own else ()
-            layout = next(iter(bodies[name].values())).layout
-            structures[name] = Structure(layout, settings.design, cast)
-            fit_statistics(structures[name], training_data, sorted(bodies[name]), settings.least_deviation)
-        if settings.shared:
-            share_initialisation(list(structures.values()), settings.design)
-        self._structures = structures
+        ends = {name: _end_sites(mine) if weights.end_sites else [] for name, mine in bodies.items()}
+        windows = Windows(training_data, frames, bodies, ends, settings.features, settings.reversed_, own)
+        super().__init__(training_data, bodies, settings, build, windows)
         some = {name: next(iter(bodies[name].values())) for name in self._names}
-        self._kinematics = {name: Kinematics(some[name], ends[name]) for name in self._names}
-        self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
-        self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
+        self._kinematics = {name: Kinematics(body, ends[name]) for name, body in some.items()}
         channels = {name: self._channels(body, len(ends[name])) for name, body in some.items()}
-        self._discriminators = Discriminators(channels, config.window, settings.design, settings.weights)
-        if settings.weights.adversarial > 0:
-            self.modules["discriminator"] = self._discriminators
-            self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))
-        layouts = {name: each.layout for name, each in structures.items()}
-        ranges = {name: self._windows.speeds(name) for name in self._names}
+        judges = {name: Discriminator(count, settings.design) for name, count in channels.items()}
+        replayed = {name: (frames, count) for name, count in channels.items() if weights.replay}
+        self._judge(Discriminators(judges, replayed, weights.summed), weights.adversarial)
+        layouts = {name: each.layout for name, each in self._structures.items()}
+        ranges = {name: windows.speeds(name) for name in self._names}
         self._objective = Objective(settings, layouts, ends, ranges)
 
-    def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
-        return self._windows.draw(numbers, rows)
+    def _networks(self, layout: Layout, cast: Sequence[str]) -> Structure:
+        return Structure(layout, self._settings.design, cast)
+
+    def _share_initialisation(self, structures: Sequence[Structure]) -> None:
+        share_initialisation(structures, self._settings.design)
 
     # ----------------------------------------------------------------------------------------- losses
-    def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
-        if phase == "discriminator":
-            return self._discriminators.loss(memory["shown"])
-        return self._generate(batch["sides"], memory)
-
     def _generate(self, sides: Sequence[Side], memory: dict[str, Any]) -> Terms:
         """Source and target structures in pairs; the calls of one network are put together."""
         objective, count = self._objective, range(len(sides))
@@ -211,7 +178,7 @@ class PanTraining:
             return torch.cat([answer.plain[..., -1, :3], vectors / answer.scale[:, None, None]], -1)
         return torch.cat([vectors, answer.edges[..., -1, :]], -1)
 
-    def _channels(self, body: PanBody, end_sites: int) -> int:
+    def _channels(self, body: LayoutBody, end_sites: int) -> int:
         """The number of channels of ``_seen``."""
         joints = len(body.joints)
         numbers = {
@@ -222,30 +189,7 @@ class PanTraining:
         }
         return numbers[self._settings.weights.discriminator_input]
 
-    # ---------------------------------------------------------------------------------------- weights
-    def method(self) -> Method:
-        return self._build(self.export())
 
-    def export(self) -> Mapping[str, Tensor]:
-        found: dict[str, Tensor] = {}
-        for name, structure in self._structures.items():
-            state = exported(structure) | structure.marks()
-            found |= {f"{name}.{key}": each for key, each in state.items()}
-        return found
-
-    def load(self, tensors: Mapping[str, Tensor]) -> None:
-        """Take over weights, also of another data set: structures are matched by their joints. Statistics
-        stay those of this training's motion, which may be wider than what the weights have seen.
-
-        Raises BenchError where one is missing or does not fit."""
-        known = by_structure(tensors)
-        found = {name: matching(each, name, known) for name, each in self._structures.items()}
-        for name, structure in self._structures.items():
-            fitted = structure.mean.clone(), structure.deviation.clone()
-            structure.load(found[name])
-            structure.mean, structure.deviation = fitted
-
-
-def _end_sites(bodies: Mapping[str, PanBody]) -> list[int]:
+def _end_sites(bodies: Mapping[str, LayoutBody]) -> list[int]:
     """The joints that have an end site in all bodies of a structure."""
     return sorted(set.intersection(*(set(body.end_sites) for body in bodies.values())))

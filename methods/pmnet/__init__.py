@@ -6,20 +6,16 @@ from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.layers.kinematic import retargeter
+from retarget_bench.training.layers.kinematic.one_structure import OneStructure
 
-from ..nkn.one_structure import OneStructure
 from .inference import Retargeter
 
 PARAMETERS = {
     "variant": "own, or released (input of the authors' code)",
     "hidden": "width of the networks of poses",
     "same": "share of training rows whose target is the source itself",
-    "facing": "frames over which the direction that a body faces is averaged",
-    "yaw": "where the target turns: predicted, or as the source",
-    "path": "integrated (movements summed up) or relative (the source's, scaled; what differs fades)",
-    "clean": "movements take the source's sign, and nothing rises where the source does not",
-    "lengths": "what lengths are counted in: world (centimetres) or body (its hips are 90 high)",
-    "weights": "name of shipped weights, or a path to others",
+    **retargeter.PARAMETERS,
 }
 DIFFERS = {
     "variant": "own form of input",

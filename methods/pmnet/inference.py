@@ -1,7 +1,7 @@
 """Retargeting by PMnet and its cross-structural variant, whole clips at a time."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -11,14 +11,13 @@ from retarget_bench.api import Prediction
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.kinematics_torch import Tree
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.kinematic import features
+from retarget_bench.training.layers.kinematic.pose import MOVES
+from retarget_bench.training.layers.kinematic.retargeter import Cases, SightRetargeter
+from retarget_bench.training.layers.masks import time_first_mask
 
-from ..nkn import features
-from ..nkn.losses import mask
-from ..nkn.network.pose import MOVES
-from ..nkn.retargeter import SightRetargeter
 from .network import Bodies, Generator, divided
 from .training import Choices, PmnetTraining
 
@@ -44,7 +43,7 @@ class Stream:
     def advance(
         self, poses: np.ndarray, turn: np.ndarray, hips: np.ndarray, clean: bool = False
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """See ``nkn/retargeter.Stream``."""
+        """See ``retargeter.Stream``."""
         device = self._sizes.device
         lengths = torch.tensor(self._lengths or [len(poses)] * poses.shape[1], device=device)
         with torch.no_grad():
@@ -52,7 +51,7 @@ class Stream:
             codes = self._source.encode(seen[..., :-MOVES])
             turns = self._target.answer(codes, self._bodies).cpu().numpy()
             walked = divided(seen[..., -MOVES:], self._sizes)
-            walks = self._target.moved(walked, mask(len(poses), lengths))
+            walks = self._target.moved(walked, time_first_mask(lengths, len(poses)))
             given = self._target.scale.restore("moves", divided(walks, 1.0 / self._bodies.sizes))
             moves = given.cpu().numpy().astype(np.float64)
         if clean:
@@ -67,10 +66,6 @@ class Retargeter(Choices, SightRetargeter):
     def __post_init__(self) -> None:
         if self.hidden < 1 or not 0.0 <= self.same <= 1.0 or self.facing < 0.0:
             raise BenchError("hidden is at least 1, same between 0 and 1; facing is not negative")
-
-    def facts(self) -> Mapping[str, Scalar]:
-        free = ("yaw", "path", "clean", "weights")
-        return {each.name: getattr(self, each.name) for each in fields(self) if each.name not in free}
 
     def generator(self, joints: int) -> Generator:
         return Generator(joints, self.hidden)
@@ -87,14 +82,8 @@ class Retargeter(Choices, SightRetargeter):
         sizes = character.measures
         return (sizes.h2 or sizes.height) / features.unit(character, self.lengths) / 100.0
 
-    def stream(
-        self,
-        sources: Sequence[Character],
-        targets: Sequence[Character],
-        device: str = "cpu",
-        heights: Sequence[float] = (),
-        lengths: Sequence[int] = (),
-    ) -> Stream:
+    def stream(self, cases: Cases) -> Stream:
+        sources, targets, device, heights = cases.sources, cases.targets, cases.device, cases.heights
         source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
         unit = np.array([features.unit(each, self.lengths) for each in targets])
         lacks = torch.from_numpy(np.stack([self.lacks(each) for each in targets]))
@@ -108,22 +97,16 @@ class Retargeter(Choices, SightRetargeter):
         )
         path = features.Path(unit, self.path, self.yaw, self.variant)
         sizes = _column([self.size(each) for each in sources], device)
-        return Stream(source, target, sizes, bodies, path, lengths)
+        return Stream(source, target, sizes, bodies, path, cases.lengths)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PmnetTraining:
-        casts, cast = self.casts(training_data), training_data.characters
         if len(training_data.clips) < 2:
             raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
-        first = {name: cast[mine[0]] for name, mine in casts.items()}
-        names = sorted(training_data.clips)
+        bodies, cast = self.training_bodies(training_data), training_data.characters
         return PmnetTraining(
-            training_data,
-            casts,
-            {name: self.body(body).skeleton for name, body in first.items()},
-            {name: self.bones(cast[name]) for name in names},
-            {name: self.lacks(cast[name]) for name in names},
-            {name: self.size(cast[name]) for name in names},
-            {name: self.roles(body) for name, body in first.items()},
+            bodies,
+            {name: self.size(cast[name]) for name in sorted(training_data.clips)},
+            {name: self.roles(cast[mine[0]]) for name, mine in bodies.casts.items()},
             self,
             config,
             lambda tensors: replace(self).using(tensors),

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from ..nkn.features import Variant
-from ..nkn.network.pose import MOVES
+from retarget_bench.training.layers.kinematic.features import Variant
+from retarget_bench.training.layers.kinematic.pose import MOVES
 
 TWIST, FEATURES, ADVERSARIAL = 10.0, 20.0, 2.0
 LIMBS = ("_leg", "_foot", "_arm", "_forearm")

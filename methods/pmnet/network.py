@@ -14,8 +14,7 @@ from retarget_bench.motion import rotation
 from retarget_bench.motion.body22 import folded
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
-
-from ..nkn.network.pose import MOVES, UP, Scale, quaternions
+from retarget_bench.training.layers.kinematic.pose import MOVES, UP, Scale, quaternions
 
 DROP = 0.2
 """Share of hidden numbers that are dropped while training."""
@@ -31,7 +30,7 @@ class Bodies:
 
     offsets: ``(rows, joints, 3)`` centimetres, bones of the reference pose. heights: ``(rows, 1)``
     centimetres, where the hips are in all frames. sizes: ``(rows, 1)`` heights along the bones, in hundreds
-    of centimetres. lacks, lacking: as in ``nkn/network/pose.py``.
+    of centimetres. lacks, lacking: see ``folded``.
     """
 
     tree: Tree

@@ -9,17 +9,16 @@ import torch
 from torch import Tensor, nn
 
 from retarget_bench.api import Method
-from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entropy
+from retarget_bench.training.layers.kinematic.features import Variant
+from retarget_bench.training.layers.kinematic.pose import MOVES
+from retarget_bench.training.layers.kinematic.unpaired import GroupCast, TrainingBodies, UnpairedTraining
+from retarget_bench.training.layers.masks import time_first_mask
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
+from retarget_bench.training.layers.twist import twist
 
-from ..nkn.features import Variant
-from ..nkn.losses import mask, twist
-from ..nkn.network.pose import MOVES
-from ..nkn.unpaired import UnpairedTraining
 from . import losses
 from .network import Bodies, Generator, divided
 
@@ -61,11 +60,7 @@ class PmnetTraining(UnpairedTraining):
 
     def __init__(
         self,
-        training_data: TrainingData,
-        casts: Mapping[str, Sequence[str]],
-        skeletons: Mapping[str, Skeleton],
-        bones: Mapping[str, np.ndarray],
-        lacks: Mapping[str, np.ndarray],
+        bodies: TrainingBodies,
         sizes: Mapping[str, float],
         roles: Mapping[str, Sequence[str | None]],
         choices: Choices,
@@ -73,11 +68,7 @@ class PmnetTraining(UnpairedTraining):
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
         super().__init__(
-            training_data,
-            casts,
-            skeletons,
-            bones,
-            lacks,
+            bodies,
             window=config.window,
             build=build,
             generator=lambda joints: Generator(joints, choices.hidden),
@@ -93,16 +84,10 @@ class PmnetTraining(UnpairedTraining):
         names = ("generator", "discriminator")
         self.phases = [Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names]
 
-    def _beside(
-        self,
-        numbers: np.random.Generator,
-        cast: Sequence[str],
-        names: Sequence[str],
-        same: np.ndarray,
-        among: Sequence[str],
-    ) -> dict[str, Any]:
-        del numbers, same, among
-        sizes = {"sizes": cast, "target_sizes": names}
+    def _beside(self, numbers: np.random.Generator, group: GroupCast) -> dict[str, Any]:
+        """Sizes of both bodies of every row."""
+        del numbers
+        sizes = {"sizes": group.sources, "target_sizes": group.targets}
         return {
             key: np.array([[self._sizes[name]] for name in mine], np.float32) for key, mine in sizes.items()
         }
@@ -135,7 +120,7 @@ class PmnetTraining(UnpairedTraining):
         )
         poses = source.scale.poses(group["poses"].transpose(0, 1))
         places, moves = poses[..., :-MOVES], poses[..., -MOVES:]
-        real = mask(len(poses), group["lengths"])
+        real = time_first_mask(group["lengths"], len(poses))
         kept = real * group["same"]
 
         features = source.encode(places)
@@ -151,7 +136,7 @@ class PmnetTraining(UnpairedTraining):
             "places": losses.places(here, places, weights, real),
             "same_places": nothing,
             "same_moves": nothing,
-            "twist": losses.TWIST * (twist(solved, real, "released") + twist(answers, real, "released")),
+            "twist": losses.TWIST * (twist(solved[..., 1:, :], real) + twist(answers[..., 1:, :], real)),
             "features": losses.FEATURES * losses.squares(features, target.encode(there), real - kept),
         }
         if names[0] == names[1]:

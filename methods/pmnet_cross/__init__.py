@@ -6,9 +6,9 @@ from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.layers.kinematic import many_structures
+from retarget_bench.training.layers.kinematic.many_structures import ManyStructures
 
-from ..nkn_cross import many_structures
-from ..nkn_cross.many_structures import ManyStructures
 from ..pmnet import DIFFERS, PARAMETERS, Pmnet
 from ..pmnet.inference import Retargeter
 
@@ -37,7 +37,7 @@ class PmnetCross(ManyStructures, Retargeter):
         differs={**DIFFERS, "ends": "loss on ends of limbs"},
         accepts=("motion", "positions"),
         default=False,
-        apart="knows the structures of its training alone",
+        apart="for the structures in the training data alone",
         parameters={**PARAMETERS, **many_structures.PARAMETERS},
     )
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.character import Character, Motion, Positions
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.contact import CONTACT_ROLES, CONTACT_SPEED, planted, runs
 from retarget_bench.motion.roles import HANDS
 from retarget_bench.plugins.post_processors import PostCard
@@ -64,7 +64,7 @@ class FootFix:
         touched = np.flatnonzero((near(rests, reach)[0] > 0).any(axis=(1, 2)))
         if not len(touched):
             return prediction
-        if isinstance(prediction, Positions):
+        if not isinstance(prediction, Motion):
             return body.positions(wanted, prediction.fps)
         moved = prediction.copy()
         for first in range(0, len(touched), CHUNK):

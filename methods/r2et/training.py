@@ -20,8 +20,8 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entropy
 from retarget_bench.training.layers.masks import frame_mask
+from retarget_bench.training.layers.twist import twist
 
-from ..nkn.losses import twist
 from . import features, losses
 from .discriminator import TrajectoryDiscriminator
 from .network import SkeletonAwareNetwork
@@ -82,7 +82,8 @@ class R2ETTraining:
         same = numbers.random(rows) < SAME
         same[0] &= not same.all()  # there is always a row for the discriminator
         target = [
-            name if keep else self._other(numbers, name) for name, keep in zip(own, same, strict=True)
+            name if keep else self.training_data.another(numbers, name)
+            for name, keep in zip(own, same, strict=True)
         ]
         windows = self.training_data.draw(numbers, own, self._window)
         arrays, mask = windows.arrays, windows.mask[..., None]
@@ -100,10 +101,6 @@ class R2ETTraining:
             "same": same,
             "other": np.flatnonzero(~same),
         }
-
-    def _other(self, numbers: np.random.Generator, name: str) -> str:
-        step = 1 + int(numbers.integers(len(self._names) - 1))
-        return self._names[(self._number[name] + step) % len(self._names)]
 
     def _bodies(self, names: Sequence[str]) -> dict[str, Any]:
         rows = [self._number[name] for name in names]

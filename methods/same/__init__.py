@@ -68,7 +68,7 @@ class Same(LearnedMethod):
             published=({"path": "integrated"},),
             differs={"path": "path relative to the source's"},
             default=False,
-            apart="is far from trained to its end",
+            apart="training not finished",
             parameters={
                 "weights": "name of shipped weights, or a path to others; also the authors' folder",
                 "path": "integrated (moves summed up) or relative (the source's; what differs fades)",

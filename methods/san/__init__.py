@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Unpack
 
-import numpy as np
-
-from retarget_bench.api import Context, Method, MethodCard, Prediction
-from retarget_bench.errors import BenchError, NotSupported, SkeletonError
+from retarget_bench.api import Method, MethodCard
+from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.learned_method import LearnedMethod
+from retarget_bench.training.layers.skeletal.body import FOUR, LayoutBody, structure_key, tree_of
+from retarget_bench.training.layers.skeletal.features import unfit
+from retarget_bench.training.layers.skeletal.method import SkeletalMethod
+from retarget_bench.training.layers.trained_structures import not_among, unknown
 
-from ..pan.body import FOUR, PanBody, structure_key, tree_of
-from ..pan.features import unfit
-from .settings import ALL, DIFFERS, PARAMETERS, SETTINGS, TWO_LEGGED, Overrides, Settings, Variant
+from .settings import DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
 from .skeleton import layout_of
 
 if TYPE_CHECKING:
@@ -33,7 +31,7 @@ SHORTEST = 32
 """Frames of a training window that discriminators have a patch of."""
 
 
-class San(LearnedMethod):
+class San(SkeletalMethod):
     """Skeleton-aware networks (Aberman, Li, Lischinski, Sorkine-Hornung, Cohen-Or, Chen: SIGGRAPH 2020).
 
     Every structure has an auto-encoder of skeletal convolutions and poolings, which collapse the skeleton
@@ -47,7 +45,7 @@ class San(LearnedMethod):
     joint positions. Where a parameter is empty or negative, the variant decides:
 
     neighbours: of the root's slot, see ``Edges.neighbours``. root, lengths, path: the features of motions,
-        see PAN's ``Features``.
+        see ``Features``.
     statistics: mean and deviation by ``structure`` or, as released, by ``character``. target_stats: by
         character, the statistics that an answer gets: ``transferred`` those of training; ``own`` those of
         the target's reference motions, which is the leak of the published numbers (rows are marked
@@ -78,11 +76,6 @@ class San(LearnedMethod):
         self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
         self.allowed = given["structures"]
         self.settings: Settings = SETTINGS[variant].overridden(given)
-        privileged = self.target_stats == "own"
-        if privileged and self.settings.statistics != "character":
-            raise BenchError(
-                "target_stats=own needs statistics=character: of a structure there is nothing to leak"
-            )
         self.card = MethodCard(
             name="san",
             title="SAN",
@@ -92,20 +85,15 @@ class San(LearnedMethod):
             "Deep Motion Retargeting, SIGGRAPH 2020",
             published=({"variant": "released"},),
             differs=DIFFERS if variant == "own" else {},
-            needs=("target_motions",) if privileged else (),
+            needs=self._privileged(),
             default=False,
-            apart="knows the structures of its training alone",
+            apart="for the structures in the training data alone",
             parameters=PARAMETERS,
         )
 
     # ------------------------------------------------------------------------------------------ bodies
     def unfit(self, character: Character) -> str:
-        if self.allowed == TWO_LEGGED:
-            if character.four_legged:
-                return f"{character.name} stands on four legs, and this san is for bodies of two"
-        elif self.allowed != ALL and character.structure not in self.allowed.split("+"):
-            return f"{character.name} is of structure {character.structure}, not of {self.allowed}"
-        return self._unseen(character)
+        return not_among(character, self.allowed, self.card.name) or self._unseen(character)
 
     def _unseen(self, character: Character) -> str:
         """Reason why a body has no features; "" where it has."""
@@ -115,18 +103,15 @@ class San(LearnedMethod):
             return str(error)
         return unfit(character, self.settings.features)
 
-    def body(self, character: Character) -> PanBody:
+    def body(self, character: Character) -> LayoutBody:
         return _body(character, self.settings.rerooted)
 
-    def structure(self, character: Character) -> str:
-        return structure_key(character)
+    def assigned(self, character: Character) -> tuple[str, LayoutBody]:
+        return structure_key(character), self.body(character)
 
     # ---------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
         return {"variant": self.variant, "structures": self.allowed, **self.settings.values()}
-
-    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return self.settings.features.see(motion, self.body(motion.character))
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SanTraining:
         """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
@@ -136,72 +121,43 @@ class San(LearnedMethod):
             raise NotSupported(
                 f"windows of san are a multiple of 4 and {SHORTEST} or more, and not {config.window}"
             )
-        bodies: dict[str, dict[str, PanBody]] = {}
-        for name in sorted(training_data.clips):
-            body = self.body(training_data.characters[name])
-            mine = bodies.setdefault(self.structure(body.character), {})
-            mine[name] = body
-            first = next(iter(mine.values()))
-            if first.layout != body.layout:
-                raise NotSupported(
-                    f"{first.character.name} and {name} are both of structure {body.character.structure} "
-                    "and have different joints; give one of them another structure"
-                )
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             same = {"path": self.settings.features.path, "tips": self.tips}
             return San(**{**self.facts(), **same}, target_stats=self.target_stats).using(tensors)
 
-        return SanTraining(training_data, config, bodies, self.settings, trained)
+        return SanTraining(training_data, config, self.bodies(training_data), self.settings, trained)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
         if self.untrained:
             return self.untrained
+        layouts = {name: mine.layout for name, mine in self.structures.items()}
+        names = [name.removesuffix(f"_{FOUR}") for name in layouts]
         for each in (source, target):
             if why := self._unseen(each):
                 return why
-            known = self.structures.get(self.structure(each))
-            if known is None:
-                names = ", ".join(name.removesuffix(f"_{FOUR}") for name in self.structures)
-                return f"{each.name} is of structure {each.structure}, and these weights know {names}"
-            if known.layout != self.body(each).layout:
-                return f"{each.name} has other joints than the {each.structure} that these weights know"
+            key, body = self.assigned(each)
+            if why := unknown(each, layouts, key, body.layout, names):
+                return why
         return None
 
     @cached_property
     def structures(self) -> Mapping[str, Structure]:
         """The networks by structure. Raises BenchError where there are no weights."""
-        from ..pan.structure import by_structure
+        from retarget_bench.training.layers.skeletal.structure import by_structure
+
         from .structure import rebuilt
 
         found = by_structure(self.tensors)
         return {name: rebuilt(mine, self.settings.design) for name, mine in found.items()}
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
-        return self.retarget_batch([source], [target], contexts=[context])[0]
-
-    def retarget_batch(
-        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
-    ) -> list[Motion]:
-        """The motions of the targets; those of one length and one pair of structures together."""
-        from .inference import retargeted
-
-        motions = []
-        for source, target in zip(sources, targets, strict=True):
-            if why := self.supports(source.character, target):
-                raise NotSupported(why)
-            if not isinstance(source, Motion):
-                raise NotSupported("san reads rotations, and this source is known by positions only")
-            motions.append(source)
-        return retargeted(self, motions, targets, contexts)
-
 
 @lru_cache(maxsize=1024)
-def _body(character: Character, turned: bool) -> PanBody:
+def _body(character: Character, turned: bool) -> LayoutBody:
     """The joints that position errors count, those at and below the hips, in a layout of their own."""
     parents, joints = tree_of(character, turned)
-    return PanBody(character, layout_of(parents, [character.roles[joint] for joint in joints]), joints)
+    return LayoutBody(character, layout_of(parents, [character.roles[joint] for joint in joints]), joints)
 
 
 plugin = San

@@ -1,6 +1,6 @@
 """SAN's losses, by the names that the paper gives them, with weights and details of the authors' code."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import torch
@@ -8,13 +8,11 @@ from torch import Tensor, nn
 from torch.nn.functional import l1_loss, mse_loss
 
 from retarget_bench.training.contract import Terms
-from retarget_bench.training.layers.adversarial import ReplayBuffer, least_squares
+from retarget_bench.training.layers.skeletal.end_effectors import FASTER, NEAR, RESTING, ends_of
+from retarget_bench.training.layers.skeletal.layout import Layout, shared
 
-from ..pan.layout import Layout
-from ..pan.losses import FASTER, NEAR, REPLAYED, RESTING, discriminator_loss, ends_of
-from ..pan.structure import arranged, shared
-from .network import PLACE, Design, Discriminator
 from .settings import Settings
+from .structure import carried
 
 
 def end_effectors(source: Tensor, answer: Tensor) -> Tensor:
@@ -121,42 +119,3 @@ class Objective:
                 source[:, :, [ours[end] for end in both]], answer[:, :, [theirs[end] for end in both]]
             )
         self.add("ends", self.weights.ends, term)
-
-
-def carried(code: Tensor, source: Layout, target: Layout) -> Tensor:
-    """A code ``(rows, frames, chains + 1, width)``, the root's last, with the chains of another structure;
-    those that the source does not have are zero."""
-    return torch.cat([arranged(code[:, :, :-1], source, target), code[:, :, -1:]], 2)
-
-
-class Discriminators(nn.Module):
-    """One discriminator for each structure, with its replay buffer of answers."""
-
-    def __init__(self, layouts: Mapping[str, Layout], frames: int, design: Design) -> None:
-        super().__init__()
-        self.discriminators = nn.ModuleDict(
-            {name: Discriminator(design.levels(layout)) for name, layout in layouts.items()}
-        )
-        self.pools = nn.ModuleDict(
-            {
-                name: ReplayBuffer(REPLAYED, frames, layout.edges + 1, PLACE)
-                for name, layout in layouts.items()
-            }
-        )
-
-    def adversarial_loss(self, name: str, answers: Tensor) -> Tensor:
-        """For the generator; answers ``(rows, frames, slots, 3)``."""
-        return least_squares(self.discriminators[name](answers), True)
-
-    def loss(self, shown: Sequence[tuple[str, Tensor, Tensor]]) -> Terms:
-        """For the discriminators, the sum over structures. shown: structure, real motion, answers."""
-        found = []
-        for name, real, answers in shown:
-            discriminator = self.discriminators[name]
-            scores = discriminator(real)
-            found.append(discriminator_loss(scores, discriminator(self.pools[name](answers))))
-        names = {name for name, _, _ in shown}
-        unused = [each for name, each in self.discriminators.items() if name not in names]
-        # processes that train together need a gradient of every parameter
-        idle = [0.0 * parameter.sum() for each in unused for parameter in each.parameters()]
-        return {"told_apart": torch.stack(found + idle).sum()}

@@ -15,7 +15,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ..pan.layout import Layout
+from retarget_bench.training.layers.skeletal.layout import Layout
+
 from .skeleton import Levels, Neighbours, Slots
 
 KERNEL, LAST = 15, 16

@@ -1,7 +1,7 @@
 """SAN's variants and the parameters that override them.
 
 ``released`` is Aberman et al., SIGGRAPH 2020, as the authors' code runs it, with which its numbers were
-made; ``own`` the same networks and losses on PAN's features of bodies in hip heights.
+made; ``own`` the same networks and losses on features of bodies in hip heights.
 """
 
 import math
@@ -11,15 +11,15 @@ from typing import Annotated, Any, Final, Literal, Self, TypedDict
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.layers.skeletal.features import Features, Lengths, Path, Root
+from retarget_bench.training.layers.trained_structures import TWO_LEGGED
 
-from ..pan.features import Features, Lengths, Path, Root
 from .network import Design
 from .skeleton import Neighbours
 
 Variant = Literal["own", "released"]
 Statistics = Literal["structure", "character"]
 Heights = Literal["given", "learnt"]
-TWO_LEGGED, ALL = "two_legged", "all"
 UNSET: Final = ""
 """A choice that the variant makes."""
 NEGATIVE: Final = -1.0
@@ -105,8 +105,9 @@ class Settings:
     """Everything that a variant chooses.
 
     statistics: whether mean and deviation are by structure or by character; deviations are
-    ``least_deviation`` or more. rerooted: trees begin where the legs do (PAN's ``tree.py``). heights: that
-    the movement of end effectors is compared in: of the bodies, or numbers that start there and are learnt.
+    ``least_deviation`` or more. rerooted: trees begin where the legs do (``skeletal/tree.py``). heights:
+    that the movement of end effectors is compared in: of the bodies, or numbers that start there and are
+    learnt.
     shared: structures have the same initial weights for what they have in common.
     """
 

@@ -15,8 +15,7 @@ from typing import Literal, Self
 import numpy as np
 
 from retarget_bench.motion.roles import body_part
-
-from ..pan.layout import Layout
+from retarget_bench.training.layers.skeletal.layout import Layout
 
 Neighbours = Literal["fixed", "released"]
 Slots = tuple[tuple[int, ...], ...]
@@ -93,7 +92,7 @@ def _within(pairs: Sequence[tuple[int, int]], distance: int) -> np.ndarray:
 
 
 def layout_of(parents: Sequence[int], roles: Sequence[str | None]) -> Layout:
-    """A tree as PAN's layout, whose parts are its chains.
+    """A tree as a layout whose parts are its chains.
 
     A chain is named after the body parts in which the body ends below it: the spine is
     ``head+left_arm+right_arm``. So chains of two structures correspond in whatever order files have them.

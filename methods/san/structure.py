@@ -1,47 +1,43 @@
 """One structure: its networks, statistics and tensors, and the initial weights that structures share."""
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from typing import Any
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
-from ..pan.layout import Layout
-from ..pan.structure import CAST, PARENTS, ROLES, ROWS
-from ..pan.structure import Structure as PanStructure
+from retarget_bench.training.layers.skeletal.layout import Layout
+from retarget_bench.training.layers.skeletal.structure import StructureNetworks, arranged, described
+
 from .network import Decoder, Design, Encoder, Skeletal, StaticEncoder
 from .skeleton import Slots, layout_of
 
 Codes = tuple[Tensor, ...]
 
 
-class Structure(PanStructure):
-    """PAN's, of which it has the statistics and tensors, with SAN's networks."""
-
-    skeleton: Any
-    encoder: Any
-    decoder: Any
+class Structure(StructureNetworks):
+    """Static encoder, encoder, decoder and statistics of a structure."""
 
     def __init__(self, layout: Layout, design: Design, cast: Sequence[str] = ()) -> None:
-        nn.Module.__init__(self)  # PAN's networks are not built
-        self.layout, self.cast, self.design = layout, tuple(cast), design
-        self.levels = design.levels(layout)
+        super().__init__(layout, cast)
+        self.design, self.levels = design, design.levels(layout)
         self.skeleton = StaticEncoder(self.levels)
         self.encoder = Encoder(self.levels)
         self.decoder = Decoder(self.levels, design.padded)
-        shape = (1 + len(self.cast), layout.edges + 1, 4)
-        self.register_buffer("mean", torch.zeros(shape))
-        self.register_buffer("deviation", torch.ones(shape))
 
     def codes(self, bones: Tensor) -> Codes:
         """Of bodies with these bones ``(bodies, edges + 1, 3)``, the last of which is zero."""
         found: Codes = self.skeleton(self.design.arranged(bones))
         return found
 
-    def answer(self, code: Tensor, bones: Tensor) -> Tensor:
-        """``(rows, frames, edges + 1, 4)`` normalised channels of bodies with these bones.
+    def code(self, edges: Tensor, bones: Tensor) -> Tensor:
+        """``(rows, frames / 4, chains + 1, width)``"""
+        code: Tensor = self.encoder(edges, self.codes(bones))
+        return code
 
-        code: ``(rows, frames / 4, chains + 1, width)``. bones: ``(rows, edges + 1, 3)``."""
+    def taken(self, code: Tensor, source: Layout) -> Tensor:
+        return carried(code, source, self.layout)
+
+    def answer(self, code: Tensor, bones: Tensor) -> Tensor:
         found: Tensor = self.decoder(code, self.codes(bones))
         return found
 
@@ -52,12 +48,17 @@ class Structure(PanStructure):
                 each.freeze()
 
 
+def carried(code: Tensor, source: Layout, target: Layout) -> Tensor:
+    """A code ``(rows, frames, chains + 1, width)``, the root's last, with the chains of another structure;
+    those that the source does not have are zero."""
+    return torch.cat([arranged(code[:, :, :-1], source, target), code[:, :, -1:]], 2)
+
+
 def rebuilt(tensors: Mapping[str, Tensor], design: Design) -> Structure:
     """The structure that its marks (see ``Structure.marks``) and the state of its modules describe, its
     weights frozen."""
-    roles, cast = (bytes(tensors[name].tolist()).decode().strip("\0").split(ROWS) for name in (ROLES, CAST))
-    layout = layout_of([int(each) for each in tensors[PARENTS]], [role or None for role in roles])
-    structure = Structure(layout, design, [name for name in cast if name])
+    parents, roles, cast = described(tensors)
+    structure = Structure(layout_of(parents, roles), design, cast)
     structure.load(tensors)
     structure.freeze()
     return structure.eval()

@@ -1,88 +1,65 @@
 """Training of SAN: each step reconstructs two structures and carries each to both, with the same codes."""
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate
 from typing import Any
 
-import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from retarget_bench.api import Method
-from retarget_bench.errors import NotSupported
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.contract import Batch, Phase, Terms
+from retarget_bench.training.contract import Phase, Terms
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.skeletal.discriminators import Discriminators
+from retarget_bench.training.layers.skeletal.kinematics import Kinematics, world
+from retarget_bench.training.layers.skeletal.layout import Layout
+from retarget_bench.training.layers.skeletal.training import Bodies, Side, SkeletalTraining
+from retarget_bench.training.layers.skeletal.windows import Windows
 
-from ..pan.body import PanBody
-from ..pan.structure import Kinematics, by_structure, matching, world
-from ..pan.training_data import Windows, fit_statistics
-from .losses import Answer, Discriminators, Heights, Objective, carried
-from .network import PLACE
+from .losses import Answer, Heights, Objective
+from .network import PLACE, Discriminator
 from .settings import Settings
-from .structure import Codes, Structure, share_initialisation
-
-Side = Mapping[str, Any]
-"""One structure's part of a batch: see PAN's ``Windows.draw``."""
+from .structure import Codes, Structure, carried, share_initialisation
 
 
-class SanTraining:
-    """A ``TrainingModule`` (see ``training/contract.py``).
-
-    bodies: of each character by structure. build: the method with the tensors that it is given.
-    Raises NotSupported where there is one character only.
-    """
+class SanTraining(SkeletalTraining[Structure]):
+    """See ``SkeletalTraining``. bodies: of two characters or more."""
 
     def __init__(
         self,
         training_data: TrainingData,
         config: TrainingConfig,
-        bodies: Mapping[str, Mapping[str, PanBody]],
+        bodies: Bodies,
         settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        if len(training_data.clips) < 2:
-            raise NotSupported("san learns from at least two characters, and there is one")
-        self._build, self._settings, self._names = build, settings, sorted(bodies)
-        # batches say which character each row is of, for statistics and learnt heights alike
+        self._settings, frames = settings, config.window
         ends: dict[str, list[int]] = {name: [] for name in bodies}
-        self._windows = Windows(
-            training_data, config.window, bodies, ends, settings.features, backwards=True, by_character=True
+        # batches say which character each row is of, for statistics and learnt heights alike
+        windows = Windows(
+            training_data, frames, bodies, ends, settings.features, backwards=True, by_character=True
         )
-        own, first = settings.statistics == "character", 0
-        self._structures, self._firsts = {}, {}
-        for name in self._names:
-            cast = sorted(bodies[name])
-            layout = next(iter(bodies[name].values())).layout
-            structure = Structure(layout, settings.design, cast if own else ())
-            fit_statistics(structure, training_data, cast, settings.least_deviation)
-            self._structures[name], self._firsts[name] = structure, first
-            first += len(cast)
-        if settings.shared:
-            share_initialisation(list(self._structures.values()))
+        super().__init__(training_data, bodies, settings, build, windows)
+        counts = [len(bodies[name]) for name in self._names]
+        self._firsts = dict(zip(self._names, accumulate(counts, initial=0), strict=False))
         self._kinematics = {name: Kinematics(next(iter(bodies[name].values()))) for name in self._names}
         layouts = {name: each.layout for name, each in self._structures.items()}
         self._objective = Objective(settings, layouts)
-        generator = nn.ModuleDict(self._structures)
-        self.modules = nn.ModuleDict({"generator": generator})
-        self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
         if settings.heights == "learnt":
-            self.modules["heights"] = Heights(first)
+            self.modules["heights"] = Heights(sum(counts))
             self.phases = (Phase("generator", ("generator", "heights")),)
-        self._discriminators = Discriminators(layouts, config.window, settings.design)
-        if settings.weights.adversarial > 0:
-            self.modules["discriminator"] = self._discriminators
-            self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))
+        judges = {name: Discriminator(settings.design.levels(each)) for name, each in layouts.items()}
+        replayed = {name: (frames, each.edges + 1, PLACE) for name, each in layouts.items()}
+        self._judge(Discriminators(judges, replayed), settings.weights.adversarial)
 
-    def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
-        return self._windows.draw(numbers, rows)
+    def _networks(self, layout: Layout, cast: Sequence[str]) -> Structure:
+        return Structure(layout, self._settings.design, cast)
+
+    def _share_initialisation(self, structures: Sequence[Structure]) -> None:
+        share_initialisation(structures)
 
     # ----------------------------------------------------------------------------------------- losses
-    def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
-        if phase == "discriminator":
-            return self._discriminators.loss(memory["shown"])
-        return self._generate(batch["sides"], memory)
-
     def _generate(self, sides: Sequence[Side], memory: dict[str, Any]) -> Terms:
         """Source and target structures in all pairs; the calls of one network are put together."""
         objective, count = self._objective, len(sides)
@@ -169,29 +146,6 @@ class SanTraining:
         vectors = self._kinematics[name].vectors(answer.local)
         slots = torch.cat([vectors, answer.plain[:, :, -1:, :PLACE]], 2)
         return self._settings.design.arranged(slots)
-
-    # ---------------------------------------------------------------------------------------- weights
-    def method(self) -> Method:
-        return self._build(self.export())
-
-    def export(self) -> Mapping[str, Tensor]:
-        found: dict[str, Tensor] = {}
-        for name, structure in self._structures.items():
-            state = exported(structure) | structure.marks()
-            found |= {f"{name}.{key}": each for key, each in state.items()}
-        return found
-
-    def load(self, tensors: Mapping[str, Tensor]) -> None:
-        """Take over weights, also of another data set: structures are matched by their joints. Statistics
-        stay those of this training's motion.
-
-        Raises BenchError where one is missing or does not fit."""
-        known = by_structure(tensors)
-        found = {name: matching(each, name, known) for name, each in self._structures.items()}
-        for name, structure in self._structures.items():
-            fitted = structure.mean.clone(), structure.deviation.clone()
-            structure.load(found[name])
-            structure.mean, structure.deviation = fitted
 
 
 def _chunk(codes: Codes, number: int, of: int) -> Codes:

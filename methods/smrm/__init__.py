@@ -63,6 +63,8 @@ class SMRM(Weighting, LearnedMethod):
         ``self``: those of the same clip carried to its own body.
     same: share of rows that go to their own body, as in NKN; in these rows the answer itself is compared
         with the clip too. context: see Table 3.
+    noise: ours, of training: deviation of every coordinate of the source's joints from the true one, in
+        every frame anew, hip heights. For sources whose joints are found by ``skr``.
 
     The cycle loss on joints is the mean squared error of places relative to the hips plus that of the hips'
     path over the window, in units of the normalisation (metres, or hip heights). Adam is torch's, gradients
@@ -75,6 +77,7 @@ class SMRM(Weighting, LearnedMethod):
     root: Root = "height"
     yaw: Yaw = "removed"
     context: int = 30
+    noise: float = 0.0
     hidden: int = 512
     path: root_rules.PathKind = "relative"
     weights: str = "puppets"
@@ -102,6 +105,7 @@ class SMRM(Weighting, LearnedMethod):
             "reference_rotation": "what rotations are compared with: truth, self",
             "same": "share of training rows whose target is their own character; negative: as the variant",
             "context": "frames of a training window",
+            "noise": "of the source's joints in training, hip heights (0: none)",
             "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
             "hidden": "numbers of a GRU's state",
         },
@@ -113,6 +117,8 @@ class SMRM(Weighting, LearnedMethod):
             raise BenchError("smrm needs a context of two frames or more, and at least one hidden number")
         if min(self.adversarial, self.rotation_cycle, self.smooth) < 0 or not 0 <= self.same <= 1:
             raise BenchError("weights of smrm's losses cannot be negative, and same is a share from 0 to 1")
+        if not 0.0 <= self.noise < 1.0:
+            raise BenchError("smrm: noise is a share of the hip height, from 0 to below 1")
         self.features = Features(self.normalisation, self.root, self.yaw)
 
     @property
@@ -138,8 +144,10 @@ class SMRM(Weighting, LearnedMethod):
 
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        """All parameters that weights depend on; of the variant, what it decides."""
-        return {name: x for name, x in asdict(self).items() if name not in ("path", "variant", "weights")}
+        """All parameters that weights depend on; of the variant, what it decides. Without noise, weights
+        are those of before there was any."""
+        left_out = ("path", "variant", "weights", *(() if self.noise else ("noise",)))
+        return {name: x for name, x in asdict(self).items() if name not in left_out}
 
     def unfit(self, character: Character) -> str:
         return unfit(character)
@@ -155,6 +163,7 @@ class SMRM(Weighting, LearnedMethod):
             self,
             Generator(self.hidden),
             lambda tensors: replace(self).using(tensors),
+            self.noise,
         )
 
     # ----------------------------------------------------------------------------------- retargeting
@@ -170,10 +179,11 @@ class SMRM(Weighting, LearnedMethod):
         if not sources:
             return []
         device = torch.device(contexts[0].device)
-        return retargeted(self._generator.to(device), self.features, sources, targets, path=self.path)
+        return retargeted(self.generator.to(device), self.features, sources, targets, path=self.path)
 
     @cached_property
-    def _generator(self) -> Generator:
+    def generator(self) -> Generator:
+        """The networks, in evaluation mode."""
         generator = Generator(self.hidden)
         weights.fill(generator, self.tensors)
         return generator.eval()

@@ -110,6 +110,16 @@ class Features:
             step[..., 1] = hips[..., 1]
         return step
 
+    def moved_by(self, shifts: np.ndarray) -> np.ndarray:
+        """What shifts of the hips ``(..., frames, 3)``, seen from where the character faces, add to
+        ``moves``; what turns between two frames is left out."""
+        if self.root == "position":
+            return shifts
+        change = np.diff(shifts, axis=-2, prepend=shifts[..., :1, :])
+        if self.root == "height":
+            change[..., 1] = shifts[..., 1]
+        return np.asarray(change)
+
     def path(self, moves: Tensor, turn: Tensor) -> Tensor:
         """Path of the hips ``(..., frames, 3)``, level from their first place on.
 

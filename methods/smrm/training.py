@@ -62,13 +62,15 @@ class SmrmTraining:
         weighting: Weighting,
         generator: Generator,
         trained: Callable[[Mapping[str, Tensor]], Method],
+        noise: float = 0.0,
     ) -> None:
-        """trained: makes the method from exported tensors. Raises NotSupported with one character only."""
+        """trained: makes the method from exported tensors. noise: of the source's joints, hip heights.
+        Raises NotSupported with one character only."""
         if len(training_data.clips) < 2:
             raise NotSupported("smrm learns from at least two characters, and there is one")
         self.training_data, self.features = training_data, features
         self.weighting, self._trained = weighting, trained
-        self._window = config.window
+        self._window, self._noise = config.window, noise
         self._names = sorted(training_data.clips)
         bodies = [features.body(training_data.characters[name]) for name in self._names]
         self._number = {name: number for number, name in enumerate(self._names)}
@@ -104,25 +106,22 @@ class SmrmTraining:
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
         """A window of a character per row, a body to carry it to, and a window of that body's own."""
         own = self.training_data.cast(numbers, rows)
-        others = [self._other(numbers, name) for name in own]
+        others = [self.training_data.another(numbers, name) for name in own]
         same = numbers.random(rows) < self.weighting.same
         if self._adversarial:
             same[0] &= not same.all()  # there is always a row for the discriminator
         target = [a if keep else b for a, b, keep in zip(own, others, same, strict=True)]
-        batch = {
+        batch: dict[str, Any] = {
             "source": self._seen(numbers, self.training_data.draw(numbers, own, self._window)),
             "body": self._bodies(own),
             "target": self._bodies(target),
             "same": same,
             "other": np.flatnonzero(~same),
         }
+        batch["shown"] = self._noisy(numbers, batch["source"])
         if self._adversarial:
             batch["real"] = self._seen(numbers, self.training_data.draw(numbers, target, self._window))
         return batch
-
-    def _other(self, numbers: np.random.Generator, name: str) -> str:
-        step = 1 + int(numbers.integers(len(self._names) - 1))
-        return self._names[(self._number[name] + step) % len(self._names)]
 
     def _bodies(self, names: Sequence[str]) -> dict[str, Any]:
         rows = [self._number[name] for name in names]
@@ -144,12 +143,22 @@ class SmrmTraining:
         kept = {key: array.astype(np.float32, copy=False) for key, array in kept.items()}
         return kept | {"lengths": windows.lengths}
 
+    def _noisy(self, numbers: np.random.Generator, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What the encoder is shown: positions and moves of joints that are not where they should be."""
+        positions, moves = seen["positions"], seen["moves"]
+        if self._noise:
+            off = numbers.normal(0.0, self._noise, positions.shape).astype(np.float32)
+            hips = off[:, :, :1]
+            positions = positions + off - hips
+            moves = moves + self.features.moved_by(hips[:, :, 0])
+        return {"positions": positions, "moves": moves}
+
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         if phase == "discriminator":
             return self._discriminate(batch, memory)
         source, weighting = batch["source"], self.weighting
-        codes, _ = self.generator.encode(source["positions"], source["moves"])
+        codes, _ = self.generator.encode(batch["shown"]["positions"], batch["shown"]["moves"])
         there = self._decoded(codes, batch["target"])
         again, _ = self.generator.encode(there.positions, there.moves)
         back = self._decoded(again, batch["body"])

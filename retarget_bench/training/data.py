@@ -143,6 +143,12 @@ class TrainingData:
         names = sorted(self.clips) if among is None else list(among)
         return [names[k] for k in numbers.integers(len(names), size=rows)]
 
+    def another(self, numbers: np.random.Generator, name: str) -> str:
+        """A character other than this one, each as likely; there are two or more."""
+        names = sorted(self.clips)
+        step = 1 + int(numbers.integers(len(names) - 1))
+        return names[(names.index(name) + step) % len(names)]
+
     def stacked(self, key: str, characters: Sequence[str] | None = None) -> np.ndarray:
         """``(frames of all clips, ...)``: one array of every clip in a row, for statistics."""
         names = sorted(self.clips) if characters is None else characters

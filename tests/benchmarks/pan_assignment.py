@@ -15,9 +15,10 @@ import numpy as np
 
 from retarget_bench.evaluation import plan, predict
 from retarget_bench.evaluation.score import score
-from retarget_bench.methods.pan.body import FOUR, Assignment, in_layout
+from retarget_bench.methods.pan.assignment import Assignment, in_layout
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.layers.skeletal.body import FOUR
 
 ODD, VALUES = "h36m17", ("mpjpe_h.root", "mpjpe_h.world")
 

@@ -36,12 +36,12 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
 
 from pan_reference import S23, S28, PlainDecoder, PlainEncoder, PlainSkeletonEncoder
 
-from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
 from retarget_bench.methods.pan.settings import RELEASED
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.layers.skeletal.layout import Layout
 
 LAYOUTS = (S23, S28)
 FRAMES, LONG = 64, 600

@@ -31,6 +31,7 @@ from retarget_bench.methods.nkn.network.rollout import Memory, Rollout, Weights
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.layers.kinematic.retargeter import Cases
 from retarget_bench.training.phases import optimiser_phases, to_device
 
 ROWS, FRAMES, HIDDEN, CHANNELS = 16, 60, 512, 70
@@ -140,7 +141,7 @@ def frames_per_second(cell: str, rounds: int) -> tuple[float, float]:
     poses = np.zeros((LONG, CLIPS, CHANNELS), np.float32)
     best = [float("inf"), float("inf")]
     for _ in range(rounds):
-        stream = ready.stream([body] * CLIPS, [body] * CLIPS)
+        stream = ready.stream(Cases([body] * CLIPS, [body] * CLIPS))
         start = time.perf_counter(), time.process_time()
         stream.advance(poses, np.ones((LONG, CLIPS), complex), np.zeros((LONG, CLIPS, 3)))
         taken = time.perf_counter() - start[0], time.process_time() - start[1]

@@ -32,7 +32,7 @@ import method_bodies
 from san_reference import PlainDiscriminator, make_plain
 
 from retarget_bench.methods.san import San
-from retarget_bench.methods.san.losses import carried
+from retarget_bench.methods.san.structure import carried
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData

@@ -184,7 +184,7 @@ def training(
 
 
 def _clip(method: Pan, name: str, character: Character) -> ClipArrays:
-    edges = method._own(character).layout.edges + 1
+    edges = method.body(character).layout.edges + 1
     shapes = {"edges": (70, edges, 4), "turn": (70, 2), "hips": (70, 3)}
     return ClipArrays(name, "none", {k: np.ones(shape, dtype=np.float32) for k, shape in shapes.items()})
 

@@ -14,9 +14,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.pan.network import Decoder, Encoder, SkeletonEncoder
 from retarget_bench.methods.pan.settings import Design
+from retarget_bench.training.layers.skeletal.layout import Layout
 
 HIDDEN = -1e20
 

@@ -11,10 +11,10 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.san.network import Decoder, Discriminator, Encoder, Skeletal, StaticEncoder
 from retarget_bench.methods.san.skeleton import Levels, Slots, layout_of
 from retarget_bench.methods.san.structure import Structure
+from retarget_bench.training.layers.skeletal.layout import Layout
 
 S23: Layout = layout_of(
     (-1, 0, 1, 2, 3, 0, 5, 6, 7, 0, 9, 10, 11, 12, 13, 12, 15, 16, 17, 12, 19, 20, 21), (None,) * 23

@@ -14,13 +14,14 @@ from method_bodies import body, dance, without
 
 from retarget_bench.api import Context
 from retarget_bench.methods.nkn import plugin as Nkn
-from retarget_bench.methods.nkn.network.pose import Bodies, Scale, quaternions
+from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.motion.body22 import BODY22, Body22
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.layers.kinematic.pose import Scale, quaternions
 
 TOES = ("LeftToeBase", "RightToeBase")
 MUCH = (*TOES, "LeftShoulder", "RightShoulder", "Spine2")

@@ -13,11 +13,12 @@ from nkn_toys import CAST, apart, batch, structured, train, training_data, train
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.features import answer
-from retarget_bench.methods.nkn.network.pose import Bodies
+from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.layers.kinematic.features import answer
+from retarget_bench.training.layers.kinematic.retargeter import Cases
 
 SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
 
@@ -214,7 +215,7 @@ def test_chunks_of_any_length_are_the_whole(method, path):
     sight, whole = method.see(source), run(method, source, target)
     lead = sight.hips * target.measures.hip_height / source.character.measures.hip_height
     for sizes in ([1] * 60, [7, 1, 52], [59, 1]):
-        stream = method.stream([source.character], [target])
+        stream = method.stream(Cases([source.character], [target]))
         parts, at = [], 0
         for size in sizes:
             part = slice(at, at + size)
@@ -228,7 +229,7 @@ def test_chunks_of_any_length_are_the_whole(method, path):
 def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
     sight, kept = method.see(dance(CAST["one"], 60)), []
     for frames in (1, 60):
-        stream = method.stream([CAST["one"]], [CAST["long"]])
+        stream = method.stream(Cases([CAST["one"]], [CAST["long"]]))
         stream.advance(*(each[:frames, None] for each in (sight.poses, sight.turn, sight.hips)))
         kept.append(sum(each.untyped_storage().nbytes() for each in stream.held()))
     assert kept[0] == kept[1] == 4 * (4 * SMALL["hidden"] + 70 + 1)
@@ -277,7 +278,7 @@ def test_yaw_of_the_source_is_kept_if_asked(method):
     tensors = method.tensors
     own = plugin(**SMALL, yaw="source").using(tensors)
     sight = own.see(source)
-    stream = own.stream([source.character], [CAST["long"]])
+    stream = own.stream(Cases([source.character], [CAST["long"]]))
     _, turn, _ = stream.advance(*(each[:, None] for each in (sight.poses, sight.turn, sight.hips)))
     np.testing.assert_array_equal(turn[:, 0], sight.turn)
     assert apart(run(own, source, CAST["long"]), run(method, source, CAST["long"])) > 1e-3

@@ -13,10 +13,10 @@ from nkn_toys import CAST, apart
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.features import Path, Sight, answer, begin, cleaned, see
 from retarget_bench.motion import facing, rotation
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.root_rules import MEMORY
+from retarget_bench.training.layers.kinematic.features import Path, Sight, answer, begin, cleaned, see
 from tests.examples import examples
 
 NKN = plugin(facing=5.0, lengths="world")

@@ -12,12 +12,15 @@ from torch import Tensor, nn
 from retarget_bench.methods.nkn import losses as terms
 from retarget_bench.methods.nkn import plugin
 from retarget_bench.methods.nkn.network import Decoder, Generator
+from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.methods.nkn.network.cells import KINDS, Kind, Layer
-from retarget_bench.methods.nkn.network.pose import Bodies, Scale, quaternions
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.body22 import PARENTS
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.layers.kinematic.pose import Scale, quaternions
+from retarget_bench.training.layers.masks import time_first_mask
+from retarget_bench.training.layers.twist import twist
 
 NKN = plugin()
 
@@ -205,17 +208,17 @@ def test_scales_are_inverse_to_each_other():
 def test_twist_is_scipys_first_angle_of_yzx_beyond_a_hundred_degrees():
     turns = Rotation.random(4 * 3 * 22, random_state=0)
     w_first = torch.from_numpy(turns.as_quat()[:, [3, 0, 1, 2]].reshape(4, 3, 22, 4))
-    real = terms.mask(4, torch.tensor([4, 2, 1])).double()
+    real = time_first_mask(torch.tensor([4, 2, 1]), 4).double()
     angle = np.abs(turns.as_euler("YZX")[:, 0]).reshape(4, 3, 22)
     excess = np.maximum(angle - np.radians(100.0), 0.0) ** 2
     assert (excess > 0).mean() > 0.2
-    assert terms.twist(w_first, real).item() == pytest.approx((excess.mean(-1) * real.numpy()).sum())
+    assert twist(w_first, real).item() == pytest.approx((excess.mean(-1) * real.numpy()).sum())
 
 
 def test_twist_has_a_finite_gradient_where_its_angle_is_lost():
     half = 2**-0.5
     locked = torch.tensor([[[[half, 0.0, 0.0, half], [1.0, 0.0, 0.0, 0.0]]]], requires_grad=True)
-    terms.twist(locked, torch.ones(1, 1)).backward()
+    twist(locked, torch.ones(1, 1)).backward()
     assert torch.isfinite(locked.grad).all()
 
 
@@ -223,9 +226,9 @@ def test_smoothness_and_differences_and_drift_by_hand():
     poses = torch.zeros(3, 1, 7)
     poses[:, 0, 4] = torch.tensor([1.0, 3.0, 6.0])  # upwards
     poses[:, 0, 0] = torch.tensor([5.0, 5.5, 7.0])
-    real = terms.mask(3, torch.tensor([3]))
+    real = time_first_mask(torch.tensor([3]), 3)
     assert terms.smooth(poses, real).item() == 2.0**2 + 3.0**2
-    assert terms.smooth(poses, terms.mask(3, torch.tensor([2]))).item() == 2.0**2
+    assert terms.smooth(poses, time_first_mask(torch.tensor([2]), 3)).item() == 2.0**2
     seen = terms.differences(poses)
     assert seen.shape == (1, 2, 7)
     assert seen[0, :, 0].tolist() == [0.5, 1.5]

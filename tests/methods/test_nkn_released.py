@@ -11,13 +11,22 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.api import Context
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.features import Path, answer, floor
-from retarget_bench.methods.nkn.network.pose import Bodies
+from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.motion import facing, rotation
 from retarget_bench.motion.body22 import PARENTS
+from retarget_bench.training.layers.kinematic.features import Path, answer, floor
+from retarget_bench.training.layers.kinematic.retargeter import Cases
 
 SMALL = {"hidden": 16, "facing": 3.0, **plugin.card.published[0]}
 FEET = ("left_foot", "left_toe", "right_foot", "right_toe")
+
+
+def test_both_sides_learn_with_the_published_momentum():
+    """Adam's first beta is 0.5, and gradients are cut to a norm of 25."""
+    made = training_module(plugin(**SMALL), window=30)
+    assert {(phase.name, phase.betas, phase.clip) for phase in made.phases} == {
+        (name, (0.5, 0.999), 25.0) for name in ("generator", "discriminator")
+    }
 
 
 def moving(variant: str, **parameters):
@@ -277,7 +286,7 @@ def test_the_answer_is_that_of_the_height_of_the_scaled_hips():
     lead = sight.hips * ratio
 
     def again(height: float):
-        stream = method.stream([source.character], [target], heights=[height])
+        stream = method.stream(Cases([source.character], [target], heights=[height]))
         parts = [
             stream.advance(*(each[part, None] for each in (sight.poses, sight.turn, lead)))
             for part in (slice(0, 1), slice(1, 17), slice(17, 40))

@@ -92,12 +92,12 @@ def test_weights_are_those_of_the_sources_own_frames(fps):
 
 
 def test_long_clips_go_in_pieces(monkeypatch):
-    from retarget_bench.methods.pan import inference
+    from retarget_bench.methods.pan import attention_weights
 
     method = pan_material.trained()
     (motion,) = pan_material.dances("legs", (50,))
     whole = asked(method, motion)
-    monkeypatch.setattr(inference, "PIECE", 16)
+    monkeypatch.setattr(attention_weights, "PIECE", 16)
     np.testing.assert_allclose(asked(method, motion).weights, whole.weights, atol=1e-6)
 
 

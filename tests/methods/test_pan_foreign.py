@@ -14,7 +14,7 @@ import torch
 from retarget_bench.api import Context
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.body import in_layout
+from retarget_bench.methods.pan.assignment import in_layout
 from retarget_bench.motion import kinematics, roles, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -173,7 +173,7 @@ def test_from_one_unknown_structure_to_itself_and_in_batches(points):
 @pytest.mark.parametrize("structure", ["body22", "body23", "body28"])
 def test_another_order_of_the_same_joints_is_the_same_body(structure):
     body = next(each for each in puppets().values() if each.structure == structure)
-    plain = Pan()._own(body)
+    plain = Pan().body(body)
     other = rewriting.reordered(body, rewriting.other_order(body))
     assert other.skeleton.names != body.skeleton.names
     found = in_layout(other, plain.layout)

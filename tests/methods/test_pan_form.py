@@ -15,10 +15,11 @@ from scipy.spatial.transform import Rotation
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.body import aligned, assign, in_layout
-from retarget_bench.methods.pan.features import Features
+from retarget_bench.methods.pan.assignment import assign, in_layout
 from retarget_bench.motion import rates, rotation
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.layers.skeletal.body import aligned
+from retarget_bench.training.layers.skeletal.features import Features
 
 BODIES = pan_material.BODIES
 FORMS = [
@@ -41,7 +42,7 @@ def apart(one, other, joints=slice(None)) -> float:
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_seen_and_shown_again(features, yaw):
     for name in ("one", "legs", "one_one_armed", "rex"):
-        body = Pan(parts="three")._own(BODIES[name])
+        body = Pan(parts="three").body(BODIES[name])
         (motion,) = pan_material.dances(name, (25,))
         assert apart(motion, there_and_back(features, motion, body, yaw)) < 1e-9
 
@@ -55,7 +56,7 @@ def puppets():
 
 @pytest.mark.parametrize("structure", ["body22", "body23", "body28", "h36m17", "dog21"])
 def test_puppets_of_every_structure_are_seen_and_shown_again(structure, puppets):
-    body = Pan(parts="three")._own(puppets[structure])
+    body = Pan(parts="three").body(puppets[structure])
     motion = method_bodies.dance(puppets[structure], 12)
     for features in FORMS:
         assert apart(motion, there_and_back(features, motion, body, "predicted")) < 1e-9
@@ -65,7 +66,7 @@ def test_puppets_of_every_structure_are_seen_and_shown_again(structure, puppets)
 def test_points_of_pose_estimation_go_through_other_structures(layout, puppets):
     """Section 6.2.3: h36m17 has no collar bones and no feet beyond the ankle."""
     points = puppets["h36m17"]
-    body = in_layout(points, Pan()._own(puppets[layout]).layout)
+    body = in_layout(points, Pan().body(puppets[layout]).layout)
     lacking = [rank for rank, joint in enumerate(body.joints) if joint < 0]
     assert lacking
     assert not np.abs(body.bones[[rank - 1 for rank in lacking]]).any()
@@ -78,7 +79,7 @@ def test_points_of_pose_estimation_go_through_other_structures(layout, puppets):
 @pytest.mark.parametrize("frames", [1, 2, 5])
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_short_clips(features, frames):
-    body = Pan()._own(BODIES["one"])
+    body = Pan().body(BODIES["one"])
     (motion,) = pan_material.dances("one", (frames,))
     seen = features.see(motion, body)
     assert all(np.isfinite(each).all() for each in seen.values())
@@ -89,7 +90,7 @@ def test_short_clips(features, frames):
 def test_a_source_at_60_frames_is_seen_at_30():
     (motion,) = pan_material.dances("one", (41,))
     quick = motion.character.motion(motion.rotations, motion.root, 60.0)
-    body, features = Pan()._own(BODIES["one"]), FORMS[0]
+    body, features = Pan().body(BODIES["one"]), FORMS[0]
     shown = rates.at_thirty(quick)
     found = rates.back(there_and_back(features, shown, body, "source"), quick)
     assert (found.frames, found.fps) == (41, 60.0)
@@ -97,7 +98,7 @@ def test_a_source_at_60_frames_is_seen_at_30():
 
 
 def test_ends_that_are_not_given_are_at_rest():
-    body = Pan()._own(BODIES["one"])
+    body = Pan().body(BODIES["one"])
     (motion,) = pan_material.dances("one", (10,))
     found = there_and_back(FORMS[0], motion, body, "source", tips=False)
     assert apart(motion, found) < 1e-9, "no joint hangs from them, and a place does not tell"
@@ -114,7 +115,7 @@ def test_numbers_of_the_root_by_hand():
     root = np.cumsum(ahead, axis=0) - ahead[0] + [0.0, height, 0.0]
     motion = method_bodies.pose(body, 10, {"Hips": method_bodies.about("Y", np.degrees(angles))}, root)
     edges = {
-        kind: Features(kind, "world", 0.0).see(motion, Pan()._own(body))["edges"][:, -1]
+        kind: Features(kind, "world", 0.0).see(motion, Pan().body(body))["edges"][:, -1]
         for kind in ("velocity", "height", "position")
     }
     turns = np.full(10, angles[1])
@@ -124,14 +125,14 @@ def test_numbers_of_the_root_by_hand():
     np.testing.assert_allclose(edges["height"][:, 1], 100 * height, atol=1e-9)
     np.testing.assert_allclose(edges["height"][:, [0, 2, 3]], edges["velocity"][:, [0, 2, 3]], atol=1e-12)
     np.testing.assert_allclose(edges["position"], np.c_[100 * root, 0 * turns], atol=1e-9)
-    own = Features("velocity", "body", 0.0).see(motion, Pan()._own(body))["edges"][:, -1]
+    own = Features("velocity", "body", 0.0).see(motion, Pan().body(body))["edges"][:, -1]
     np.testing.assert_allclose(own[:, 2], 0.02 / (height / 90.0), atol=1e-9)
 
 
 def test_slots_of_one_joint_that_disagree_give_their_mean():
     """Turned by 10 and by 30 degrees about one axis, the hips are turned by 20; what hangs from each edge
     keeps the orientation that its own edges say."""
-    body = Pan()._own(BODIES["one"])
+    body = Pan().body(BODIES["one"])
     edges = np.zeros((1, body.layout.edges, 4))
     edges[..., 0] = 1.0
     leaving = [edge for edge in range(body.layout.edges) if body.layout.parents[edge + 1] == 0]
@@ -153,7 +154,7 @@ def test_slots_of_one_joint_that_disagree_give_their_mean():
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_joints_are_seen_and_shown_again(features, name):
     """Ends of chains too, which say their own rotations."""
-    body = Pan(parts="three", variant="released")._own(BODIES[name])
+    body = Pan(parts="three", variant="released").body(BODIES[name])
     (motion,) = pan_material.dances(name, (12,))
     found = there_and_back(features, motion, body, "predicted", tips=False)
     assert apart(motion, found) < 1e-9
@@ -172,7 +173,7 @@ def turning_pelvis():
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_a_body_is_seen_from_its_pelvis_and_shown_again(features):
     motion = turning_pelvis()
-    body = Pan(variant="released")._own(motion.character)
+    body = Pan(variant="released").body(motion.character)
     assert [motion.character.skeleton.names[joint] for joint in body.joints[:2]] == ["Pelvis", "LeftUpLeg"]
     assert apart(motion, there_and_back(features, motion, body, "source")) < 1e-9
     assert body.root(motion)[3] == pytest.approx(motion.positions[3, 1])
@@ -181,7 +182,7 @@ def test_a_body_is_seen_from_its_pelvis_and_shown_again(features):
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(features):
     plain, pelvis = BODIES["one"], turning_pelvis()
-    layouts = [Pan(variant="released")._own(each).layout for each in (plain, pelvis.character)]
+    layouts = [Pan(variant="released").body(each).layout for each in (plain, pelvis.character)]
     through = in_layout(plain, layouts[1])
     assert through.joints[0] == plain.joint_of["hips"]
     assert through.layout.roles[0] is None
@@ -196,7 +197,7 @@ def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(fe
 
 
 def test_end_sites_are_where_the_file_has_them():
-    body = Pan(parts="three", variant="released")._own(BODIES["one"])
+    body = Pan(parts="three", variant="released").body(BODIES["one"])
     names = BODIES["one"].skeleton.names
     assert {names[body.joints[rank]] for rank in body.end_sites} == {"LeftToeBase", "RightToeBase"}
     for place in body.end_sites.values():
@@ -204,7 +205,7 @@ def test_end_sites_are_where_the_file_has_them():
 
 
 def test_signs_of_slots_do_not_matter_to_their_mean():
-    body = Pan()._own(BODIES["one"])
+    body = Pan().body(BODIES["one"])
     (motion,) = pan_material.dances("one", (6,))
     edges = FORMS[0].see(motion, body)["edges"][:, :-1]
     flipped = edges.copy()
@@ -217,7 +218,7 @@ def test_signs_of_slots_do_not_matter_to_their_mean():
 def test_a_body_with_fewer_joints_has_bones_of_no_length():
     """Section 6.2.3: what the body lacks does not move it; what it has survives."""
     few = _few()
-    known = Pan()._own(BODIES["one"]).layout
+    known = Pan().body(BODIES["one"]).layout
     body = in_layout(few, known)
     absent = [rank for rank, joint in enumerate(body.joints) if joint < 0]
     assert {known.roles[rank] for rank in absent} == {"spine_3", "left_toe", "right_toe"}
@@ -232,7 +233,7 @@ def _few():
 
 
 def test_absent_joints_do_not_turn():
-    body = in_layout(_few(), Pan()._own(BODIES["one"]).layout)
+    body = in_layout(_few(), Pan().body(BODIES["one"]).layout)
     seen = FORMS[0].see(method_bodies.dance(_few(), 8), body)["edges"]
     for edge, joint in enumerate(body.layout.turned):
         if body.joints[joint] < 0:
@@ -242,7 +243,7 @@ def test_absent_joints_do_not_turn():
 def test_joints_that_a_layout_does_not_have_follow_their_parents():
     """And what does exist is where it was: here, hands and feet of a body with one spine joint more."""
     few = _few()
-    body = in_layout(BODIES["one"], Pan()._own(few).layout)
+    body = in_layout(BODIES["one"], Pan().body(few).layout)
     assert len(aligned(BODIES["one"]).joints) - len(body.joints) == 3
     (motion,) = pan_material.dances("one", (20,))
     found = there_and_back(FORMS[0], motion, body, "source")
@@ -252,7 +253,7 @@ def test_joints_that_a_layout_does_not_have_follow_their_parents():
 
 
 def test_a_body_without_any_known_part_is_named():
-    known = Pan()._own(BODIES["one"]).layout
+    known = Pan().body(BODIES["one"]).layout
     torso = pan_material.without(
         BODIES["one"],
         *(f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "Toe")),

@@ -7,8 +7,8 @@ import pytest
 
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.layout import SIX, THREE, Layout, parts_of
-from retarget_bench.methods.pan.tree import rerooted, where_legs_begin
+from retarget_bench.methods.pan.parts import SIX, THREE, layout_of, parts_of
+from retarget_bench.training.layers.skeletal.tree import rerooted, where_legs_begin
 
 LEG = ("up_leg", "leg", "foot", "toe")
 ARM = ("shoulder", "arm", "forearm", "hand")
@@ -41,7 +41,7 @@ S28_ROLES = [
 
 
 def layout(parents, roles, parts=SIX, four_legged=False):
-    return Layout.of([-1, *parents[1:]], roles, parts, four_legged)
+    return layout_of([-1, *parents[1:]], roles, parts, four_legged)
 
 
 def test_parts_of_the_structure_of_28_joints():
@@ -90,14 +90,14 @@ def test_slots_carry_the_joint_that_they_leave():
 
 
 def test_a_body_with_one_arm_has_five_parts():
-    found = Pan()._own(pan_material.BODIES["one_one_armed"]).layout
+    found = Pan().body(pan_material.BODIES["one_one_armed"]).layout
     assert found.names == ("left_leg", "right_leg", "spine", "head", "left_arm")
     assert found.encoded.all()
 
 
 def test_three_parts_of_two_legs_and_of_four():
-    two = Pan(parts="three")._own(pan_material.BODIES["one"])
-    four = Pan(parts="three")._own(pan_material.BODIES["rex"])
+    two = Pan(parts="three").body(pan_material.BODIES["one"])
+    four = Pan(parts="three").body(pan_material.BODIES["rex"])
     assert two.layout.names == four.layout.names == ("legs", "spine", "head")
 
     def roles(body, part):
@@ -122,8 +122,8 @@ def left_out(body):
 @pytest.mark.parametrize("name", ["one", "rex"])
 def test_layouts_of_joints(name):
     """Section 7 as released: every joint has its own rotation, and the hips are of every part."""
-    edges = Pan(parts="three")._own(pan_material.BODIES[name]).layout
-    joints = Pan(parts="three", variant="released")._own(pan_material.BODIES[name]).layout
+    edges = Pan(parts="three").body(pan_material.BODIES[name]).layout
+    joints = Pan(parts="three", variant="released").body(pan_material.BODIES[name]).layout
     count = len(joints.parents)
     assert (edges.edges, joints.edges) == (count - 1, count)
     assert (edges.common, joints.common) == ((count - 1,), (0, count))
@@ -171,7 +171,7 @@ def test_parts_of_a_file(tmp_path):
     assert name == "lower:left_leg+right_leg upper:head+left_arm+right_arm"
     found = Pan(parts=str(path))
     assert found.facts()["parts"] == name
-    assert found._own(pan_material.BODIES["one"]).layout.names == ("lower", "upper")
+    assert found.body(pan_material.BODIES["one"]).layout.names == ("lower", "upper")
     # fore legs go with hind legs only where nobody says otherwise
     assert "left_arm" not in {
         role for edge in layout(S23, S23_ROLES, parts, True).parts[0] for role in [S23_ROLES[edge + 1]]

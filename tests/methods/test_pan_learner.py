@@ -78,7 +78,7 @@ def _direction(row, cast, features):
     """Whether a window is a clip as it was performed, or backwards."""
     for name in cast:
         (motion,) = pan_material.dances(name, (16,))
-        body = Pan(variant="released")._own(BODIES[name])
+        body = Pan(variant="released").body(BODIES[name])
         for way, shown in (("on", motion), ("back", motion.at(np.arange(16)[::-1]))):
             wanted = features.see(shown, body)["edges"]
             same = np.abs(np.abs(row[:, :-1]) - np.abs(wanted[:, :-1])).max() < 1e-5

@@ -11,8 +11,8 @@ import torch
 
 from retarget_bench.api import Context
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.features import without_bias
 from retarget_bench.motion.root_rules import MEMORY
+from retarget_bench.training.layers.skeletal.features import without_bias
 
 BODIES, LEGS = pan_material.BODIES, pan_material.LEGS
 DOG = "dog_four_legged"
@@ -152,7 +152,7 @@ def test_paths_between_legs_stay_beside_the_source_s():
     """A minute of a dog whose decoded steps are too long by a hundredth of the hips' height."""
     method = pan_material.trained(LEGS, parts="three")
     motion = pan_material.dances("rex", (1800,))[0]
-    features, body = method.settings.features, method._own(motion.character)
+    features, body = method.settings.features, method.body(motion.character)
     assert features.path == "relative"
     seen, ratio = features.see(motion, body), features.unit(motion.character)
     edges = np.array(seen["edges"])

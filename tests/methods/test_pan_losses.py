@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.methods.pan import Pan, losses
-from retarget_bench.methods.pan.features import Features
-from retarget_bench.methods.pan.losses import ends_of
 from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
-from retarget_bench.methods.pan.structure import Kinematics, world
-from retarget_bench.methods.pan.training_data import statistics_of
 from retarget_bench.motion import facing
 from retarget_bench.training.layers.adversarial import least_squares
+from retarget_bench.training.layers.skeletal.discriminators import discriminator_loss
+from retarget_bench.training.layers.skeletal.end_effectors import ends_of
+from retarget_bench.training.layers.skeletal.features import Features
+from retarget_bench.training.layers.skeletal.kinematics import Kinematics, world
+from retarget_bench.training.layers.skeletal.windows import statistics_of
 
 SEEDS = st.integers(0, 1000)
 BODIES = pan_material.BODIES
@@ -28,7 +29,7 @@ BODIES = pan_material.BODIES
 @pytest.mark.parametrize("name", ["one", "legs", "one_one_armed", "rex"])
 def test_places_are_those_of_the_motion(name, root, given_turn):
     """Eq. 13's FK: in the world, level from where the hips begin, turned as the first frame faces."""
-    body, features = Pan(parts="three")._own(BODIES[name]), Features(root, "world", 0.0)
+    body, features = Pan(parts="three").body(BODIES[name]), Features(root, "world", 0.0)
     (motion,) = pan_material.dances(name, (20,))
     seen = features.see(motion, body)
     edges = torch.from_numpy(seen["edges"][None]).float()
@@ -54,7 +55,7 @@ def test_places_are_those_of_the_motion(name, root, given_turn):
 
 
 def test_quaternions_need_not_be_unit():
-    body, features = Pan()._own(BODIES["one"]), Features("velocity", "world", 0.0)
+    body, features = Pan().body(BODIES["one"]), Features("velocity", "world", 0.0)
     edges = torch.from_numpy(features.see(pan_material.dances("one", (8,))[0], body)["edges"][None]).float()
     bones, fk = torch.from_numpy(features.bones(body)[None]), Kinematics(body)
     stretched = edges * torch.linspace(0.5, 3.0, edges.shape[2])[None, None, :, None]
@@ -86,7 +87,7 @@ def test_eq_11_codes_lie_apart(seed):
 def test_eq_12_real_is_one_and_an_answer_is_zero(seed):
     """The direction of least-squares GANs; as typed, eq. 12 exchanges 0 and 1."""
     real, shown = arrays(seed, 3, 7)
-    found = losses.discriminator_loss(*tensors(real, shown)).item()
+    found = discriminator_loss(*tensors(real, shown)).item()
     assert found == pytest.approx(0.5 * (np.mean((real - 1) ** 2) + np.mean(shown**2)))
     assert least_squares(*tensors(shown), True).item() == pytest.approx(np.mean((shown - 1) ** 2))
 
@@ -96,7 +97,7 @@ def test_eq_12_judge_and_generator_pull_in_opposite_directions():
     least_squares(scores, True).backward()
     assert (scores.grad < 0).all(), "answers are to score more"
     scores.grad = None
-    losses.discriminator_loss(torch.ones(2, 3), scores).backward()
+    discriminator_loss(torch.ones(2, 3), scores).backward()
     assert (scores.grad > 0).all(), "and the discriminator is to score them less"
 
 
@@ -155,14 +156,14 @@ def test_where_no_end_effector_rests_there_is_no_second_term():
 
 
 def test_ends_of_bodies_that_lack_some():
-    ends = {name: ends_of(Pan(parts="three")._own(BODIES[name]).layout) for name in ("one", "rex")}
+    ends = {name: ends_of(Pan(parts="three").body(BODIES[name]).layout) for name in ("one", "rex")}
     roles = {
-        name: {Pan(parts="three")._own(BODIES[name]).layout.roles[joint] for joint in found.values()}
+        name: {Pan(parts="three").body(BODIES[name]).layout.roles[joint] for joint in found.values()}
         for name, found in ends.items()
     }
     assert roles["one"] == {"head", "left_toe", "right_toe"}, "hands belong to none of three parts"
     assert roles["rex"] == {"head", "left_foot", "right_foot", "left_hand", "right_hand"}
-    one_armed = Pan()._own(BODIES["one_one_armed"]).layout
+    one_armed = Pan().body(BODIES["one_one_armed"]).layout
     assert 2 not in ends_of(one_armed)
     assert one_armed.roles[ends_of(one_armed)[1]] == "left_hand"
 
@@ -285,6 +286,12 @@ def test_judges_learn_from_what_they_are_shown():
     found = module.losses("discriminator", batch, memory)["told_apart"].item()
     assert found == pytest.approx(np.mean(wanted), rel=1e-4)
     assert not any(each.requires_grad for _, *seen in memory["shown"] for each in seen)
+
+
+def test_a_replay_buffer_keeps_fifty_answers():
+    """As the released code."""
+    module = pan_material.training_module(variant="released")
+    assert {len(pool.kept) for pool in module._discriminators.pools.values()} == {50}
 
 
 def test_variants_have_the_weights_of_the_record():

@@ -24,10 +24,10 @@ from pan_reference import (
 )
 from torch import Tensor, nn
 
-from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
 from retarget_bench.methods.pan.network.layers import LEVELS, DropoutMask
 from retarget_bench.methods.pan.settings import OWN, PAPER, RELEASED, RELEASED_THREE, Design
+from retarget_bench.training.layers.skeletal.layout import Layout
 
 LAYOUTS = {"S23": S23, "S28": S28, "three": THREE}
 DESIGNS = {

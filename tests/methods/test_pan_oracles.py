@@ -16,6 +16,9 @@ from retarget_bench.methods.pan import Pan, losses
 from retarget_bench.methods.pan.network import _over_time
 from retarget_bench.methods.pan.training import PanTraining
 from retarget_bench.training.contract import Terms
+from retarget_bench.training.layers.adversarial import least_squares
+from retarget_bench.training.layers.skeletal.discriminators import discriminator_loss
+from retarget_bench.training.layers.skeletal.end_effectors import NEAR, ends_of
 
 PEOPLE, LEGS = ("S23", "S28"), ("human", "dog")
 TURN = torch.tensor([1.0, 0.0])
@@ -170,13 +173,13 @@ def test_trees_are_theirs(people: Case, name: str):
     """Joints in their order, the root the pelvis where there is one."""
     theirs = people.every[name]
     for character in theirs.bodies.values():
-        body = Pan(variant="released")._own(character)
+        body = Pan(variant="released").body(character)
         names = [character.skeleton.names[joint] for joint in body.joints]
         assert names == theirs.arrays["structure/names"].tolist()
         assert [max(parent, 0) for parent in body.layout.parents] == theirs.arrays[
             "structure/parents"
         ].tolist()
-        ends = sorted(losses.ends_of(body.layout).values())
+        ends = sorted(ends_of(body.layout).values())
         assert ends == theirs.arrays["structure/ee_ids"].tolist()
 
 
@@ -429,14 +432,14 @@ def test_each_discriminator_s_loss_is_theirs(people: Case, legs: Case):
         for key, real, answers in case.memory["shown"]:
             scores = [case.discriminator(case.names[key])(each) for each in (real, answers)]
             wanted = case.step[f"loss/D_loss_{numbers[case.names[key]]}"]
-            assert losses.discriminator_loss(*scores).item() == pytest.approx(float(wanted), rel=1e-5)
+            assert discriminator_loss(*scores).item() == pytest.approx(float(wanted), rel=1e-5)
 
 
 def test_least_squares_are_theirs(folder: Path):
     gan = below(pan_oracle.arrays(folder / "pan_step.npz"), "gan/")
     real, fake = (tensor(gan[f"predicted_{kind}"]) for kind in ("real", "fake"))
-    assert losses.least_squares(fake, True).item() == pytest.approx(float(gan["generator"]), rel=1e-6)
-    found = losses.discriminator_loss(real, fake).item()
+    assert least_squares(fake, True).item() == pytest.approx(float(gan["generator"]), rel=1e-6)
+    found = discriminator_loss(real, fake).item()
     assert found == pytest.approx(float(gan["discriminator"]), rel=1e-6)
 
 
@@ -451,7 +454,7 @@ def test_ends_of_the_sources_move_as_theirs_and_rest_as_often(people: Case):
         for other in names:
             ids = people.every[other].arrays["structure/ee_ids"].tolist()
             moved = 10.0 * people.shown[f"{name}_{other}"].positions[:, :, ids].diff(dim=1)
-            rest.append((moved.norm(dim=-1) < losses.NEAR).float().mean().item())
+            rest.append((moved.norm(dim=-1) < NEAR).float().mean().item())
     np.testing.assert_allclose(rest, people.step["share_of_rest"], rtol=1e-5)
 
 

@@ -10,8 +10,9 @@ import torch
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.methods.pan import Pan, inference
-from retarget_bench.methods.pan.inference import answered
+from retarget_bench.methods.pan import Pan
+from retarget_bench.training.layers.skeletal import inference
+from retarget_bench.training.layers.skeletal.inference import answered
 
 BODIES = pan_material.BODIES
 
@@ -45,7 +46,8 @@ def test_pieces_give_what_the_whole_gives(monkeypatch):
     method = pan_material.trained()
     structures = method.structures
     edges = np.random.default_rng(0).normal(size=(1, 401, 22, 4)).astype(np.float32)
-    bones = np.random.default_rng(1).normal(size=(1, 21, 3)).astype(np.float32)
+    numbers = np.random.default_rng(1)
+    bones = tuple(numbers.normal(size=(1, slots, 3)).astype(np.float32) for slots in (22, 21))
     known = (structures[name] for name in ("plain", "short_spine"))
     statistics = tuple(torch.stack([each.mean[:1], each.deviation[:1]], 1) for each in known)
 

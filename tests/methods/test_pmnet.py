@@ -13,14 +13,14 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.methods.nkn.losses import mask
 from retarget_bench.methods.pmnet import losses, plugin
-from retarget_bench.methods.pmnet.network import Generator, divided
+from retarget_bench.methods.pmnet.network import DROP, Generator, divided
 from retarget_bench.motion.body22 import PARENTS
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.structures import BODY22
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.layers.masks import time_first_mask
 
 SMALL = {"hidden": 24, "facing": 3.0}
 VARIANTS = {"own": SMALL, "released": {**SMALL, **plugin.card.published[0]}}
@@ -77,6 +77,32 @@ def test_poses_go_through_one_by_one():
     np.testing.assert_array_equal(whole[2:3].detach(), generator.encode(places[2:3]).detach())
 
 
+def test_a_fifth_of_hidden_numbers_is_dropped_while_it_learns():
+    """As released: behind three layers of the encoder, and of the target's numbers."""
+    assert DROP == 0.2
+    torch.manual_seed(0)
+    made = Generator(22).train()
+    shares: list[float] = []
+
+    def seen(module, given):
+        shares.append(float((given[0] == 0).float().mean()))
+
+    with torch.no_grad():
+        for layer in made.encoder:
+            layer.weight.fill_(0.01)
+            layer.bias.fill_(1.0)
+            layer.register_forward_pre_hook(seen)
+        made.encode(torch.ones(50, 4, 66))
+    assert shares[0] == 0.0
+    assert shares[1:] == [pytest.approx(0.2, abs=0.01)] * 3
+
+
+def test_both_sides_learn_with_the_published_momentum():
+    """Adam's first beta is 0.5, and gradients are cut to a norm of 25, as in NKN."""
+    module, _ = moving("released")
+    assert {(phase.betas, phase.clip) for phase in module.phases} == {((0.5, 0.999), 25.0)}
+
+
 def test_movements_are_two_convolutions_of_three_frames():
     generator = Generator(22, 16)
     first, second = (layer.weight.detach().double().numpy() for layer in generator.movement)
@@ -96,7 +122,7 @@ def test_movements_are_two_convolutions_of_three_frames():
     rows = torch.zeros(9, 2, 4)
     rows[:7, 0] = torch.from_numpy(moves)
     rows[7:] = 1e3
-    found = generator.moved(rows, mask(9, torch.tensor([7, 9])))[:, 0].detach().numpy()
+    found = generator.moved(rows, time_first_mask(torch.tensor([7, 9]), 9))[:, 0].detach().numpy()
     np.testing.assert_allclose(found[:7], expected, atol=1e-5)
     assert not found[7:].any()
 

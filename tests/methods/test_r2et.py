@@ -10,6 +10,7 @@ import r2et_material
 import torch
 from method_bodies import about, body, dance, pose
 from r2et_material import BODIES, SHORT
+from scipy.spatial.transform import Rotation
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
@@ -136,6 +137,26 @@ def test_an_encoder_is_attention_as_written_down():
     torch.testing.assert_close(encoder(joints), code + fed, atol=1e-5, rtol=1e-5)
 
 
+def test_changes_are_as_written_down():
+    """Codes of motion and bodies, times the square root of their width, plus the order of the joints."""
+    torch.manual_seed(2)
+    network, rotations = SkeletonAwareNetwork(), torch.randn(5, 22, 4)
+    codes = torch.randn(2, 22, 128)
+    network.scale.rotations_mean.normal_()
+    network.scale.rotations_deviation.uniform_(0.5, 2.0)
+    mean, deviation = (network.scale.get_buffer(f"rotations_{name}") for name in ("mean", "deviation"))
+    motion = network.motion((rotations - mean.view(22, 4)) / deviation.view(22, 4))
+    joined = torch.cat([motion, *(each.expand(5, -1, -1) for each in codes)], -1)
+    number, channel = np.arange(22)[:, None], np.arange(512)
+    angle = number / 10_000.0 ** (2 * (channel // 2) / 512)
+    order = torch.from_numpy(np.where(channel % 2, np.cos(angle), np.sin(angle))).float()
+    raw = network.change(network.join(joined * 512**0.5 + order).relu())
+    found = raw * deviation.view(22, 4) + mean.view(22, 4)
+    wanted = found / found.norm(dim=-1, keepdim=True)
+    torch.testing.assert_close(network(rotations, *codes), wanted, atol=1e-5, rtol=1e-5)
+    assert (network.change(network.join(joined * 512**0.5).relu()) - raw).abs().max() > 1e-2
+
+
 def test_frames_do_not_see_one_another(module):
     network, seen = module.network.eval(), r2et_material.batch(module)
     codes = [network.bones(seen[key]["offsets"]).unsqueeze(1) for key in ("source", "target")]
@@ -190,6 +211,46 @@ def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
     turned = torch.zeros(1, 1, 22, 4)
     turned[..., 0] = 1.0
     assert losses.rotations(turned, -turned, torch.ones(1, 1, dtype=torch.bool)) == 0
+
+
+def test_every_term_is_its_formula(module):
+    """In NumPy, from the answers; twists of all joints but the hips."""
+    module.modules.eval()
+    seen, memory = r2et_material.batch(module, 8), {}
+    turned = rotation.normalise(np.random.default_rng(3).normal(size=seen["rotations"].shape))
+    seen["rotations"] = torch.from_numpy(turned).float()
+    terms = {name: float(term.detach()) for name, term in module.losses("network", seen, memory).items()}
+    with torch.no_grad():
+        found, places = (each.double().numpy() for each in module._answered(seen))
+    module.modules.train()
+    real = np.arange(30) < seen["lengths"].numpy()[:, None]
+    own = real & seen["same"].numpy()[:, None]
+    deviation = module.network.scale.get_buffer("positions_deviation").numpy()
+    truth = seen["positions"].double().numpy()
+    apart = ((places - truth) / deviation.reshape(22, 3)) ** 2
+    twice = [f"{side}_{part}" for side in ("left", "right") for part in ("leg", "foot", "arm", "forearm")]
+    weights = np.array([1.0 + (role in twice) for role in BODY22])
+    signed = np.where((found * turned).sum(-1, keepdims=True) < 0, -turned, turned)
+    angles = Rotation.from_quat(np.roll(found, -1, -1).reshape(-1, 4)).as_euler("YZX")[:, 0]
+    beyond = np.maximum(np.abs(angles.reshape(found.shape[:-1])) - np.radians(100.0), 0.0)[..., 1:]
+
+    def matrix(points):
+        points = np.where(real[..., None, None], points, np.arange(66.0).reshape(22, 3))
+        lengths = np.linalg.norm(points[..., None, :] - points[..., None, :, :], axis=-1)
+        return lengths / lengths.sum(-1, keepdims=True)
+
+    def of_frames(values, which):
+        return (values.reshape(*real.shape, -1).sum(-1) * which).sum() / which.sum()
+
+    wanted = {
+        "positions": of_frames(apart * weights[:, None], own),
+        "rotations": of_frames((found - signed) ** 2, own),
+        "twist": 10.0 * ((beyond**2).mean(-1) * real).sum() / real.sum(),
+        "semantics": 100.0 * of_frames((matrix(places) - matrix(truth)) ** 2, real),
+        "adversarial": 2.0 * float(np.log1p(np.exp(-memory["shown"][3].detach().numpy())).mean()),
+    }
+    assert min(wanted.values()) > 1e-3
+    assert terms == pytest.approx(wanted, rel=1e-4)
 
 
 def run(module, seen):
@@ -287,6 +348,12 @@ def test_exported_weights_are_taken_over_and_others_refused(module):
     assert torch.equal(fresh.network.change.weight, other.network.change.weight)
     with pytest.raises(BenchError, match="of another structure"):
         fresh.load({name: each for name, each in tensors.items() if name != "join.bias"})
+
+
+def test_half_of_the_rows_go_to_their_own_body(module):
+    """As published; of a row there is always one that does not."""
+    rows = [bool(each) for seed in range(40) for each in r2et_material.batch(module, 16, seed)["same"]]
+    assert 0.45 < np.mean(rows) < 0.55
 
 
 def test_one_character_is_not_enough():

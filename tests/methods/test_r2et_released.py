@@ -16,7 +16,8 @@ from retarget_bench.methods.r2et import R2ET, features
 from retarget_bench.methods.r2et.inference import changed
 from retarget_bench.methods.r2et.network import SkeletonAwareNetwork, joint_code
 from retarget_bench.methods.r2et.released import STATISTICS, renamed
-from retarget_bench.motion import rotation
+from retarget_bench.motion import body22, kinematics_torch, roles, rotation
+from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins.spec import Spec
 
 STATS = "datasets/mixamo/stats"
@@ -114,10 +115,42 @@ def test_the_network_is_theirs(released, oracle):
     code = network.motion(normal[None, frame])[0]
     assert close(code, oracle["between/quaternion_code"]) < 1e-5
     changes = network(rotations, *codes)
-    assert close(changes, oracle["output/delta_quaternions"]) < 1e-5
+    # the code of the joints' order changes theirs by no more than 7e-6
+    assert close(changes, oracle["output/delta_quaternions"]) < 1e-6
     found = rotation.multiply(rotations, changes).double().numpy()
     apart = rotation.angle(found, oracle["output/quaternions"].astype(float))
     assert np.degrees(apart).max() < 1e-3
+
+
+@torch.inference_mode()
+def test_statistics_and_what_is_normalised_by_them_are_theirs(released, oracle):
+    """Constants have deviation 1; their sequences are positions, then the root's movement as it is."""
+    network = released._network
+    deviation = network.scale.get_buffer("positions_deviation")
+    assert close(deviation, oracle["stats/local_std_as_used"].reshape(-1)) < 1e-6
+    for body in ("source", "target"):
+        found = network.normal("positions", torch.from_numpy(oracle[f"input/{body}_skeleton"]))
+        assert close(found, oracle[f"input/{body}_skeleton_normalised"]) < 1e-5
+    np.testing.assert_array_equal(oracle["input/sequence_normalised"][:, 66:], oracle["input/global"])
+    frame = int(oracle["between/frame"])
+    change = torch.from_numpy(oracle["between/delta_before_denormalising"])
+    restored = network.scale.restore("rotations", change.flatten()).view(22, 4)
+    assert close(rotation.normalise(restored), oracle["output/delta_quaternions"][frame]) < 1e-5
+
+
+@torch.inference_mode()
+def test_positions_that_losses_and_files_have_are_theirs(released, oracle):
+    """Forward kinematics of the 22 joints, the hips where the skeleton's first row says; normalised."""
+    assert oracle["structure/parents"].tolist() == list(body22.PARENTS)
+    names, offsets = oracle["structure/names"].tolist(), oracle["written/offsets"].astype(float)
+    found = roles.find(Skeleton(tuple(names), oracle["structure/parents"], offsets))
+    assert tuple(found) == body22.BODY22
+    bones = torch.from_numpy(oracle["input/target_skeleton"])
+    turned = torch.from_numpy(oracle["output/quaternions"])
+    hips = bones[:1].expand(len(turned), -1)
+    positions, _ = kinematics_torch.forward(kinematics_torch.Tree.of(body22.SKELETON), bones, turned, hips)
+    found = released._network.normal("positions", positions)
+    assert close(found, oracle["output/local_positions_normalised"]) < 1e-5
 
 
 def test_their_files_are_seen_and_answered_as_they_see_and_answer_them(released, oracle, real_data):

@@ -158,6 +158,25 @@ def test_losses_are_the_formulas() -> None:
         assert found[name] == pytest.approx(each, rel=1e-4), name
 
 
+def test_terms_are_weighed_as_released() -> None:
+    """As docs/same.md says; codes of both performances are held together."""
+    module = same_material.training_module()
+    seen = same_material.batch(module, 4)
+    with torch.no_grad():
+        found = {name: float(each) for name, each in module.losses("network", seen, {}).items()}
+        given, asked = seen["given"], seen["asked"]
+        codes = [module.network.encode(side["seen"], side["graphs"]) for side in (given, asked)]
+        graphs = asked["graphs"]
+        answer = losses.answered(module.network.decode(codes[0], graphs), graphs)
+        truth = losses.performed(asked["seen"], graphs)
+        plain = losses.terms(answer, truth, graphs, module.network.scale.pose_deviation[ROOT])
+    plain["codes"] = (codes[0] - codes[1]).square().mean()
+    weights = {"rotations": 5, "positions": 0.01, "root": 10, "velocities": 1, "contacts": 1}
+    weights |= {"still": 6, "codes": 1, "floor": 0.1, "slide": 6, "jerk": 0.2}
+    wanted = {name: weight * float(plain[name]) for name, weight in weights.items()}
+    assert found == pytest.approx(wanted, rel=1e-5)
+
+
 def test_the_world_is_a_product_of_the_moves() -> None:
     graphs, truth, _ = whole(same_material.training_module())
     root, local = truth.root.double().numpy(), truth.local.double().numpy()

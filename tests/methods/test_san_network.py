@@ -8,13 +8,13 @@ import pytest
 import torch
 from san_reference import S23, S28, PlainDiscriminator, make_plain
 
-from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.san import San
 from retarget_bench.methods.san.network import Design, Discriminator, Skeletal
 from retarget_bench.methods.san.skeleton import Edges, layout_of
 from retarget_bench.methods.san.structure import Structure, share_initialisation
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.joint_datasets import dataset
+from retarget_bench.training.layers.skeletal.layout import Layout
 
 DESIGNS = {"released": Design("released", padded=True), "fixed": Design()}
 designs = pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)

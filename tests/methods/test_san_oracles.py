@@ -12,9 +12,6 @@ import torch
 from san_reference import PlainDiscriminator, blocks
 from torch import Tensor
 
-from retarget_bench.methods.pan.body import PanBody, aligned
-from retarget_bench.methods.pan.losses import discriminator_loss
-from retarget_bench.methods.pan.structure import Kinematics, world
 from retarget_bench.methods.san import San
 from retarget_bench.methods.san.network import Design, Discriminator, Skeletal
 from retarget_bench.methods.san.skeleton import Edges, layout_of
@@ -24,6 +21,9 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.layers.skeletal.body import LayoutBody, aligned
+from retarget_bench.training.layers.skeletal.discriminators import discriminator_loss
+from retarget_bench.training.layers.skeletal.kinematics import Kinematics, world
 
 BOTH = ("S23", "S28")
 LAYERS = {
@@ -237,7 +237,7 @@ def test_kinematics_are_the_authors(found):
 def kinematics_of(found: Oracle) -> Kinematics:
     body = character(found, 0, "any")
     mine = aligned(body)
-    return Kinematics(PanBody(body, layout_of(mine.skeleton.parents.tolist(), mine.roles), mine.joints))
+    return Kinematics(LayoutBody(body, layout_of(mine.skeleton.parents.tolist(), mine.roles), mine.joints))
 
 
 @pytest.mark.parametrize("training", [False, True], ids=["eval", "train"])

@@ -10,9 +10,10 @@ from san_material import BODIES, dances, trained
 
 from retarget_bench.api import Context
 from retarget_bench.errors import NotSupported
-from retarget_bench.methods.san import San, inference
+from retarget_bench.methods.san import San
 from retarget_bench.motion import rates
 from retarget_bench.motion.character import Character
+from retarget_bench.training.layers.skeletal import inference
 
 
 def answer(source: str, target: str, frames: int = 40, **parameters):

@@ -176,4 +176,4 @@ def test_facts_make_the_method_again():
     method = SMRM(rotation_cycle=0.0, context=10, yaw="kept", hidden=32)
     again = SMRM(**method.facts())
     assert again.facts() == method.facts()
-    assert set(method.facts()) | {"path", "variant", "weights"} == set(method.card.parameters)
+    assert set(method.facts()) | {"noise", "path", "variant", "weights"} == set(method.card.parameters)

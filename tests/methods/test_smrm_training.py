@@ -351,3 +351,29 @@ def test_the_discriminator_sees_velocities_per_second():
     rising = np.diff(source["moves"].numpy()[..., 1], axis=1) * 30
     np.testing.assert_allclose(shown[..., 67], rising, atol=1e-4)
     assert sum(each.numel() for each in module.discriminator.parameters()) == 280_285
+
+
+@pytest.mark.parametrize("root", ["height", "displacement", "position"])
+def test_noise_is_shown_and_not_asked_for(root):
+    plain, noisy = (
+        smrm_material.batch(smrm_material.training_module(root=root, noise=n)) for n in (0.0, 0.05)
+    )
+    for key in ("positions", "moves"):
+        assert torch.equal(plain["source"][key], plain["shown"][key])
+        torch.testing.assert_close(noisy["source"][key], plain["source"][key])
+    off = noisy["shown"]["positions"] - noisy["source"]["positions"]
+    assert not off[:, :, 0].any()  # relative to the hips, whose own noise is in all others
+    assert off[:, :, 1:].std().item() == pytest.approx(0.05 * 2**0.5, rel=0.05)
+    moved = (noisy["shown"]["moves"] - noisy["source"]["moves"])[:, 1:]
+    deviation = {"height": 2**0.5, "displacement": 2**0.5, "position": 1.0}[root]
+    assert moved[..., 0].std().item() == pytest.approx(0.05 * deviation, rel=0.2)
+    path = SMRM(root=root).features.path(noisy["shown"]["moves"], noisy["source"]["turn"])
+    clean = SMRM(root=root).features.path(noisy["source"]["moves"], noisy["source"]["turn"])
+    assert (path - clean)[..., 0].std() < 0.2  # shifts do not add up
+
+
+def test_weights_without_noise_are_those_of_before():
+    assert "noise" not in SMRM().facts()
+    assert SMRM(noise=0.02).facts()["noise"] == 0.02
+    with pytest.raises(BenchError, match="noise"):
+        SMRM(noise=-0.1)

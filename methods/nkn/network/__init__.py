@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor, nn
 
+from retarget_bench.training.layers.kinematic.pose import MOVES, Scale
+
+from .bodies import Bodies
 from .cells import Kind, Layer, dropped, raised, unrounded
-from .pose import MOVES, Bodies, Scale
 from .rollout import Drops, Memory, Rolled, Rollout, Weights
 
 KEEP = 0.9

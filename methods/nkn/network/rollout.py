@@ -15,8 +15,8 @@ import torch
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from .bodies import Bodies
 from .cells import Cell, Saved
-from .pose import Bodies
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ..layout import Layout
+from retarget_bench.training.layers.skeletal.layout import Layout
+
 from ..settings import Design
 from .attention import Attention, Mean
 from .layers import DropoutMask, EdgeConvolution, PartConvolution, PartLinear, dropped, mlp

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from retarget_bench.api import Prediction
+from retarget_bench.api import Source
 from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing
@@ -46,7 +46,7 @@ def unseeable(character: Character) -> str:
     return facing.unknown(character)
 
 
-def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: float = 0.0) -> np.ndarray:
+def channels(motion: Source, joints: Sequence[int] | None = None, floor: float = 0.0) -> np.ndarray:
     """``(frames, 5 * joints + 3)`` float64 channels of a motion, brought to 30 frames per second.
 
     joints: which joints are seen, in this order; None: the body's, without fingers, props and hair.
@@ -87,7 +87,7 @@ def speeds(seen: np.ndarray, hop: int = HOP, frames: int = FRAMES) -> np.ndarray
     return windows(level[:, None], hop, frames)[..., 0].mean(axis=1)
 
 
-def _at_rate(motion: Prediction) -> np.ndarray:
+def _at_rate(motion: Source) -> np.ndarray:
     """``(frames, joints, 3)`` metres at 30 frames per second."""
     if abs(motion.fps - RATE) <= 1e-3 * RATE:
         return motion.positions

@@ -1,27 +1,21 @@
-"""Characters in the layout of a structure, and their assignment to a trained structure."""
+"""Characters in the layout of a structure: rotations of its edges from a motion, and back."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from retarget_bench.api.comparison import body_joints
-from retarget_bench.errors import NotSupported
 from retarget_bench.motion import kinematics, rotation, transfer
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-
-from .layout import Layout
-from .tree import rerooted, where_legs_begin
-
-if TYPE_CHECKING:
-    from .structure import Structure
+from retarget_bench.training.layers.skeletal.layout import Layout
+from retarget_bench.training.layers.skeletal.tree import rerooted
 
 
 @lru_cache(maxsize=1024)
@@ -33,12 +27,12 @@ def aligned(character: Character) -> Aligned:
 
 
 @dataclass(frozen=True, eq=False)
-class PanBody:
+class LayoutBody:
     """A character's joints in the order of a layout's.
 
     joints: ``(joints of the layout,)`` the character's, -1 where it has none: there the layout has a bone
-            of no length that does not turn (section 6.2.3). The first one, the root, is the hips or hangs
-            below them (``tree.py``).
+            of no length that does not turn (PAN, section 6.2.3). The first one, the root, is the hips or
+            hangs below them (``tree.py``).
     """
 
     character: Character
@@ -186,95 +180,8 @@ def tree_of(character: Character, turned: bool) -> tuple[list[int], tuple[int, .
     return parents, joints
 
 
-def in_layout(character: Character, layout: Layout) -> PanBody:
-    """The character in this layout: joint for joint where it is of that structure, else by roles.
-
-    Joints without a role are matched by their order between joints with one."""
-    mine = aligned(character)
-    for turned in (False, True):
-        parents, joints = tree_of(character, turned)
-        roles = tuple(character.roles[joint] for joint in joints)
-        if tuple(parents) == layout.parents and roles == layout.roles:
-            return PanBody(character, layout, joints)
-    found = [character.joint_of.get(role, -1) if role else -1 for role in layout.roles]
-    if layout.roles[0] != "hips":
-        found[0] = mine.joints[where_legs_begin(mine.skeleton.parents.tolist(), mine.roles)]
-        found[1:] = [joint if joint != found[0] else -1 for joint in found[1:]]
-    kept = [joint if joint in mine.joints else -1 for joint in found]
-    for rank in range(len(kept)):
-        if kept[rank] >= 0:
-            _between(character, layout, rank, kept)
-    return PanBody(character, layout, tuple(kept))
-
-
-def _between(character: Character, layout: Layout, rank: int, found: list[int]) -> None:
-    """Match the joints without a role above a matched joint, up to the next matched one."""
-    ranks, above = [], layout.parents[rank]
-    while above > 0 and found[above] < 0:
-        ranks.append(above)
-        above = layout.parents[above]
-    if not ranks or found[above] < 0:
-        return
-    parents = character.skeleton.parents.tolist()
-    joints, joint = [], parents[found[rank]]
-    while joint >= 0 and joint != found[above]:
-        joints.append(joint)
-        joint = parents[joint]
-    unnamed = (each for each in joints if character.roles[each] is None and each not in found)
-    for free, other in zip((each for each in ranks if layout.roles[each] is None), unnamed, strict=False):
-        found[free] = other
-
-
 FOUR: Final = "four_legged"
 """Suffix of the key of a structure on four legs."""
-
-
-@dataclass(frozen=True, eq=False)
-class Assignment:
-    """A skeleton assignment: the key of a trained structure, and a character in its layout."""
-
-    structure: str
-    body: PanBody
-
-    @property
-    def note(self) -> str:
-        """A sentence on the trained structure that the body goes through; "" where it is its own."""
-        mine = self.body.character
-        unseen, absent = _misfit(self.body)
-        if not absent and not unseen and structure_key(mine) == self.structure:
-            return ""
-        more = [f"{absent} joints there that it lacks are bones of no length"] if absent else []
-        more += [f"{unseen} of its own are not seen"] if unseen else []
-        differs = "; ".join(("", *more))
-        known = self.structure.removesuffix(f"_{FOUR}")
-        return f"{mine.name} ({mine.structure}) goes through the networks of {known}{differs}"
-
-
-def assign(character: Character, structures: Mapping[str, Structure]) -> Assignment:
-    """Choose the structure on as many legs that has most of the character's joints.
-
-    Of several, the one of whose joints the character lacks fewest, then its own. Raises SkeletonError and
-    NotSupported, with a sentence, where there is none, or none of the joints of its parts."""
-    aligned(character)
-    fitting = [name for name in structures if name.endswith(FOUR) == character.four_legged]
-    if not fitting:
-        legs = "four legs" if character.four_legged else "two legs"
-        raise NotSupported(f"{character.name} stands on {legs}, and these weights know no such body")
-    bodies = {name: in_layout(character, structures[name].layout) for name in fitting}
-    mine = structure_key(character)
-    best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
-    body = bodies[best]
-    leads = body.layout.leads
-    if not any(body.joints[leads[edge]] >= 0 for part in body.layout.parts for edge in part):
-        names = ", ".join(name.replace("_", " ") for name in body.layout.names)
-        raise NotSupported(f"{character.name} has no joint of any part that these weights know ({names})")
-    return Assignment(best, body)
-
-
-def _misfit(body: PanBody) -> tuple[int, int]:
-    """Number of the body's joints that the layout lacks, and of the layout's that the body lacks."""
-    known = {joint for joint in body.joints if joint >= 0}
-    return len(set(aligned(body.character).joints) - known), sum(joint < 0 for joint in body.joints)
 
 
 def structure_key(character: Character) -> str:

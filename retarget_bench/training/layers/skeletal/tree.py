@@ -1,8 +1,8 @@
-"""Trees of joints as the authors' code has them: from where the legs begin, limb by limb.
+"""Trees of joints as the published code of SAN and PAN has them: from where the legs begin, limb by limb.
 
 It turns the tree of a body with a pelvis below its hips round, so that legs and spine hang from the pelvis
 (``set_new_root`` of their reader), and lists joints as legs, spine, head, arms, left before right. Masks
-that are wrong by one joint (``Design.conv_mask``, ``bone_mask``) depend on this order.
+of theirs that are wrong by one joint depend on this order.
 """
 
 from collections.abc import Sequence

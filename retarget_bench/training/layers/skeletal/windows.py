@@ -1,4 +1,4 @@
-"""Training batches of PAN, windows of two structures at a time, and the statistics of all clips."""
+"""Training batches, windows of two structures at a time, and the statistics of all clips."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,10 +9,9 @@ from torch import Tensor
 
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.normaliser import statistics
-
-from .body import PanBody
-from .features import Features
-from .structure import Structure
+from retarget_bench.training.layers.skeletal.body import LayoutBody
+from retarget_bench.training.layers.skeletal.features import Features
+from retarget_bench.training.layers.skeletal.structure import StructureNetworks
 
 CONSTANT = 1e-5
 """A channel with a smaller deviation is taken for constant and not scaled (released code)."""
@@ -33,7 +32,7 @@ class Windows:
         self,
         training_data: TrainingData,
         frames: int,
-        bodies: Mapping[str, Mapping[str, PanBody]],
+        bodies: Mapping[str, Mapping[str, LayoutBody]],
         end_sites: Mapping[str, Sequence[int]],
         features: Features,
         backwards: bool,
@@ -110,7 +109,7 @@ def _order(known: int, frames: int, backwards: bool) -> np.ndarray:
 
 
 def fit_statistics(
-    structure: Structure, training_data: TrainingData, cast: Sequence[str], least_deviation: float
+    structure: StructureNetworks, training_data: TrainingData, cast: Sequence[str], least_deviation: float
 ) -> None:
     """Set mean and deviation of all motion of a structure, and of each character of its ``cast``."""
     for row, names in enumerate([list(cast), *([name] for name in structure.cast)]):

@@ -1,4 +1,4 @@
-"""The features of motions that the networks read and write."""
+"""The features of motions that networks of edges read and write."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,8 +11,7 @@ from retarget_bench.motion import facing, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.rates import FPS
-
-from .body import PanBody
+from retarget_bench.training.layers.skeletal.body import LayoutBody
 
 CENTIMETRE = 0.01
 """Metres: the unit of the published networks."""
@@ -56,15 +55,15 @@ class Features:
         """Metres."""
         return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
-    def bones(self, body: PanBody, end_sites: Sequence[int] = ()) -> np.ndarray:
+    def bones(self, body: LayoutBody, end_sites: Sequence[int] = ()) -> np.ndarray:
         """``(edges + 1 + end sites, 3)`` float32, in units; zero for the root's movement.
 
-        end_sites: joints of the layout whose ``PanBody.end_sites`` come last."""
+        end_sites: joints of the layout whose ``LayoutBody.end_sites`` come last."""
         last = [body.end_sites[joint][None] for joint in end_sites]
         bones = np.concatenate([body.bones, np.zeros((1, 3)), *last])
         return (bones / self.unit(body.character)).astype(np.float32)
 
-    def see(self, motion: Motion, body: PanBody) -> Mapping[str, np.ndarray]:
+    def see(self, motion: Motion, body: LayoutBody) -> Mapping[str, np.ndarray]:
         """A motion at 30 frames per second as arrays ``(frames, ...)``.
 
         edges: ``(edges + 1, 4)`` rotations, and the root's channels in the last row.
@@ -95,7 +94,7 @@ class Features:
 
     def motion(
         self,
-        body: PanBody,
+        body: LayoutBody,
         edges: np.ndarray,
         source: Mapping[str, np.ndarray],
         ratio: float,
@@ -105,7 +104,7 @@ class Features:
         """The motion that an answer ``(frames, edges + 1, 4)`` means.
 
         source: what ``see`` gave of the source. ratio: what the places of its hips are scaled by, metres of
-        the target per unit of the source. ends: see ``PanBody.motion``.
+        the target per unit of the source. ends: see ``LayoutBody.motion``.
         """
         edges = np.asarray(edges, dtype=np.float64)
         root, unit = edges[:, -1], self.unit(body.character)

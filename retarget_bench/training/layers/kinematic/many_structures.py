@@ -14,15 +14,14 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import SIDES
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
-
-from ..nkn import features
-from ..nkn.ends import Ends
-from ..nkn.features import SIGNATURE, Signature
-from ..nkn.retargeter import SightRetargeter, common_reasons
+from retarget_bench.training.layers.kinematic import features
+from retarget_bench.training.layers.kinematic.ends import Ends
+from retarget_bench.training.layers.kinematic.features import SIGNATURE, Signature
+from retarget_bench.training.layers.kinematic.retargeter import SightRetargeter, common_reasons
+from retarget_bench.training.layers.trained_structures import TWO_LEGGED, not_among, unknown
 
 ENDS = ("head", *(f"{side}_{part}" for side in SIDES for part in ("forearm", "hand", "leg", "foot")))
 """Roles of the joints that the loss ``ends`` watches."""
-TWO_LEGGED, ALL = "two_legged", "all"
 PARAMETERS = {
     "ends": "weight of where hands, feet, head, elbows and knees are on others (published: 0)",
     "structures": "trained on: two_legged, all, or names joined by +",
@@ -42,13 +41,8 @@ class ManyStructures(SightRetargeter):
 
     # ------------------------------------------------------------------------------------------ bodies
     def unfit(self, character: Character) -> str:
-        if self.structures == TWO_LEGGED:
-            if character.four_legged:
-                return (
-                    f"{character.name} stands on four legs, and this {self.card.name} is for bodies of two"
-                )
-        elif self.structures != ALL and character.structure not in self.structures.split("+"):
-            return f"{character.name} is of structure {character.structure}, not of {self.structures}"
+        if why := not_among(character, self.structures, self.card.name):
+            return why
         try:
             self.body(character)
         except SkeletonError as error:
@@ -68,12 +62,9 @@ class ManyStructures(SightRetargeter):
         if why := super().supports(source, target):
             return why
         for each in (source, target):
-            known = self._signatures.get(self.structure(each))
-            if known is None:
-                names = ", ".join(self._signatures)
-                return f"{each.name} is of structure {each.structure}, and these weights know {names}"
-            if known != _signature(self.body(each)):
-                return f"{each.name} has other joints than the {each.structure} that these weights know"
+            mine = _signature(self.body(each))
+            if why := unknown(each, self._signatures, self.structure(each), mine):
+                return why
         return None
 
     @cached_property

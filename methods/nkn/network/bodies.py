@@ -1,55 +1,15 @@
-"""Decoding a frame's numbers: normalised joint positions and movement, and forward kinematics.
-
-A pose is ``channels = 3 joints + 4`` numbers: the places of the joints relative to the hips in centimetres,
-seen from where the body faces, with the height of the hips above their first place in the row of the hips,
-then left, up, forward (centimetres per frame) and turn (radians per frame); see ``features.py``, also for
-centimetres that grow with the body. In the ``released`` variant all places are raised by the height of the
-hips above the floor in the first frame of their clip instead, which is also what the row of the hips holds.
-"""
+"""The bodies of a batch, and what a frame of the decoder's output means on them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
-from torch.nn import functional
 
 from retarget_bench.motion.body22 import folded
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
-from retarget_bench.training.layers.normaliser import Normaliser
-
-MOVES = 4
-"""Numbers of a frame that are no joint's: left, up, forward and turn."""
-UP = 1
-"""Which of the movements, and of the coordinates of a place, is the vertical one."""
-
-
-class Scale(Normaliser):
-    """Means and deviations of positions (and bones) and of movements, from the training clips."""
-
-    places_mean: Tensor
-    places_deviation: Tensor
-    moves_mean: Tensor
-    moves_deviation: Tensor
-
-    def __init__(self, joints: int) -> None:
-        super().__init__(places=3 * joints, moves=MOVES)
-
-    def poses(self, plain: Tensor) -> Tensor:
-        """``(..., channels)`` normalised."""
-        return (plain - self._both("mean")) / self._both("deviation")
-
-    def plain(self, poses: Tensor) -> Tensor:
-        """``(..., channels)`` in centimetres and radians: the inverse of ``poses``."""
-        return poses * self._both("deviation") + self._both("mean")
-
-    def bones(self, offsets: Tensor) -> Tensor:
-        """``(..., 3 (joints - 1))`` from offsets ``(..., joints, 3)`` centimetres; the hips have none."""
-        return self.normalise("places", offsets.flatten(-2))[..., 3:]
-
-    def _both(self, statistic: str) -> Tensor:
-        return torch.cat([self.get_buffer(f"{kind}_{statistic}") for kind in ("places", "moves")])
+from retarget_bench.training.layers.kinematic.pose import MOVES, UP, Scale, quaternions
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +56,3 @@ class Bodies:
                 rise = rise + moves[:, up] * self.scale.moves_deviation[up] + self.scale.moves_mean[up]
             flat = torch.cat([flat[:, :1], rise, flat[:, 2:]], 1)
         return torch.cat([self.scale.normalise("places", flat), moves], 1), rise
-
-
-def quaternions(turns: Tensor) -> Tensor:
-    """``(..., joints, 4)`` of unit length, from ``(..., 4 joints)``."""
-    return functional.normalize(turns.reshape(*turns.shape[:-1], -1, 4), dim=-1)

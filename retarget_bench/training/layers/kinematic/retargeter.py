@@ -2,13 +2,14 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
 from typing import Any, Protocol
 
 import numpy as np
 from torch import nn
 
+from retarget_bench import defaults
 from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, root_rules, transfer
@@ -16,12 +17,13 @@ from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.kinematic import features
+from retarget_bench.training.layers.kinematic.features import SIGNATURE
+from retarget_bench.training.layers.kinematic.unpaired import TrainingBodies
 from retarget_bench.training.learned_method import LearnedMethod
-
-from . import features
-from .features import SIGNATURE
 
 ROOT_RULE = "hip_height"
 """What the first place of the hips is scaled by."""
@@ -43,6 +45,32 @@ class Stream(Protocol):
         """
 
 
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """Cases of one pair of structures that are retargeted together.
+
+    heights: of the ``released`` variant, metres: ``Sight.height`` of the sources, scaled.
+    lengths: frames of each; none: all are as long as what the stream is given.
+    """
+
+    sources: Sequence[Character]
+    targets: Sequence[Character]
+    device: str = "cpu"
+    heights: Sequence[float] = ()
+    lengths: Sequence[int] = ()
+
+
+PARAMETERS = {
+    "facing": "frames over which the direction that a body faces is averaged",
+    "yaw": "where the target turns: predicted, or as the source",
+    "path": "integrated (movements summed up) or relative (the source's, scaled; what differs fades)",
+    "clean": "movements take the source's sign, and nothing rises where the source does not",
+    "lengths": "what lengths are counted in: world (centimetres) or body (its hips are 90 high)",
+    "weights": "name of shipped weights, or a path to others",
+}
+"""A line on each parameter of ``SightRetargeter`` but ``variant``, for methods' cards."""
+
+
 @dataclass(eq=False)
 class SightRetargeter(LearnedMethod):
     """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
@@ -53,7 +81,7 @@ class SightRetargeter(LearnedMethod):
     path: root_rules.PathKind = "relative"
     clean: bool = False
     lengths: features.Lengths = "body"
-    weights: str = "puppets"
+    weights: str = defaults.WEIGHTS
 
     @property
     def chunk(self) -> int:
@@ -145,20 +173,8 @@ class SightRetargeter(LearnedMethod):
         return [found[number] for number in range(len(sources))]
 
     @abstractmethod
-    def stream(
-        self,
-        sources: Sequence[Character],
-        targets: Sequence[Character],
-        device: str = "cpu",
-        heights: Sequence[float] = (),
-        lengths: Sequence[int] = (),
-    ) -> Stream:
-        """A batch of targets, to be moved on by chunks of what ``features.see`` gives for the sources; all
-        of one pair of structures.
-
-        heights: of the ``released`` variant, metres: ``Sight.height`` of the sources, scaled.
-        lengths: frames of each; none: all are as long as what the stream is given.
-        """
+    def stream(self, cases: Cases) -> Stream:
+        """Targets to be moved on by chunks of what ``features.see`` gives for the sources."""
 
     def _together(
         self, device: str, sources: Sequence[Prediction], targets: Sequence[Character]
@@ -171,7 +187,8 @@ class SightRetargeter(LearnedMethod):
         hips = _padded([sight.hips * by for sight, by in zip(seen, ratio, strict=True)])
         heights = [sight.height * by for sight, by in zip(seen, ratio, strict=True)]
         told = heights if self.variant == "released" else ()
-        stream = self.stream(actors, targets, device, told, [len(sight.poses) for sight in seen])
+        lengths = [len(sight.poses) for sight in seen]
+        stream = self.stream(Cases(actors, targets, device, told, lengths))
         parts = []
         for first in range(0, len(poses), self.chunk):
             chunk = slice(first, first + self.chunk)
@@ -189,16 +206,28 @@ class SightRetargeter(LearnedMethod):
         """``poses`` ``(frames, channels)``: see ``pose.py``."""
         return {"poses": self.see(motion).poses}
 
+    def facts(self) -> Mapping[str, Scalar]:
+        """All parameters but those that retargeting alone reads."""
+        free = ("yaw", "path", "clean", "weights")
+        return {each.name: getattr(self, each.name) for each in fields(self) if each.name not in free}
+
     @abstractmethod
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Any:
         """See ``training/contract.py``."""
 
-    def casts(self, training_data: TrainingData) -> dict[str, list[str]]:
-        """Structure -> names of its characters."""
-        found: dict[str, list[str]] = {}
+    def training_bodies(self, training_data: TrainingData) -> TrainingBodies:
+        """The characters by structure, and what networks are told of them."""
+        cast = training_data.characters
+        casts: dict[str, list[str]] = {}
         for name in sorted(training_data.clips):
-            found.setdefault(self.structure(training_data.characters[name]), []).append(name)
-        return found
+            casts.setdefault(self.structure(cast[name]), []).append(name)
+        return TrainingBodies(
+            training_data,
+            casts,
+            {name: self.body(cast[mine[0]]).skeleton for name, mine in casts.items()},
+            {name: self.bones(cast[name]) for name in sorted(training_data.clips)},
+            {name: self.lacks(cast[name]) for name in sorted(training_data.clips)},
+        )
 
 
 @lru_cache(maxsize=1024)

@@ -1,6 +1,7 @@
 """Training without pairs: rows of one source and one target structure, and what networks know of them."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,9 @@ from retarget_bench.training import weights
 from retarget_bench.training.contract import Batch
 from retarget_bench.training.data import TrainingData, WindowBatch
 from retarget_bench.training.layers import exported
-
-from . import losses
-from .ends import Ends
-from .features import SIGNATURE, Signature, Variant, begin
-from .network.pose import MOVES, UP, Scale
+from retarget_bench.training.layers.kinematic.ends import Ends, ends_loss
+from retarget_bench.training.layers.kinematic.features import SIGNATURE, Signature, Variant, begin
+from retarget_bench.training.layers.kinematic.pose import MOVES, UP, Scale
 
 SMALL = 1e-3
 """Centimetres or radians: what deviates less than this is taken to be constant."""
@@ -27,25 +26,46 @@ OWN = 0.5
 """Of several structures, how often a group's target is of the source's own, or more where ``same`` is."""
 
 
+@dataclass(frozen=True, eq=False)
+class TrainingBodies:
+    """The clips to train on, and what networks are told of their bodies.
+
+    clips: with ``poses`` as ``features.see`` gives them. casts: structure -> its characters. skeletons: of
+    each structure. bones: character -> ``(joints, 3)``. lacks: character -> ``(joints,)`` bool, which of
+    these are of no length.
+    """
+
+    clips: TrainingData
+    casts: Mapping[str, Sequence[str]]
+    skeletons: Mapping[str, Skeleton]
+    bones: Mapping[str, np.ndarray]
+    lacks: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class GroupCast:
+    """Who is in a group of rows: a source and a target of each, ``same`` ``(rows,)`` bool where the target
+    is meant to be the source, and ``among``, all targets that there are."""
+
+    sources: Sequence[str]
+    targets: Sequence[str]
+    same: np.ndarray
+    among: Sequence[str]
+
+
 class UnpairedTraining:
     """Rows go in groups of one source and one target structure; a method may know one structure only.
 
-    material: the clips, with ``poses`` as ``features.see`` gives them. casts: structure -> its characters.
-    skeletons: of each structure. bones: character -> ``(joints, 3)``. lacks: character -> ``(joints,)``
-    bool, which of these are of no length. window: frames. build: a method with the tensors it is given.
-    generator: new networks for so many joints, with a ``scale``. same: how often the target is the source;
-    alone: always. variant: whom it draws; see ``Nkn``.
+    window: frames. build: a method with the tensors it is given. generator: new networks for so many
+    joints, with a ``scale``. same: how often the target is the source; alone: always. variant:
+    ``released`` may draw the source itself as another body.
     ``signatures``: structure -> its joints, where exported tensors are to tell. ``ends``: what answers to
     bodies of another structure are held to, if anything.
     """
 
     def __init__(
         self,
-        training_data: TrainingData,
-        casts: Mapping[str, Sequence[str]],
-        skeletons: Mapping[str, Skeleton],
-        bones: Mapping[str, np.ndarray],
-        lacks: Mapping[str, np.ndarray],
+        bodies: TrainingBodies,
         *,
         window: int,
         build: Callable[[Mapping[str, Tensor]], Method],
@@ -54,11 +74,12 @@ class UnpairedTraining:
         alone: bool = False,
         variant: Variant,
     ) -> None:
-        self._material, self._window, self._build = training_data, window, build
+        self._material, self._window, self._build = bodies.clips, window, build
         self._same, self._alone, self._variant = same, alone, variant
+        casts, skeletons, lacks = bodies.casts, bodies.skeletons, bodies.lacks
+        self._bones = bodies.bones
         self._names = sorted(casts)
         self._casts = {name: sorted(casts[name]) for name in self._names}
-        self._bones = bones
         self._lacks = lacks if any(each.any() for each in lacks.values()) else {}
         self._trees = {name: Tree.of(skeletons[name]) for name in self._names}
         self.signatures: Mapping[str, Signature] = {}
@@ -103,7 +124,7 @@ class UnpairedTraining:
                 group[f"{key}lacking"] = np.flatnonzero(group[f"{key}lacks"].any(0)).tolist()
         if self.ends is not None and source != target:
             group["ends"] = self.ends.shares(cast, names)
-        group |= self._beside(numbers, cast, names, same, among)
+        group |= self._beside(numbers, GroupCast(cast, names, same, among))
         if self._released:
             height = group["poses"][:, 0, UP : UP + 1]
             clips = self._material.draw(numbers, names, 1).arrays["poses"]
@@ -111,16 +132,9 @@ class UnpairedTraining:
             group["target_heights"] = np.where(same[:, None], height, clips[:, 0, UP : UP + 1])
         return group
 
-    def _beside(
-        self,
-        numbers: np.random.Generator,
-        cast: Sequence[str],
-        names: Sequence[str],
-        same: np.ndarray,
-        among: Sequence[str],
-    ) -> dict[str, Any]:
-        """What else a group has, by sources and targets of its rows. among: all targets there are."""
-        del numbers, cast, names, same, among
+    def _beside(self, numbers: np.random.Generator, group: GroupCast) -> dict[str, Any]:
+        """What else a group has."""
+        del numbers, group
         return {}
 
     def _targets(
@@ -158,7 +172,7 @@ class UnpairedTraining:
         seen = [self.ends.seen(each, group["ends"], number) for number, each in enumerate((asked, given))]
         moved = (asked[..., -MOVES:] - given[..., -MOVES:]) / source.moves_deviation
         return {
-            "ends": self.ends.weight * losses.ends(seen[0], seen[1], real),
+            "ends": self.ends.weight * ends_loss(seen[0], seen[1], real),
             "ends_moves": (moved.square().sum(-1) * real).sum(),
         }
 

@@ -1,4 +1,4 @@
-"""Methods of one set of joints, the 22 of NKN, for bodies that have them or lack some."""
+"""Methods of one set of joints, the 22 roles, for bodies that have them or lack some."""
 
 from functools import lru_cache
 
@@ -7,8 +7,7 @@ import numpy as np
 from retarget_bench.motion.body22 import Body22, unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22
-
-from .retargeter import SightRetargeter, common_reasons
+from retarget_bench.training.layers.kinematic.retargeter import SightRetargeter, common_reasons
 
 STRUCTURE = "body22"
 
@@ -26,9 +25,11 @@ class OneStructure(SightRetargeter):
         return _body(character).lacks
 
     def roles(self, character: Character) -> tuple[str | None, ...]:
+        del character  # all are seen over these
         return BODY22
 
     def structure(self, character: Character) -> str:
+        del character
         return STRUCTURE
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from torch import Tensor
 
-from .network.pose import MOVES
+from retarget_bench.training.layers.kinematic.pose import MOVES
 
 
 class Ends:
@@ -33,3 +33,9 @@ class Ends:
         joints, lengths = shared[which]
         places = poses[..., :-MOVES].reshape(*poses.shape[:2], -1, 3)
         return places[:, :, joints] / lengths
+
+
+def ends_loss(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
+    """The sum over real frames and joints of squared differences of places ``(frames, rows, joints, 3)``,
+    in lengths of the chains that lead to them. Not in the paper."""
+    return ((a - b).square().sum((-1, -2)) * real).sum()

@@ -1,0 +1,157 @@
+"""Tables, weights and sums that stand beside the answers of PAN's authors: ours say the same."""
+
+from __future__ import annotations
+
+# ruff: noqa: F811  (fixtures of another file are parameters here)
+import numpy as np
+import pan_oracle
+import pytest
+from pan_oracle import below
+from test_pan_oracles import LEGS, PEOPLE, Case, folder, legs, people  # noqa: F401  (fixtures)
+
+from retarget_bench.methods.pan import Pan, losses
+from retarget_bench.methods.pan.network import body_parts, convolved_parts, seen_bones
+
+SETTINGS = {"people": Pan(variant="released").settings, "legs": Pan("released", parts="three").settings}
+
+
+def table(parts: tuple[tuple[int, ...], ...], columns: int) -> np.ndarray:
+    found = np.zeros((len(parts), columns))
+    for row, part in zip(found, parts, strict=True):
+        row[list(part)] = 1.0
+    return found
+
+
+def listed(padded: np.ndarray) -> list[list[int]]:
+    return [[int(each) for each in row if each >= 0] for row in padded]
+
+
+def layout_of(case: Case, name: str):
+    return case.structure(name).layout
+
+
+@pytest.mark.parametrize("name", PEOPLE)
+def test_trees_and_parts_are_theirs(people: Case, name: str):
+    """Edges, what each carries, the joints of a part, and its edges when masks of convolutions are made."""
+    arrays, layout = people.every[name].arrays, layout_of(people, name)
+    parents = arrays["structure/fk_topology"].tolist()
+    assert list(layout.parents) == parents
+    assert [[parents[joint], int(joint)] for joint in layout.leads] == arrays["structure/edges"].tolist()
+    assert layout.leads.tolist() == arrays["structure/fk_rotation_map"].tolist()
+    joints = [layout.leads[list(part)].tolist() for part in layout.parts]
+    assert joints == [[each for each in part if each] for part in listed(arrays["body_parts/joints"])]
+    shifted = [list(part[:-1]) for part in convolved_parts(layout, SETTINGS["people"].design)]
+    assert shifted == listed(arrays["body_parts/as_left_by_the_encoder"])
+
+
+@pytest.mark.parametrize("name", PEOPLE)
+def test_parts_read_and_write_what_theirs_do(people: Case, name: str):
+    """Of the encoder of skeletons' columns, that of the root has no length, and ours no weights."""
+    arrays, layout = people.every[name].arrays, layout_of(people, name)
+    design, slots = SETTINGS["people"].design, layout.edges + 1
+    found = table(convolved_parts(layout, design), slots)
+    np.testing.assert_array_equal(found, arrays["mask/part_by_slot_convolutions"])
+    bones = tuple(tuple(edge + 1 for edge in part) for part in seen_bones(layout, design))
+    theirs = arrays["mask/part_by_column_skeleton_encoder"]
+    np.testing.assert_array_equal(table(bones, slots)[:, 1:], theirs[:, 1:])
+    assert not arrays["structure/offsets"][:, 0].any()
+
+
+@pytest.mark.parametrize("name", LEGS)
+def test_parts_of_people_and_dogs_read_and_write_what_theirs_do(legs: Case, name: str):
+    arrays, layout = legs.every[name].arrays, layout_of(legs, name)
+    design = SETTINGS["legs"].design
+    found = table(convolved_parts(layout, design), layout.edges + 1)
+    np.testing.assert_array_equal(found, arrays["mask/part_by_slot_convolutions"])
+    assert convolved_parts(layout, design) == body_parts(layout, design)
+    bones = tuple(tuple(joint - 1 for joint in part) for part in seen_bones(layout, design))
+    theirs = arrays["mask/part_by_offset_skeleton_encoder"]
+    np.testing.assert_array_equal(table(bones, layout.edges - 1), theirs)
+    joints = legs.module._objective._tensors["joints", pan_oracle._key(legs.module, name)].tolist()
+    inner = [joint for joint in joints if joint < layout.edges]
+    assert sorted(inner) == sorted(arrays["structure/scored_joints"].tolist())
+
+
+@pytest.mark.parametrize("name", [*PEOPLE, *LEGS])
+def test_both_forms_of_their_mask_of_attention_are_one(
+    name: str,
+    people: Case,
+    legs: Case,
+):
+    arrays = (people if name in PEOPLE else legs).every[name].arrays
+    np.testing.assert_array_equal(arrays["mask/attention"] == 0, arrays["mask/attention_allowed"] == 1)
+
+
+def test_weights_between_people_are_theirs(people: Case):
+    """Positions and the root count inside the reconstruction, and positions inside the cycle."""
+    theirs, ours = below(people.step, "weight/"), SETTINGS["people"].weights
+    rec, cycle = theirs["lambda_rec"], theirs["lambda_cycle"]
+    found = {
+        "rec_quaternion": ours.edges / rec,
+        "rec_global": ours.root / rec,
+        "rec_position": ours.kinematic / rec,
+        "lambda_rec": 1.0,
+        "lambda_cycle": ours.cycle,
+        "ee": ours.ends,
+        "gan": ours.adversarial,
+        "ee_at_rest": losses.RESTING,
+        "ee_rest_threshold": losses.NEAR,
+    }
+    assert found == {name: pytest.approx(float(each), rel=1e-6) for name, each in theirs.items()}
+    assert ours.again_positions == pytest.approx(float(cycle))
+
+
+def test_weights_between_legs_are_theirs(legs: Case):
+    theirs, ours = below(legs.step, "weight/"), SETTINGS["legs"].weights
+    found = {
+        "rec_quaternion": ours.edges,
+        "rec_global": ours.moves,
+        "rec_position": ours.kinematic,
+        "lambda_rec": 1.0,
+        "lambda_cycle": ours.cycle,
+        "lambda_retar_vel": ours.velocity,
+        "gan": ours.adversarial,
+    }
+    assert found == {name: pytest.approx(float(each), rel=1e-6) for name, each in theirs.items()}
+    assert ours.again_positions == pytest.approx(float(theirs["lambda_cycle"]))
+
+
+def terms(case: Case, *names: str) -> list[float]:
+    """Weighted, over the names, by structure or pair."""
+    every = [[term.item() for term in case.single[name]] for name in names]
+    return [sum(column) for column in zip(*every, strict=True)]
+
+
+def test_sums_between_people_are_theirs(people: Case):
+    wanted, close = below(people.step, "loss/sum/"), pytest.approx
+    assert terms(people, "slots", "root", "places") == close(wanted["rec_losses"].tolist(), rel=1e-5)
+    sums = {
+        "rec_loss": ("slots", "root", "places"),
+        "ee_loss": ("ends",),
+        "loss_G": ("adversarial",),
+    }
+    for name, ours in sums.items():
+        weight = 50.0 if name == "ee_loss" else 1.0
+        assert sum(terms(people, *ours)) / weight == close(float(wanted[name]), rel=1e-5), name
+    cycle = sum(terms(people, "latent")) + sum(terms(people, "again_places"))
+    assert cycle / 2.5 == close(float(wanted["cycle_loss"]), rel=1e-5)
+    each = [float(people.step[f"loss/D_loss_{number}"]) for number in (0, 1)]
+    assert wanted["loss_Ds"].tolist() == close(each)
+
+
+def test_sums_between_legs_are_theirs(legs: Case):
+    wanted, close = below(legs.step, "loss/sum/"), pytest.approx
+    dog, human = terms(legs, "slots", "moves", "places")
+    assert [human, dog] == close(wanted["rec_losses"].tolist(), rel=1e-5)
+    assert human + dog == close(float(wanted["rec_loss"]), rel=1e-5)
+    cycle = 1000.0 * sum(terms(legs, "latent", "again_places"))
+    assert cycle == close(float(wanted["cycle_loss"]), rel=1e-5)
+    assert sum(terms(legs, "adversarial")) == close(float(wanted["loss_G"]), rel=1e-5)
+    assert sum(terms(legs, "velocity")) / 1000.0 == close(float(wanted["retar_root_v_loss"]), rel=1e-5)
+    assert float(legs.step["loss/G_loss_total"]) == close(float(wanted["loss_G_total"]))
+
+
+def test_the_step_is_of_the_characters_of_the_input(people: Case):
+    for name in PEOPLE:
+        own = people.every[name].arrays["input/character_of_sample"]
+        np.testing.assert_array_equal(own, people.step[f"step/{name}/character"])

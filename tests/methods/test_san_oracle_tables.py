@@ -1,0 +1,170 @@
+"""Tables, layers of discriminators, weights and sums that stand beside the answers of SAN's authors."""
+
+from __future__ import annotations
+
+# ruff: noqa: F811  (fixtures of another file are parameters here)
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from test_san_oracles import (  # noqa: F401  (fixtures)
+    BOTH,
+    RELEASED,
+    Oracle,
+    character,
+    close,
+    discriminator_of,
+    found,
+    listed,
+    oracle,
+    seen,
+    slots,
+    step,
+)
+
+from retarget_bench.methods.san import San
+from retarget_bench.methods.san.skeleton import Edges, Levels, layout_of
+from retarget_bench.training.layers.skeletal.discriminators import discriminator_loss
+from retarget_bench.training.layers.skeletal.end_effectors import NEAR, RESTING
+
+
+def levels_of(found: Oracle) -> Levels:
+    body = character(found, 0, "any")
+    return RELEASED.levels(layout_of(body.skeleton.parents.tolist(), body.roles))
+
+
+def pooling(groups: tuple[tuple[int, ...], ...], width: int, *, mean: bool) -> torch.Tensor:
+    """The matrix that makes one slot of each group, or with a transposition each group of one slot."""
+    found = torch.zeros(len(groups), sum(map(len, groups)))
+    for row, group in zip(found, groups, strict=True):
+        row[list(group)] = 1.0 / len(group) if mean else 1.0
+    return torch.kron(found, torch.eye(width))
+
+
+@pytest.mark.parametrize(
+    ("name", "level", "width", "mean"),
+    [
+        ("auto_encoder/enc.layers.0.1", "first", 8, True),
+        ("auto_encoder/enc.layers.1.1", "chains", 16, True),
+        ("auto_encoder/dec.layers.0.1", "chains", 16, False),
+        ("auto_encoder/dec.unpools.0", "chains", 16, False),
+        ("auto_encoder/dec.layers.1.1", "first", 8, False),
+        ("auto_encoder/dec.unpools.1", "first", 8, False),
+        ("static_encoder/layers.0.1", "first", 6, True),
+        ("discriminator/layers.0.2", "first", 6, True),
+        ("discriminator/layers.1.1", "pairs", 12, True),
+    ],
+)
+def test_poolings_are_their_matrices(found, name, level, width, mean):
+    made = pooling(getattr(levels_of(found), level), width, mean=mean)
+    wanted = found[f"pool_weight/{name}"]
+    torch.testing.assert_close(made if mean else made.T, wanted, rtol=0, atol=0)
+
+
+def test_tables_of_both_networks_are_theirs(found):
+    """Discriminators have the trees, neighbours and first pooling of auto-encoders."""
+    levels, edges = levels_of(found), Edges.of(found["structure/parents"].tolist())
+    _, left = edges.pooled()
+    for level, tree in enumerate((edges, left)):
+        for network in ("auto_encoder", "discriminator"):
+            assert [list(pair) for pair in tree.pairs] == found[f"edges/{network}/{level}"].tolist()
+            assert levels.neighbours[level] == listed(found[f"neighbours/{network}/{level}"])
+    assert levels.first == listed(found["pooling_list/discriminator/0"])
+    assert [list(pair) for pair in edges.pairs] == found["structure/edges"].tolist()
+    assert found["structure/fk_topology"].tolist() == [-1, *found["structure/parents"][1:]]
+    assert found["structure/fk_rotation_map"].tolist() == [joint for _, joint in edges.pairs]
+    assert not len(found["edges/auto_encoder/2"])  # they list none behind whole chains
+
+
+def test_layers_of_discriminators_answer_as_theirs(found):
+    """Of the input, with running statistics: behind the first pooling, and scores before the sigmoid."""
+    judge = discriminator_of(found).eval()
+    shown: list[torch.Tensor] = []
+    judge.last.register_forward_pre_hook(lambda module, given: shown.append(given[0]))
+    with torch.no_grad():
+        scores = judge(found["output/fk_bone_vectors"].flatten(2).unflatten(2, (-1, 3)))
+        close(shown[0], found["between/discriminator_layer0"])
+        close(judge.last(shown[0]), found["between/discriminator_layer1"])
+    close(scores, found["between/discriminator_layer1"].sigmoid())
+
+
+def test_weights_are_theirs(oracle):
+    record, ours = oracle("step"), San("released").settings.weights
+    found = {
+        "rec_quaternion": 1.0,
+        "rec_global": ours.root,
+        "rec_position": ours.positions,
+        "lambda_rec": ours.reconstruction,
+        "cycle": ours.cycle,
+        "ee": ours.ends,
+        "gan": ours.adversarial,
+        "ee_at_rest": RESTING,
+        "ee_rest_threshold": NEAR,
+    }
+    theirs = {name.split("/")[1] for name in record.names if name.startswith("weight/")}
+    assert theirs == set(found)
+    for name, each in found.items():
+        assert each == pytest.approx(float(record[f"weight/{name}"]), rel=1e-6), name
+
+
+def test_sums_are_theirs(step, oracle):
+    """Those of cycles, end effectors and adversarial terms are without weights, as ``step.terms``."""
+    record, close_to = oracle("step"), pytest.approx
+    every = {name: [term for each, term in step.terms if each == name] for name, _ in step.terms}
+    of_each = zip(every["edges"], every["root"], every["positions"], strict=True)
+    rec = [edges + 250.0 * root + 100.0 * positions for edges, root, positions in of_each]
+    assert rec == close_to(record["loss/sum/rec_losses"].tolist(), rel=1e-5)
+    assert sum(rec) == close_to(float(record["loss/sum/rec_loss"]), rel=1e-5)
+    for ours, theirs in (("cycle", "cycle_loss"), ("ends", "ee_loss"), ("adversarial", "loss_G")):
+        assert sum(every[ours]) == close_to(float(record[f"loss/sum/{theirs}"]), rel=1e-5), ours
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_each_discriminator_s_loss_is_theirs(step, oracle, number):
+    """They see the generator's answers first, which changes their running statistics and not the loss."""
+    record, name = oracle("step"), BOTH[number]
+    real, fake = next((real, fake) for there, real, fake in step.memory["shown"] if there == name)
+    judge = discriminator_of(oracle(name))
+    loss = discriminator_loss(judge(real), judge(fake)).item()
+    assert loss == pytest.approx(float(record[f"loss/D_loss_{number}"]), rel=1e-5)
+    assert loss == pytest.approx(float(record["loss/sum/loss_Ds"][number]), rel=1e-5)
+    after = record[f"step/{name}/discriminator_buffers_after/layers.0.1.num_batches_tracked"]
+    norm = step.module.modules["discriminator"].discriminators[name].norm
+    assert norm.num_batches_tracked.item() == int(after) == 3
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_ends_of_the_sources_move_as_theirs(step, oracle, name):
+    record, arrays = oracle("step"), oracle(name)
+    rows = record[f"step/{name}/character"]
+    which = torch.from_numpy(rows.astype(np.int64)) + 1
+    edges = step.module._structures[name].plain(slots(arrays["input/motion"]), which)
+    real = step.module._real(name, {"edges": edges, **seen(arrays, rows, frames=64)})
+    ends = real.in_heights[:, :, arrays["structure/ee_ids"].tolist()].detach()
+    # differences of positions about a height away, in single precision
+    assert (10 * ends.diff(dim=1) - record[f"step/{name}/end_velocities"]).abs().max() < 1e-5
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_the_error_they_print_is_over_the_joints_of_the_structure(oracle, name):
+    """In its order. What they write has a joint of no length more at each fork, which is not compared."""
+    record: Any = oracle("step")
+    error = {
+        key.rsplit("/", 1)[1]: record[key] for key in record.names if key.startswith(f"get_error/{name}/")
+    }
+    names, written = error["names"].tolist(), error["written_names"].tolist()
+    assert names == error["position_names"].tolist() == oracle(name)["structure/names"].tolist()
+    assert error["parents"].tolist()[1:] == oracle(name)["structure/parents"].tolist()[1:]
+    kept = [number for number, each in enumerate(written) if not each.endswith("_virtual")]
+    assert [written[number] for number in kept] == names
+    torch.testing.assert_close(error["written_offsets"][kept], error["offsets"], rtol=0, atol=0)
+    assert not error["written_offsets"][sorted({*range(len(written))} - {*kept})].any()
+    above = []
+    for number in kept[1:]:
+        parent = int(error["written_parents"][number])
+        above.append(parent if parent in kept else int(error["written_parents"][parent]))
+    assert [written[parent] for parent in above] == [names[k] for k in error["parents"][1:].tolist()]
+    turns = [int(edge) for edge in error["edge_of_written_joint"] if edge >= 0]
+    assert turns == list(range(len(names) - 1))
+    assert error["batch"].item() == pytest.approx(error["error_per_motion"].mean().item(), rel=1e-6)
