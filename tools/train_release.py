@@ -1,6 +1,6 @@
 """Train every shipped method with fixed configs and budgets, ship what validates better, write the tables.
 
-    python -m tools.train_release                  all: half an hour of a GPU, or 16 hours of a core
+    python -m tools.train_release                  all: half an hour of a GPU, or 24 hours of a core
     python -m tools.train_release --only pan --budget-scale 0.1
 
 The training data are made first, by all cores. Then every method is trained in a folder of its own, on from
@@ -59,6 +59,12 @@ TRAININGS = (
     Training("humot", hours=4, minutes=4),
     Training("nkn", hours=2, minutes=2.5),
     Training("smrm", hours=2, minutes=2),
+    Training("san", hours=2, minutes=2.5, cmu="cmu[bodies=200,own=false]"),
+    Training("nkn_cross", hours=2, minutes=2, cmu="cmu[bodies=200,own=false]"),
+    Training("pmnet", hours=1, minutes=1.5),
+    Training("pmnet_cross", hours=1, minutes=1, cmu="cmu[bodies=200,own=false]"),
+    Training("r2et", hours=1, minutes=1.5),
+    Training("same", hours=1, minutes=1.5),
 )
 DATA = "puppets[size=large,bodies=200]"
 """What all of them are trained on."""

@@ -17,6 +17,7 @@ from retarget_bench.training.lazy_clips import Cast, manifest
 
 from . import protocols
 from .motions import Motions, training_clips
+from .pairs import Pairs
 
 CARD = DatasetCard(
     name="mixamo",
@@ -250,6 +251,18 @@ class Mixamo:
             for name in free
         }
         return training_clips(self._motions, files, {**self._others, **self._entries})
+
+    def training_pairs(self) -> Pairs | None:
+        """Training clips by any two characters; None where no two of them perform the same one."""
+        lengths: dict[str, dict[str, int]] = {}
+        for cast in self.training().values():
+            for name, clips in cast.items():
+                for clip in clips.names:
+                    path = self._layout.clips[name][clip]
+                    entry = self._entries.get(path) or self._others[path]
+                    lengths.setdefault(clip, {})[name] = entry.frames
+        pairs = Pairs(lengths, self.motion)
+        return pairs if len(pairs) else None
 
     def validation(self) -> Mixamo:
         """The validation part: clips of the next fold. Raises BenchError with protocol=all."""

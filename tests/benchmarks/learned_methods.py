@@ -26,11 +26,16 @@ METHODS = (
     *("ik", "copy_rotations", "bone_directions", "paired"),
     *("pan", "pan+footlock", "humot", "humot+fit+smooth+footlock"),
     *("smrm", "smrm+smooth+footlock", "nkn", "nkn+smooth+footlock"),
+    *("r2et", "pmnet", "pmnet+smooth+footlock", "same"),
     STILL := "rest_pose",
 )
-OF_KNOWN_STRUCTURES = ("nkn_cross", "nkn_cross+smooth+footlock")
+FEWEST = "san"
+OF_KNOWN_STRUCTURES = (
+    *(FEWEST, "san+smooth+footlock", "nkn_cross", "nkn_cross+smooth+footlock"),
+    *("pmnet_cross", "pmnet_cross+smooth+footlock"),
+)
 """They know the structures of their training alone, and are compared on fewer cases."""
-BESIDE = ("ik", "copy_rotations", "nkn", STILL)
+BESIDE = ("ik", "copy_rotations", "nkn", "pmnet", STILL)
 LABELS = {
     "mpjpe_h.world": "MPJPE, % of height",
     "plant_recall": "contact recall",
@@ -154,26 +159,26 @@ def table(title: str, columns: dict[str, Column], methods: Iterable[str], cells:
 
 
 def beside(results: rb.Results) -> Iterator[str]:
-    """Lines of Markdown: the methods that know structures of their training alone beside others, each on
-    the cases that both answer."""
-    yield from ("", f"## {OF_KNOWN_STRUCTURES[0]}, on structures that its training had", "")
-    yield "| value | split | cases | method | | nkn_cross | and with `+smooth+footlock` |".replace(
-        "_", "\\_"
-    )
-    yield "|---|---|---:|---|---:|---:|---:|"
-    mine, locked = OF_KNOWN_STRUCTURES
-    for other in BESIDE:
-        with_posts = {
-            (one.value, found.split): one.second
-            for found in results.compare(other, locked, [MPJPE, RECALL, JERK]).found
-            for one in found.differences
-        }
-        for found in results.compare(other, mine, [MPJPE, RECALL, JERK]).found:
-            for one in found.differences:
-                numbers = [one.first, one.second, with_posts[one.value, found.split]]
-                shown = " | ".join(f"{number:.2f}" for number in numbers)
-                name = other.replace("_", "\\_")
-                yield f"| {LABELS[one.value]} | {found.split} | {one.cases} | {name} | {shown} |"
+    """Lines of Markdown: the methods that know structures of their training alone beside others, all on
+    the cases that FEWEST answers. Raises SystemExit where they are not over the same cases."""
+    splits, methods = SPLITS["puppets"], (*OF_KNOWN_STRUCTURES, *BESIDE)
+    found: dict[tuple[str, str, str], Any] = {}
+    sizes: dict[str, set[int]] = {split: set() for split in splits}
+    for method in methods[1:]:
+        for split in results.compare(method, FEWEST, list(LABELS)).found:
+            for one in split.differences:
+                found[method, split.split, one.value] = one.first
+                found[FEWEST, split.split, one.value] = one.second
+                sizes[split.split].add(one.cases)
+    if any(len(counts) != 1 for counts in sizes.values()):
+        raise SystemExit(f"methods of known structures answer different cases: {sizes}")
+    told = ", ".join(f"{split} {counts.pop()}" for split, counts in sizes.items())
+    yield from ("", "## On structures that all of training knows", "", f"Cases: {told}.", "")
+    yield f"| method | {' | '.join(f'{label}, {split}' for label in LABELS.values() for split in splits)} |"
+    yield "|---|" + "---:|" * (len(LABELS) * len(splits))
+    for method in methods:
+        shown = " | ".join(f"{found[method, split, value]:.2f}" for value in LABELS for split in splits)
+        yield f"| {method.replace('_', chr(92) + '_')} | {shown} |"
 
 
 def cell(cells: Cells, method: str, column: Column) -> str:

@@ -1,10 +1,12 @@
 """The methods that papers compare with each other, under one protocol, with shipped weights.
 
-    python tests/benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs
+    python tests/benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs --fold RUNS
 
 Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md`` and the table of
 the README. --pairs: a folder with ``pair.txt``, whose lines name a source and the file of its answer by an
-animator's tool.
+animator's tool. --fold: a folder with a training run for each learned method, named after it, on the part
+for training of a fold of the Mixamo clips: ``bench train METHOD -d 'mixamo[protocol=folds,root=...]' --init
+puppets --out RUNS/METHOD``; those that know the structures of their training alone begin without --init.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ PEERS = {
     "pan": "PAN",
     "humot": "HuMoT",
     "same": "SAME",
-    "copy_rotations": "copy",
+    "copy_rotations": "copied rotations",
     "ik": "ik",
 }
 """Our plug-in -> what papers call it; a star: with networks for each structure, as in PAN's tables."""
@@ -43,23 +45,40 @@ FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
 MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "plant_recall"
 METRICS = ("position", "plant")
 MARKS = ("<!-- peers -->", "<!-- /peers -->")
-SPLITS = {"puppets": ("self", "intra", "cross"), "mixamo": ("intra", "cross"), "pairs": ("cross",)}
+SPLITS = {
+    "puppets": ("self", "intra", "cross"),
+    "mixamo": ("intra", "cross"),
+    "fold": ("intra", "cross"),
+    "pairs": ("cross",),
+}
 
 
-def training(method: str) -> str:
-    """What the shipped weights cost: minutes of the last run, and hours of motion."""
-    path = PROJECT / "methods" / method / "weights" / "puppets.json"
-    if not path.exists():
+def training(method: str, fold: Path | None = None) -> str:
+    """What shipped weights, or those of a fold's run, cost: minutes of the last run, hours of motion."""
+    shipped = PROJECT / "methods" / method / "weights" / "puppets.json"
+    if not shipped.exists():
         return "none"
+    path = shipped if fold is None else fold / method / "weights.json"
     card = json.loads(path.read_text(encoding="utf-8"))
     begun = " + earlier" if card.get("init") else ""
     return f"{card['seconds'] / 60:.0f} min{begun}, {card['data']['hours']:.3g} h"
 
 
-def table(title: str, about: str, results: rb.Results, methods: Iterable[str]) -> Iterator[str]:
+def same_cases(frame: Any, title: str) -> Any:
+    """The rows of a table. Raises SystemExit where they are not over the same cases in each column."""
+    for (split, value), rows in frame.groupby(["split", "value_id"]):
+        if rows.cases.nunique() > 1:
+            counts = ", ".join(f"{row.method} {row.cases:g}" for row in rows.itertuples())
+            raise SystemExit(f"{title}, {split}, {value}: over different cases ({counts})")
+    return frame
+
+
+def table(
+    title: str, about: str, results: rb.Results, methods: Iterable[str], fold: Path | None = None
+) -> Iterator[str]:
     """Lines of Markdown: MPJPE, root-aligned and contact recall by split, with intervals."""
-    frame = results.table([MPJPE, ALIGNED, RECALL]).frame
-    rows = {(row.method, row.split, row.value_id): row for row in frame.itertuples()}
+    frame = same_cases(results.table([MPJPE, ALIGNED, RECALL]).frame, title)
+    rows = {(plain(row.method), row.split, row.value_id): row for row in frame.itertuples()}
     splits = list(dict.fromkeys(row.split for row in frame.itertuples()))
     sizes = {
         row.split: f"{row.split} {row.cases:g} cases of {row.clips:g} clips" for row in frame.itertuples()
@@ -77,7 +96,12 @@ def table(title: str, about: str, results: rb.Results, methods: Iterable[str]) -
     for method in methods:
         if any((method, split, MPJPE) in rows for split in splits):
             cells = " | ".join(_cell(rows.get((method, *column))) for column in columns)
-            yield f"| {PEERS.get(method, method)} | {training(method)} | {cells} |"
+            yield f"| {PEERS.get(method, method)} | {training(method, fold)} | {cells} |"
+
+
+def plain(label: str) -> str:
+    """The method of a row, without its weights."""
+    return label.partition("[")[0]
 
 
 Beside = dict[tuple[str, str], tuple[float, str, int]]
@@ -114,16 +138,18 @@ def beside_few(found: Beside) -> Iterator[str]:
 
 def in_short(results: dict[str, rb.Results], few: Beside) -> str:
     """The table of the README, which this script keeps there between two marks."""
-    frames = {name: each.table(MPJPE).frame for name, each in results.items()}
-    rows = {(name, row.method, row.split): row for name, f in frames.items() for row in f.itertuples()}
+    frames = {name: same_cases(each.table(MPJPE).frame, name) for name, each in results.items()}
+    rows = {
+        (name, plain(row.method), row.split): row for name, f in frames.items() for row in f.itertuples()
+    }
     lines = [
-        "| method | trained | puppets, cross | minus SAN | Mixamo, cross | SAME's pairs |",
-        "|---|---|---:|---:|---:|---:|",
+        "| method | trained | puppets, cross | minus SAN | Mixamo, cross | SAME's pairs | Mixamo fold |",
+        "|---|---|---:|---:|---:|---:|---:|",
     ]
     for method, label in PEERS.items():
         value, apart, _ = few[method, "cross"]
-        real, pairs = (_cell(rows.get((name, method, "cross"))) for name in ("mixamo", "pairs"))
-        lines.append(f"| {label} | {training(method)} | {value:.2f} | {apart} | {real} | {pairs} |")
+        cells = " | ".join(_cell(rows.get((name, method, "cross"))) for name in ("mixamo", "pairs", "fold"))
+        lines.append(f"| {label} | {training(method)} | {value:.2f} | {apart} | {cells} |")
     return "\n".join(lines) + "\n"
 
 
@@ -146,25 +172,33 @@ def paired_folder(pairs: Path, folder: Path) -> Path:
     return folder
 
 
-def page(results: dict[str, rb.Results], few: rb.Results) -> str:
+def page(results: dict[str, rb.Results], few: rb.Results, fold: Path) -> str:
     every = [name for name in PEERS if name not in FEW_STRUCTURES]
     out = [
         "# Who compared with whom, under one protocol",
         "",
-        "    python tests/benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs",
+        "    python tests/benchmarks/peers.py --mixamo DIR --pairs DIR --fold DIR",
         "",
         "The methods of the papers' tables, each rebuilt here and trained on motion of puppets and of CMU "
-        "(no Mixamo, no motion of the pairs), as shipped: `bench info METHOD` shows the cards of the "
-        "weights. MPJPE and root-aligned MPJPE in % of height, contact recall as a share; 95 % intervals "
-        "over clips in brackets, where there are ten clips. Each table is over the same cases for all its "
-        "rows. *Trained*: time of the last run on one core, and amount of motion. NKN\\*, PMnet\\* and SAN "
-        "have networks for each structure and know those of their training alone, none of which is "
-        "Mixamo's; they have a table of their own. None of these numbers says how good a method of a paper "
-        "is at its best.",
+        "(none of the pairs, and none of Mixamo but for the table of a fold), as shipped: "
+        "`bench info METHOD` shows the cards of the weights. MPJPE and root-aligned MPJPE in % of height, "
+        "contact recall as a share; 95 % intervals over clips in brackets, where there are ten clips. Each "
+        "table is over the same cases for all its rows. *Trained*: time of the last run on one core, and "
+        "amount of motion. NKN\\*, PMnet\\* and SAN have networks for each structure and know those of "
+        "their training alone: elsewhere they have tables of their own, or no number. None of these "
+        "numbers says how good a method of a paper is at its best.",
     ]
     out += table("Puppets", "Held-out bodies and clips;", results["puppets"], every)
     out += beside_few(on_few(few))
     out += table("Mixamo", "Characters and clips that none of them has seen;", results["mixamo"], every)
+    out += table(
+        "Mixamo, a fold of five, trained on the others",
+        "Weights from minutes on the clips of the other folds, which are not shipped (*+ earlier*: they "
+        "began as the shipped ones); clips that training lacks;",
+        results["fold"],
+        PEERS,
+        fold,
+    )
     out += table(
         "SAME's pairs",
         "References by MotionBuilder on random skeletons, no copied rotations; each pair both ways;",
@@ -178,6 +212,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--mixamo", required=True, metavar="DIR", help="folder of the Mixamo clips")
     parser.add_argument("--pairs", required=True, metavar="DIR", help="folder with pair.txt")
+    parser.add_argument("--fold", required=True, metavar="RUNS", type=Path, help="folder of training runs")
     parser.add_argument("--out", default="runs/peers", metavar="DIR", help="folder of results")
     parser.add_argument("--jobs", type=int, metavar="N", help="number of processes")
     given = parser.parse_args()
@@ -188,18 +223,30 @@ def main() -> None:
         sets = {
             "puppets": {"dataset": defaults.DATASET},
             "mixamo": {"dataset": "mixamo", "root": given.mixamo},
+            "fold": {"dataset": "mixamo[protocol=folds]", "root": given.mixamo},
             "pairs": {"dataset": "folder", "root": str(paired_folder(Path(given.pairs), Path(temporary)))},
         }
+        methods = {"fold": [of_fold(name, given.fold) for name in PEERS]}
         results = {
-            name: rb.run(every, splits=splits, **sets[name], **common) for name, splits in SPLITS.items()
+            name: rb.run(methods.get(name, every), splits=splits, **sets[name], **common)
+            for name, splits in SPLITS.items()
         }
         few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
     readme = PROJECT / "README.md"
     before, _, after = readme.read_text(encoding="utf-8").partition(MARKS[0])
     short = in_short(results, on_few(few))
     write_text(readme, f"{before}{MARKS[0]}\n{short}{MARKS[1]}{after.partition(MARKS[1])[2]}")
-    write_text(PROJECT / "results" / "peers.md", text := page(results, few))
+    write_text(PROJECT / "results" / "peers.md", text := page(results, few, given.fold))
     print(text)
+
+
+def of_fold(method: str, runs: Path) -> str:
+    """The method with the weights of a fold's run. Raises SystemExit for a learned one without a run."""
+    if training(method) == "none":
+        return method
+    if not (runs / method / "weights.json").exists():
+        raise SystemExit(f"{runs / method}: no training run of {method} there; see --help")
+    return f"{method}[weights={runs / method}]"
 
 
 def _trained(methods: Iterable[str]) -> None:

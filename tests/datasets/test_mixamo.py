@@ -379,3 +379,34 @@ def test_label_says_what_is_not_as_by_default(mini):
     root = str(mini({"Aj": ["Walk"]}))
     assert Mixamo(root).label == "mixamo"
     assert Mixamo(root, fps=60.0, structure="body22").label == "mixamo (60 fps, body22)"
+
+
+def test_training_pairs_are_clips_that_two_characters_perform_alike(mini):
+    names = [f"Clip {letter}" for letter in "abcdefghij"]
+    root = mini(dict.fromkeys(("Aj", "BigVegas", "Mousey_m"), names), frames=6)
+    dataset = fold(root, 0)
+    alone, uneven, *_ = sorted(
+        {clip for mine in dataset.training()["mixamo-A"].values() for clip in mine.names}
+    )
+    free = sorted({name for mine in dataset.training().values() for name in mine})
+    for name in free[1:]:
+        (root / name / f"{alone}.bvh").unlink()
+    mini({free[-1]: [uneven]}, frames=9)
+    pairs = fold(root, 0).training_pairs()
+    trained = {
+        (pair.clip, pair.source.motion.character.name, pair.target.motion.character.name) for pair in pairs
+    }
+    shown = {info.clip for part in (dataset, dataset.validation()) for info in every_case(part)}
+    expected = {
+        (clip, one, other)
+        for clip in set(names) - shown - {alone}
+        for one in free
+        for other in free
+        if one != other and (clip != uneven or free[-1] not in (one, other))
+    }
+    assert trained == expected
+    for pair in pairs:
+        assert pair.source.motion.frames == pair.target.motion.frames
+        assert not pair.exact
+        assert pair.source.contacts is None
+    assert Mixamo(str(root)).training_pairs() is None
