@@ -1,4 +1,4 @@
-"""Your own BVH files: motions, and the bodies that shall perform them."""
+"""Your own motion files: motions, and the bodies that shall perform them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, Unusable
+from retarget_bench.evaluation.code_hash import code_hash, package_code
 from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
 from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
 from retarget_bench.motion.character import Character, Motion, resampled_frames
+from retarget_bench.motion.files import format_of
+from retarget_bench.motion.files.formats import BVH
 from retarget_bench.motion.roles import load_overrides
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
@@ -40,13 +43,13 @@ class Folder:
 
     card = DatasetCard(
         name="folder",
-        summary="your own BVH files, paired by name or not paired at all",
+        summary="your own motion files, paired by name or not paired at all",
         version="1",
         licence="yours",
-        obtain=f"give a folder of BVH files, --root DIR: {LAYOUTS}",
+        obtain=f"give a folder of BVH, GLB or glTF files, --root DIR: {LAYOUTS}",
         parameters={
             "root": f"{LAYOUTS}; loose files with the same joints and bones are one body",
-            "target": "a BVH file, or a folder with files of one body: the only body to retarget to",
+            "target": "a file, or a folder with files of one body: the only body to retarget to",
             "pairs": "names (clips of the same name and length are each other's reference) or none",
             "fps": "frames per second of the cases; 0 keeps each file's own",
             "unit": "unit of the files (m, cm, ...), or auto",
@@ -94,6 +97,9 @@ class Folder:
         roles = digest(repr(sorted(self._overrides.items()))) if self._overrides else "found"
         protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
         how = f"{self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs}"
+        if any(format_of(path) is not BVH for path in named.values()):
+            # BVH's reader counts as code of every method
+            how += f", readers {code_hash(package_code('motion.files'))}"
         return f"{files} ({how}{protocol})"
 
     @property

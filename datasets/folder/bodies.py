@@ -8,10 +8,8 @@ import numpy as np
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import free_name
-from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.catalogue import (
     CatalogueEntry,
-    bvh_files,
     catalogue,
     contents,
     existing,
@@ -19,8 +17,9 @@ from retarget_bench.motion.bvh.catalogue import (
     subfolders,
 )
 from retarget_bench.motion.bvh.document import Hierarchy
+from retarget_bench.motion.files.listing import hierarchy_of, motion_files, motions_of
 
-LAYOUTS = "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body"
+LAYOUTS = "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body; .glb and .gltf likewise"
 ROUNDING = 1e-3
 """Share of a body's size within which its files may state its bones."""
 Bodies = dict[str, dict[str, Path]]
@@ -76,18 +75,18 @@ def find(root: str, target: str) -> Found:
 def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
     """Loose files, and files by folder."""
     if root.is_file():
-        return {root.stem: root}, {}
-    loose = bvh_files(root)
-    inside = {each.name: found for each in subfolders(root) if (found := bvh_files(each))}
+        return motions_of(root), {}
+    loose = motion_files(root)
+    inside = {each.name: found for each in subfolders(root) if (found := motion_files(each))}
     if not loose and not inside:
-        raise BenchError(f"{root} holds no BVH files ({LAYOUTS}); it holds {contents(root)}")
+        raise BenchError(f"{root} holds no motion files ({LAYOUTS}); it holds {contents(root)}")
     return loose, inside
 
 
 def _target(target: Path) -> dict[str, Path]:
-    aim = {target.stem: target} if target.is_file() else bvh_files(target)
+    aim = motions_of(target) if target.is_file() else motion_files(target)
     if not aim:
-        raise BenchError(f"target {target} holds no BVH files; it holds {contents(target)}")
+        raise BenchError(f"target {target} holds no motion files; it holds {contents(target)}")
     return aim
 
 
@@ -101,7 +100,7 @@ def _group(loose: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry], bo
     for clip, path in loose.items():
         text = entries[path].hierarchy
         if text not in known:
-            own = bvh.parse_header(path).hierarchy
+            own = hierarchy_of(path)
             twin = next((name for name, other in known.values() if _same_bones(own, other)), None)
             known[text] = (twin or free_name(clip, bodies), own)
         bodies.setdefault(known[text][0], {})[clip] = path

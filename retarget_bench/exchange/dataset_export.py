@@ -19,32 +19,41 @@ from retarget_bench.files import slug, write_text
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import runs
+from retarget_bench.motion.files.gltf import writing as gltf
 from retarget_bench.motion.motion import Motion
 
 SCHEMA = 1
 MANIFEST, SUMS, JOURNAL = "manifest.json", "SHA256SUMS", "unfinished.txt"
 SCALE = 100.0
+FORMS = {
+    "bvh": "BVH in centimetres, Y up; angles in degrees, channels in the order that each file names.",
+    "glb": "GLB (glTF 2.0) in metres, Y up, with the character's mesh where it has one.",
+}
+"""Ending -> how motions are written."""
 CONVENTIONS = (
-    "BVH in centimetres, Y up, characters face +Z, left is +X; angles in degrees, channels in the order "
-    "that each file names. A file under characters/ stands in the reference pose (T-pose) that the "
-    "character's motions are relative to. Labels are stretches [first frame, frame after the last]. A case "
-    "asks for the motion of 'target' that does what 'source_file' does; 'reference_file' is the right "
+    "Characters face +Z, left is +X. A file under characters/ stands in the reference pose (T-pose) that "
+    "the character's motions are relative to. Labels are stretches [first frame, frame after the last]. A "
+    "case asks for the motion of 'target' that does what 'source_file' does; 'reference_file' is the right "
     "answer, and 'alternative_file' another that is as right. Check: sha256sum -c SHA256SUMS"
 )
 
 
 @dataclass
 class _Folder:
-    """The folder that is written, and what is in it already: path -> (check sum, bytes)."""
+    """The folder that is written, and what is in it already: path -> (check sum, bytes).
+
+    form: the ending of motion files.
+    """
 
     path: Path
     head: str
+    form: str = "bvh"
     done: dict[str, tuple[str, int]] = field(default_factory=dict)
 
     @classmethod
-    def open(cls, path: Path, head: str) -> _Folder:
+    def open(cls, path: Path, head: str, form: str) -> _Folder:
         """A new folder, or one that holds (part of) the same export. Raises BenchError for any other."""
-        folder = cls(path, head)
+        folder = cls(path, head, form)
         if path.exists() and not path.is_dir():
             raise BenchError(f"{path} is a file; name a folder")
         if (path / JOURNAL).exists():
@@ -111,14 +120,17 @@ class _Folder:
         (self.path / JOURNAL).unlink()
 
 
-def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
+def export(data: Dataset, name: str, folder: Path, form: str = "bvh") -> Iterator[tuple[int, int]]:
     """Write a data set to a folder; yields (done, of how many) after every case and training clip.
+
+    form: ``bvh`` or ``glb``.
 
     What an earlier, interrupted call wrote is kept. A data set may have ``parts()`` (name -> data set),
     ``training()`` (structure -> character -> motions with ``names``) and ``labels(info)``; all are written.
     Raises BenchError where the folder holds something else, NotSupported for motions without rotations.
     """
-    target = _Folder.open(folder, f"retarget-bench export of {name}: {data.content}")
+    head = f"retarget-bench export of {name}: {data.content}"
+    target = _Folder.open(folder, head if form == "bvh" else f"{head} as {form}", form)
     parts = optional.parts(data)
     listed = [
         (part, each, info)
@@ -141,7 +153,7 @@ def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
     trained = []
     for count, (structure, character, clips, number) in enumerate(training, len(listed) + 1):
         clip = clips.names[number]
-        file = f"training/{slug(structure)}/{slug(character)}/{slug(clip)}.bvh"
+        file = f"training/{slug(structure)}/{slug(character)}/{slug(clip)}.{form}"
         target.add(file, lambda path, clips=clips, number=number: _write(path, clips[number]))  # type: ignore[misc]
         trained.append({"structure": structure, "character": character, "clip": clip, "file": file})
         yield count, total
@@ -154,7 +166,7 @@ def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
             "version": data.card.version,
             "licence": data.card.licence,
             "content": data.content,
-            "conventions": CONVENTIONS,
+            "conventions": f"{FORMS[form]} {CONVENTIONS}",
             "notes": list(data.notes),
             "characters": characters,
             "cases": cases,
@@ -166,7 +178,7 @@ def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
 def _characters(target: _Folder, data: Dataset) -> list[dict[str, Any]]:
     found = []
     for name, body in data.characters().items():
-        file = f"characters/{slug(name)}.bvh"
+        file = f"characters/{slug(name)}.{target.form}"
         target.add(file, lambda path, body=body: _write(path, standing(body)))  # type: ignore[misc]
         height = round(float(body.height), 6)
         found.append({"name": name, "structure": body.structure, "height": height, "file": file})
@@ -183,9 +195,9 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
     """Write what a case needs and is not there; its row of the manifest."""
     stem, clip = f"{slug(info.clip)}/{slug(info.target)}", slug(info.clip)
     files = {
-        "source_file": f"motions/{clip}/{slug(info.source)}.bvh",
-        "reference_file": f"motions/{stem}.bvh",
-        "alternative_file": f"alternatives/{stem}.bvh",
+        "source_file": f"motions/{clip}/{slug(info.source)}.{target.form}",
+        "reference_file": f"motions/{stem}.{target.form}",
+        "alternative_file": f"alternatives/{stem}.{target.form}",
         "labels_file": f"labels/{stem}.json",
     }
     if not set(files.values()) <= set(target.done):
@@ -223,8 +235,13 @@ def _labels(data: Dataset, info: CaseInfo, contacts: Any) -> dict[str, Any]:
 
 def _write(path: Path, motion: Prediction) -> None:
     if not isinstance(motion, Motion):
-        raise NotSupported(f"{motion.character.name} is known by joint positions only; BVH needs rotations")
-    bvh.write(path, motion, scale=SCALE)
+        raise NotSupported(
+            f"{motion.character.name} is known by joint positions only; motion files need rotations"
+        )
+    if path.suffix == ".bvh":
+        bvh.write(path, motion, scale=SCALE)
+    else:
+        gltf.write(path, motion)
 
 
 def checksum(path: Path) -> str:

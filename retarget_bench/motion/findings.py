@@ -18,11 +18,14 @@ class Findings:
     """Facts about a file, and decisions that the file itself leaves open.
 
     unit:       name and metres of one unit of the file.
-    unit_told:  True where the user named it, False for a guess; likewise ``up_told``.
+    unit_told:  True where the user named it; likewise ``up_told``.
+    unit_prescribed: True where it is the unit of the file's format; likewise ``up_prescribed``. Else it is
+        a guess.
     other_unit: name of the next best guess, and the metres that the body is tall in it.
     up:         the file's up axis: ``y``, ``z``, ``-x``, ...
     up_sure:    0 to 1.
     notes:      decisions of the reader of the file, and joints that it folded.
+    doubts:     parts of the motion that the reader could not keep, or that contradict the format.
     joints:    (joint name, role or the reason why it has none), see ``roles.explain``.
     missing:   essential roles that no joint has.
     height:    metres, the body's role height.
@@ -52,6 +55,9 @@ class Findings:
     floor: float
     zero_bones: tuple[str, ...]
     still: bool
+    unit_prescribed: bool = False
+    up_prescribed: bool = False
+    doubts: tuple[str, ...] = ()
 
     @property
     def not_understood(self) -> tuple[str, ...]:
@@ -61,7 +67,7 @@ class Findings:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Doubtful points, with the option that settles each."""
-        out = []
+        out = list(self.doubts)
         low, high = (0.5, 1.8) if self.quadruped else (1.1, 2.6)
         if self.missing:
             out.append(f"no joint is known as {', '.join(self.missing)}: pass a roles file with --roles")
@@ -71,7 +77,7 @@ class Findings:
                 f"the unit is a guess: in {unit} the body is {self.height:.2f} m tall, in {other} "
                 f"{metres:.2f} m; say --unit {unit} or --unit {other}"
             )
-        if not self.up_told and self.up_sure < 0.5:
+        if not (self.up_told or self.up_prescribed) and self.up_sure < 0.5:
             out.append(f"the up axis is a guess ({self.up}): say --up y or --up z")
         if abs(self.floor) > 0.05 * max(self.height, 0.1):
             where = "above" if self.floor > 0 else "below"
@@ -80,7 +86,8 @@ class Findings:
 
     def text(self) -> str:
         """All of it for a terminal."""
-        told, still = {True: "as told", False: "guessed"}, ", all the same pose" if self.still else ""
+        still = ", all the same pose" if self.still else ""
+        unit_by = _why(self.unit_told, self.unit_prescribed)
         facing = "unknown" if self.facing is None else f"{self.facing:.0f} degrees from +Z towards +X"
         count = Counter(meaning if meaning in NO_ROLE else "with a role" for _, meaning in self.joints)
         counts = (f"{count[kind]} {kind}" for kind in ("with a role", *NO_ROLE) if count[kind])
@@ -88,9 +95,8 @@ class Findings:
         lines = [
             str(self.path),
             f"  frames     {self.frames} at {self.fps:g} per second, {self.frames / self.fps:.1f} s{still}",
-            f"  unit       {self.unit[0]} = {self.unit[1]:.4g} m ({told[self.unit_told]}): "
-            f"height {self.height:.2f} m",
-            f"  up axis    {self.up} ({told[self.up_told]})",
+            f"  unit       {self.unit[0]} = {self.unit[1]:.4g} m ({unit_by}): height {self.height:.2f} m",
+            f"  up axis    {self.up} ({_why(self.up_told, self.up_prescribed)})",
             f"  rest pose  {self.rest_pose}",
             f"  facing     {facing} in the first frame",
             f"  floor      lowest foot {self.floor:+.3f} m, median over time",
@@ -117,3 +123,7 @@ class Findings:
             escaped = name.replace("\\", "\\\\").replace('"', '\\"')
             lines.append(f'"{escaped}" = "none"')
         return "\n".join(lines) or '# "joint name" = "role", or "none" for no role'
+
+
+def _why(told: bool, prescribed: bool) -> str:
+    return "as told" if told else "as the format says" if prescribed else "guessed"

@@ -1,23 +1,25 @@
-"""Any BVH file to a motion in metres, Y up: roles, unit and up axis are found, and every guess is told.
+"""Any motion file to a motion in metres, Y up: roles, unit and up axis are found, and every guess is told.
 
 ``load`` never asks: what the file does not say is decided from the body and its motion, listed in
 ``Imported.findings``, and can be overridden by an option.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import bvh, kinematics, rotation
+from retarget_bench.motion import files, kinematics, rotation
 from retarget_bench.motion.body import FORWARD, UP, PosedBody
-from retarget_bench.motion.bvh import Recording
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.findings import Findings
 from retarget_bench.motion.measures import measure
+from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.reference_pose import BONE_TOLERANCE
 from retarget_bench.motion.roles import ESSENTIAL, HANDS, explain, is_quadruped, load_overrides
 from retarget_bench.motion.roles import find as find_roles
@@ -27,6 +29,8 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.
 """Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
 _UNIT_PENALTY = {"m": 0.0, "cm": 0.0, "mm": 0.3, "dm": 0.5, "cmu": 0.7, "inch": 1.1}
 """Added to the logarithm of a size ratio: rarer units have to explain a body so much better."""
+_PRESCRIBED = 2.0
+"""Likewise, added for other units than the one that the file's format prescribes."""
 _TALL = {False: 1.6, True: 1.0}
 """Metres of role height that are typical: on two legs, on four."""
 
@@ -43,14 +47,17 @@ _USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
 """Prior weight of an up axis, for bodies that mostly lie or sit."""
 _SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
+_AGAINST = 0.8
+"""How surely a body has to stand along another axis than the format's for a doubt to be said."""
 
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """A file's motion and how it was understood."""
+    """A file's motion and how it was understood. reading: what its reader was told."""
 
     motion: Motion
     findings: Findings
+    reading: files.Reading = field(default_factory=files.Reading)
 
 
 def load(
@@ -62,33 +69,44 @@ def load(
     roles: Mapping[str, str | None] | str | Path | None = None,
     fps: float | None = None,
     name: str | None = None,
+    take: str | None = None,
+    body: str | None = None,
 ) -> Imported:
-    """Read a BVH file as a motion in metres, Y up, facing as recorded.
+    """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
 
     unit:  ``auto``, a name of ``UNITS``, or a number: metres of one unit of the file.
     up:    ``auto``, or ``y``, ``z``, ``x``, with ``-`` in front for the other way.
-    root:  ``auto``, ``absolute`` or ``relative``: how the file states the root's place (see ``bvh.read``).
+    root:  ``auto``, ``absolute`` or ``relative``: how a BVH file states the root's place (``bvh.read``).
     roles: what joints are, over what their names say: joint name -> role or None, or a file of it.
     fps:   resample to this rate.
     name:  of the character; the file's name by default.
-    Raises FileError for files that are no readable BVH, NotSupported for unknown options, SkeletonError for
+    take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
+    body:  which body of a file with several, likewise.
+    Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
     roles that do not fit.
     """
-    path = Path(path)
     scale = _scale(unit)
     if up != "auto" and up not in UP_AXES:
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
-    recording = bvh.read(path, root=root)
+    path, named = files.split_take(path)
+    reading = files.Reading(root, take if take is not None else named, body)
+    recording = files.format_of(path).read(path, reading)
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
-    axis, sure = _up_axis(recording, found) if up == "auto" else (up, 1.0)
+    stands, sure = _up_axis(recording, found)
+    axis = up if up != "auto" else recording.up or stands
     upright = _upright(recording, axis)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // _SAMPLE]
-    body = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
-    guesses = _units(body.height, is_quadruped(body.skeleton, found))
+    body_found = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
+    guesses = _units(body_found.height, is_quadruped(body_found.skeleton, found), recording.unit)
     chosen = (unit, scale) if scale else (guesses[0], UNITS[guesses[0]])
-    others = [(each, body.height * UNITS[each]) for each in guesses if each != chosen[0]]
-    motion = _scaled(body, upright, chosen[1])
+    others = [(each, body_found.height * UNITS[each]) for each in guesses if each != chosen[0]]
+    doubts = list(recording.doubts)
+    if up == "auto" and _contradicts(recording, found, stands, sure):
+        doubts.append(
+            f"the format says that {axis} is up, and the body stands along {stands}: say --up {stands}"
+        )
+    motion = _scaled(body_found, upright, chosen[1])
     skeleton = motion.skeleton
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
     lengths = zip(skeleton.names[1:], skeleton.bone_lengths[1:], strict=True)
@@ -97,10 +115,13 @@ def load(
         unit=chosen,
         unit_told=scale is not None,
         other_unit=others[0] if others else None,
+        unit_prescribed=scale is None and chosen[0] == recording.unit,
         up=axis,
-        up_sure=sure,
+        up_sure=sure if axis == stands else 1.0,
         up_told=up != "auto",
+        up_prescribed=up == "auto" and recording.up != "",
         notes=recording.notes,
+        doubts=tuple(doubts),
         joints=tuple(zip(skeleton.names, explain(skeleton, found), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in found),
         quadruped=is_quadruped(skeleton, found),
@@ -113,7 +134,16 @@ def load(
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
         still=not moves,
     )
-    return Imported(motion if fps is None else motion.resample(fps), findings)
+    return Imported(motion if fps is None else motion.resample(fps), findings, reading)
+
+
+def as_stated(motion: Motion, like: Imported) -> Motion:
+    """A motion in the unit and with the up axis of the file of its body."""
+    back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[like.findings.up])))
+    rotations = np.array(motion.rotations)
+    rotations[:, 0] = rotation.multiply(back[None], rotations[:, 0])
+    root = rotation.rotate(back[None], motion.root) / like.findings.unit[1]
+    return replace(motion, rotations=rotations, root=root)
 
 
 def _scale(unit: str) -> float | None:
@@ -132,12 +162,18 @@ def _scale(unit: str) -> float | None:
 
 
 # ------------------------------------------------------------------------------------------------ unit
-def _units(height: float, quadruped: bool) -> list[str]:
-    """Units, best guess first: in which a body of this role height (file units) has a plausible size."""
+def _units(height: float, quadruped: bool, prescribed: str) -> list[str]:
+    """Units, best guess first: in which a body of this role height (file units) has a plausible size.
+
+    prescribed: the unit of the format, "" where it has none. Files that break the rule of their format by
+    much (bodies in centimetres in glTF) are found all the same.
+    """
     if height <= 0:
-        return ["m"]
+        return [prescribed or "m"]
     cost = {
-        unit: abs(math.log(height * metres / _TALL[quadruped])) + _UNIT_PENALTY[unit]
+        unit: abs(math.log(height * metres / _TALL[quadruped]))
+        + _UNIT_PENALTY[unit]
+        + _PRESCRIBED * (prescribed not in ("", unit))
         for unit, metres in UNITS.items()
     }
     return sorted(cost, key=cost.__getitem__)
@@ -151,9 +187,17 @@ def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
     )
     skeleton = replace(body.skeleton, offsets=body.skeleton.offsets * scale, end_sites=sites)
     character = replace(
-        body, skeleton=skeleton, measures=measure(skeleton, body.roles, body.reference_pose)
+        body,
+        skeleton=skeleton,
+        measures=measure(skeleton, body.roles, body.reference_pose),
+        skin=recording.skin and partial(_scaled_mesh, recording.skin, scale),
     )
     return character.motion(recording.rotations, recording.root * scale, recording.fps)
+
+
+def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
+    mesh = skin()
+    return replace(mesh, vertices=mesh.vertices * scale)
 
 
 # -------------------------------------------------------------------------------------------------- up
@@ -181,6 +225,16 @@ def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, fl
     return axis, float(np.clip(likely[axis], 0.0, 1.0))
 
 
+def _contradicts(recording: Recording, found: Sequence[str | None], stands: str, sure: float) -> bool:
+    """Whether a body stands along another axis than its format's, at rest too: not one that lies down."""
+    if recording.up in ("", stands) or sure < _AGAINST * _USUAL[stands]:
+        return False
+    skeleton = recording.skeleton
+    still = rotation.identity(1, len(skeleton))
+    resting = _up_axis(replace(recording, rotations=still, root=skeleton.offsets[:1]), found)
+    return resting[0] == stands and resting[1] >= _AGAINST * _USUAL[stands]
+
+
 def _standing_along(places: np.ndarray, lower: list[int], upper: list[int]) -> np.ndarray:
     """``(3,)`` mean unit vector from the lower to the upper joints."""
     line = places[:, upper].mean(axis=1) - places[:, lower].mean(axis=1)
@@ -198,7 +252,16 @@ def _upright(recording: Recording, up: str) -> Recording:
     turned = np.array(recording.rotations)
     turned[:, 0] = rotation.multiply(turn[None], turned[:, 0])
     place = rotation.rotate(turn[None], recording.root)
-    return replace(recording, skeleton=skeleton, rotations=turned, root=place)
+    skin = recording.skin and partial(
+        _moved_mesh, recording.skin, offsets[0] - recording.skeleton.offsets[0]
+    )
+    return replace(recording, skeleton=skeleton, rotations=turned, root=place, skin=skin)
+
+
+def _moved_mesh(skin: Callable[[], Mesh], by: np.ndarray) -> Mesh:
+    """A mesh that goes with its root's rest offset: the unturned pose itself is not turned."""
+    mesh = skin()
+    return replace(mesh, vertices=mesh.vertices + by)
 
 
 # -------------------------------------------------------------------------------------------- findings

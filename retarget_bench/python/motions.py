@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import bvh, character, importer
-from retarget_bench.motion.bvh import write_like
+from retarget_bench.motion import character, files, importer
+from retarget_bench.motion.files import writing
 from retarget_bench.motion.importer import Imported
 from retarget_bench.plugins import registry
 from retarget_bench.python import known
@@ -31,12 +31,11 @@ FOUR_LEGS = "one body has four legs and the other two: what each limb should do 
 class Character(character.Character):
     """A character that knows the file it was read from, so that its motions are written as that file is.
 
-    file: what was read, and how. root_place: how the file states the root's place, as it was read with.
+    file: what was read, and how.
     The other fields are those of the benchmark's ``Character``: name, skeleton, roles, measures, ...
     """
 
     file: Imported | None = field(default=None, repr=False)
-    root_place: str = field(default="auto", repr=False)
 
     def __repr__(self) -> str:
         legs = "four" if self.four_legged else "two"
@@ -62,11 +61,12 @@ class Motion(character.Motion):
 
     @checked
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the motion as a BVH file, and return its path.
+        """Write the motion as a BVH or GLB file, and return its path.
 
-        The file has the joints, names, channels, unit, axes and OFFSETs of the file that the character was
-        read from; without such a file it is in metres, Y up. A warning says what could not be kept. Raises
-        BenchError for another ending than .bvh, and where the character's own file would be overwritten.
+        Where the character was read from a file of that format, the result is as that file: joints, names,
+        channels, unit, axes and OFFSETs, or all of a GLB with its mesh and other animations. Else it is in
+        metres, Y up. A warning says what could not be kept. Raises BenchError for another ending than .bvh
+        and .glb, and where the character's own file would be overwritten.
         """
         path = Path(path)
         for note in write(path, self):
@@ -105,8 +105,10 @@ def load_motion(
     root_place: str = "auto",
     roles: dict[str, str | None] | str | Path | None = None,
     name: str | None = None,
+    take: str | None = None,
+    body: str | None = None,
 ) -> Motion:
-    """The motion of a BVH file, in metres, Y up.
+    """The motion of a BVH, GLB or glTF file, in metres, Y up.
 
     What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
     warning names what is doubtful and the argument that settles it.
@@ -116,14 +118,18 @@ def load_motion(
     up:    ``y``, ``z``, ``x``, or ``-y``, ...
     root_place: ``absolute`` or ``relative`` to the root's OFFSET.
     roles: joint name -> role, over what is found, or a TOML file of it. name: of the character.
-    Raises BenchError for files that are no readable BVH, and for unknown options.
+    take:  which motion of a file with several, by name or number from 1 on; or as in ``Fox.glb#Walk``.
+    body:  which body of a file with several, by the name of its root, or number.
+    Raises BenchError for files that cannot be read, and for unknown options.
     """
-    return _loaded(path, unit=unit, up=up, root=root_place, roles=roles, fps=fps, name=name)
+    asked = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps, "name": name}
+    return _loaded(path, **asked, take=take, body=body)
 
 
 @checked
 def load_character(path: str | PathLike[str], **options: Any) -> Character:
-    """The character of a BVH file, which may have a single frame; options are those of ``load_motion``."""
+    """The character of a motion file, which may have a single frame; options are those of
+    ``load_motion``."""
     if "root_place" in options:
         options["root"] = options.pop("root_place")
     body = _loaded(path, **options).character
@@ -137,7 +143,7 @@ def _loaded(path: str | PathLike[str], **options: Any) -> Motion:
     found = importer.load(Path(path), **options)
     for warning in found.findings.warnings:
         warnings.warn(f"{path}: {_in_python(warning)}", stacklevel=4)
-    return imported(found, options.get("root", "auto"))
+    return imported(found)
 
 
 @checked
@@ -150,7 +156,7 @@ def retarget(
 ) -> Motion:
     """Retarget a motion to another character: as many frames as the source, at its rate.
 
-    source: a motion, or a BVH file. target: a character, a motion of it, or a BVH file of it.
+    source: a motion, or a file. target: a character, a motion of it, or a file of it.
     method: a spec such as ``"ik"`` or ``"nkn+footfix"``, or the file of your own method.
     The notes of the result say where rotations were fitted to positions. A warning says where the method is
     known to be worse than the default one. Raises BenchError with the reason where it gives no answer.
@@ -203,11 +209,11 @@ def with_rotations(
     return Motion(body or found.character, found.rotations, found.root, found.fps, notes)
 
 
-def imported(found: Imported, root_place: str = "auto") -> Motion:
-    """A file's motion as one that knows its file. root_place: as the file was read with."""
+def imported(found: Imported) -> Motion:
+    """A file's motion as one that knows its file."""
     moved, body = found.motion, found.motion.character
     known = {each.name: getattr(body, each.name) for each in fields(character.Character)}
-    named = Character(**known, file=found, root_place=root_place)
+    named = Character(**known, file=found)
     return Motion(named, moved.rotations, moved.root, moved.fps)
 
 
@@ -216,22 +222,20 @@ def write(path: Path, motion: character.Motion) -> tuple[str, ...]:
     body = motion.character
     like = body.file if isinstance(body, Character) else None
     check_output(path, *([like.findings.path] if like else []))
-    if like is None or not body.skeleton.same_as(like.motion.skeleton):
-        bvh.write(path, motion)
-        return ()
-    return write_like.write(path, motion, like, root=getattr(body, "root_place", "auto"))
+    return writing.write(path, motion, like)
 
 
 def check_output(path: Path, *given: Path) -> None:
-    """Raises BenchError where a path is no name of a BVH file, or one of the files given."""
-    if path.suffix.lower() != ".bvh":
-        raise BenchError(f"{path}: the result is a BVH file; give it a name that ends in .bvh")
-    for each in given:
+    """Raises BenchError where results cannot be written under a name, or it is that of a file given."""
+    if path.suffix.lower() not in files.suffixes(written=True):
+        known = " or ".join(files.suffixes(written=True))
+        raise BenchError(f"{path}: the result is a BVH or GLB file; give it a name that ends in {known}")
+    for each in (files.split_take(one)[0] for one in given):
         if path.exists() and each.exists() and path.samefile(each):
             raise BenchError(f"{path} would overwrite {each}; choose another name for the result")
 
 
 def _in_python(warning: str) -> str:
     """A warning of a file's findings with arguments instead of options."""
-    said = re.sub(r"--(unit|up) (\S+)", r'\1="\2"', warning)
+    said = re.sub(r"--(unit|up|take|body) (\S+)", r'\1="\2"', warning)
     return said.replace("--roles", 'roles="roles.toml"')

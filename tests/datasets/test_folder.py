@@ -8,6 +8,10 @@ import pytest
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.folder import Folder
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion import importer
+from retarget_bench.motion.files.gltf import write_into
+from retarget_bench.motion.files.gltf import writing as gltf
+from tests.motion.gltf_files import person
 
 
 def every_case(dataset):
@@ -151,6 +155,44 @@ def test_broken_files_are_named_and_left_out(loose):
     assert any(note.startswith("1 of 4 files cannot be read: bad.bvh (") for note in dataset.notes)
 
 
+def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):
+    body = importer.load(loose / "walk.bvh", unit="cm").motion
+    gltf.write(loose / "again.glb", body)
+    like = importer.load(loose / "again.glb")
+    write_into.write(loose / "pair.glb", body.resample(15.0), like)
+    dataset = Folder(str(loose), fps=0, unit="auto")
+    characters = dataset.characters()
+    assert "again" in characters
+    clips = {info.clip: info for info in every_case(dataset)}
+    assert {"again", "pair-pair", "pair-again", "walk", "wave", "xbot"} == set(clips)
+    assert clips["again"].frames == body.frames == 20
+    assert clips["pair-pair"].frames == 5  # every fourth
+    assert clips["again"].source == clips["pair-again"].source == clips["pair-pair"].source
+    case = dataset.load(clips["pair-again"])
+    np.testing.assert_allclose(case.source.positions, body.positions, atol=1e-5)
+    assert dataset.load(clips["walk"]).source.frames == body.frames
+    assert "readers " in dataset.content
+    assert "readers " not in Folder(str(loose / "walk.bvh")).content
+
+
+def test_content_follows_the_buffers_of_text_files(tmp_path):
+    made = person(np.random.default_rng(4), frames=6)
+    made.save(tmp_path / "a.gltf", linked="a.bin")
+    before = Folder(str(tmp_path)).content
+    data = bytearray((tmp_path / "a.bin").read_bytes())
+    view = made.content["bufferViews"][1]["byteOffset"]
+    data[view : view + 16] = np.array([0, 0, 0, 1], "<f4").tobytes()
+    (tmp_path / "a.bin").write_bytes(data)
+    (tmp_path / "a.gltf").write_text((tmp_path / "a.gltf").read_text() + " ")
+    text = Folder(str(tmp_path)).content
+    assert text != before
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "a.gltf").write_text((tmp_path / "a.gltf").read_text())
+    (other / "a.bin").write_bytes(bytes(made.data))
+    assert Folder(str(other)).content != text
+
+
 def test_wrong_folders_say_what_to_give(loose, tmp_path):
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / "a.bvh").write_text("no motion")
@@ -158,10 +200,10 @@ def test_wrong_folders_say_what_to_give(loose, tmp_path):
     for parameters, said in {
         ("", ""): "--root DIR",
         (str(tmp_path / "nowhere"), ""): "there is no folder or file",
-        (str(tmp_path / "none"), ""): "holds no BVH files",
+        (str(tmp_path / "none"), ""): "holds no motion files",
         (str(tmp_path / "bad"), ""): r"none of the files of .* can be read: a\.bvh \(",
         (str(loose), str(tmp_path / "nowhere.bvh")): "there is no folder or file",
-        (str(loose), str(tmp_path / "none")): "target .* holds no BVH files",
+        (str(loose), str(tmp_path / "none")): "target .* holds no motion files",
     }.items():
         with pytest.raises(BenchError, match=said):
             Folder(*parameters).cases("retarget", "self")

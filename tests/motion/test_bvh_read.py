@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, kinematics, rotation
 from retarget_bench.motion.bvh.document import frame_rate
-from retarget_bench.motion.bvh.recording import Recording
+from retarget_bench.motion.recording import Recording
 
 POSITION = "Xposition Yposition Zposition"
 

@@ -14,10 +14,11 @@ from retarget_bench.errors import FileError
 from retarget_bench.motion.bvh import cache as bvh_cache
 from retarget_bench.motion.bvh.document import Document, Header, Hierarchy
 from retarget_bench.motion.bvh.header import complaint, plain, reaches_the_numbers, read_header
-from retarget_bench.motion.bvh.recording import Recording, record
+from retarget_bench.motion.bvh.recording import record
 from retarget_bench.motion.bvh.values import read_values
 from retarget_bench.motion.bvh.writing import document_of, write_document
 from retarget_bench.motion.character import Motion
+from retarget_bench.motion.recording import Recording
 
 __all__ = [
     "Document",

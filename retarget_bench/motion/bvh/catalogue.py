@@ -1,4 +1,4 @@
-"""Catalogue of a folder of BVH files, made without parsing motion: bodies, lengths, rates and hashes.
+"""Catalogue of a folder of motion files, made without parsing motion: bodies, lengths, rates and hashes.
 
 A data set of thousands of files must list its cases in the time that a command takes to start. So every
 file is looked at once, and its entry is kept under the file's size and time of change.
@@ -16,6 +16,8 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import cache_folder, digest, read_sealed, write_sealed
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import frame_rate
+from retarget_bench.motion.files import format_of, listing, split_take
+from retarget_bench.motion.files.formats import BVH
 
 VERSION = 2
 _HEADER = re.compile(rb"^[ \t]*MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*(\S+)[ \t\r]*\n", re.MULTILINE)
@@ -25,12 +27,12 @@ _NUMERIC = b"0123456789+-.eE \t\r\n"
 
 @dataclass(frozen=True)
 class CatalogueEntry:
-    """Facts about one BVH file.
+    """Facts about one motion file, or one take of it.
 
-    content:   SHA-256 of its bytes, in hexadecimal.
+    content:   SHA-256 of its bytes, of other formats than BVH also of its motion, in hexadecimal.
     hierarchy: a short hash of its hierarchy; files with the same one have the same body.
     frames:    its length; 0 where it cannot be read.
-    fps:       frames per second, as its frame time states it.
+    fps:       frames per second, as the file states it.
     problem:   why it cannot be read, or "".
     """
 
@@ -53,7 +55,7 @@ def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
     found: dict[Path, CatalogueEntry] = {}
     record: dict[str, list] = {}
     for path in files:
-        name = str(path.resolve())
+        name = str(path.absolute() if "#" in path.name else path.resolve())
         stamp = _stamp(path)
         kept = known.get(name)
         entry = CatalogueEntry(**kept[1]) if kept is not None and kept[0] == stamp else inspect(path)
@@ -108,6 +110,8 @@ def inspect(path: Path) -> CatalogueEntry:
     The motion block is checked by its outline only: number of lines, numbers in the last line, nothing
     but numbers. Whatever looks odd is handed to the real parser, which has the last word.
     """
+    if format_of(path) is not BVH:
+        return _of_other_format(path)
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -124,10 +128,22 @@ def inspect(path: Path) -> CatalogueEntry:
     try:
         recording = bvh.read(path)
     except BenchError as error:
-        problem = error.problem if isinstance(error, FileError) else str(error)
-        line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""
-        return CatalogueEntry(content, hierarchy, 0, 0.0, line + problem)
+        return CatalogueEntry(content, hierarchy, 0, 0.0, _problem(error))
     return CatalogueEntry(content, hierarchy, len(recording.root), recording.fps)
+
+
+def _of_other_format(path: Path) -> CatalogueEntry:
+    try:
+        return CatalogueEntry(*listing.facts(path))
+    except BenchError as error:
+        return CatalogueEntry("", "", 0, 0.0, _problem(error))
+    except OSError as error:
+        return CatalogueEntry("", "", 0, 0.0, f"cannot be read ({error.strerror or error})")
+
+
+def _problem(error: BenchError) -> str:
+    problem = error.problem if isinstance(error, FileError) else str(error)
+    return f"line {error.line}: {problem}" if isinstance(error, FileError) and error.line else problem
 
 
 def fingerprint(named: Mapping[str, CatalogueEntry]) -> str:
@@ -149,7 +165,7 @@ def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
 
 def _stamp(path: Path) -> list[int]:
     try:
-        status = path.stat()
+        status = split_take(path)[0].stat()
     except OSError:
         return [0, 0]
     return [status.st_size, status.st_mtime_ns]

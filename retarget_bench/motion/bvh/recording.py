@@ -1,6 +1,5 @@
 """From what a BVH file says to a skeleton and its motion."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -9,34 +8,19 @@ import numpy as np
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Document, Hierarchy
+from retarget_bench.motion.recording import MOST_JOINTS, Recording, reach, unique_names
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 ROOT_READINGS = ("auto", "absolute", "relative")
 _STILL, _SAME = 1e-3, 1e-5
 """Shares of the body's reach up to which a joint's place in its parent's frame counts as constant (a skin
 moves more than that on its bone), and up to which it counts as its OFFSET (rounding in print)."""
-_MOST_JOINTS, _LONGEST = 2_000, 1e9
-"""No body has more joints, or is longer in any unit."""
-_DUMMY_NAMES = ("root", "reference", "armature", "world", "scene", "origin", "global", "master")
-_HIP_NAMES = ("hip", "pelvis")
+_LONGEST = 1e9
+"""No body is longer in any unit."""
+DUMMY_NAMES = ("root", "reference", "armature", "world", "scene", "origin", "global", "master")
+HIP_NAMES = ("hip", "pelvis")
 
 Offset = tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """A motion as a file states it, in the file's axes; it knows nothing of roles or units.
-
-    rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
-    root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
-    notes:     one sentence for each thing that was decided, folded or renamed.
-    """
-
-    skeleton: Skeleton
-    rotations: np.ndarray
-    root: np.ndarray
-    fps: float
-    notes: tuple[str, ...] = ()
 
 
 def record(path: Path, document: Document, *, root: str, scale: float, fold: bool) -> Recording:
@@ -46,12 +30,12 @@ def record(path: Path, document: Document, *, root: str, scale: float, fold: boo
     if not (np.isfinite(scale) and scale > 0):
         raise NotSupported(f"scale must be positive, got {scale}")
     hierarchy, notes = document.hierarchy, list[str]()
-    if len(hierarchy) > _MOST_JOINTS:
-        raise FileError(path, f"has {len(hierarchy)} joints; bodies of up to {_MOST_JOINTS} are read")
+    if len(hierarchy) > MOST_JOINTS:
+        raise FileError(path, f"has {len(hierarchy)} joints; bodies of up to {MOST_JOINTS} are read")
     tips = np.array([site.offset for site in hierarchy.end_sites])
     if any(np.abs(each).max(initial=0.0) > _LONGEST for each in (hierarchy.offsets, tips, document.values)):
         raise FileError(path, f"holds numbers above {_LONGEST:g}: no body is that long in any unit")
-    names = _unique_names(hierarchy.names)
+    names = unique_names(hierarchy.names)
     notes += [
         f"a second joint {old!r} is called {new!r}"
         for old, new in zip(hierarchy.names, names, strict=True)
@@ -102,21 +86,6 @@ def local_rotations(document: Document) -> np.ndarray:
     return turned
 
 
-@lru_cache(maxsize=256)
-def _unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
-    """The names, with ``_2``, ``_3`` ... behind those that occurred before."""
-    taken, used, last = set(names), set[str](), dict[str, int]()
-    unique = []
-    for name in names:
-        free = name
-        while free in used or (free != name and free in taken):
-            last[name] = last.get(name, 1) + 1
-            free = f"{name}_{last[name]}"
-        used.add(free)
-        unique.append(free)
-    return tuple(unique)
-
-
 def _stated_places(path: Path, document: Document) -> dict[int, np.ndarray]:
     """Joint -> ``(frames, 3)`` its position channels, for the joints that have them."""
     hierarchy, stated = document.hierarchy, {}
@@ -145,7 +114,7 @@ def _is_dummy(hierarchy: Hierarchy, joint: int, stated: dict[int, np.ndarray], t
         size = reach(_skeleton(hierarchy, joint + 1, (), 1.0))
         return still or bool(np.ptp(stated[joint + 1], axis=0).max() > _STILL * size)
     name, below = hierarchy.names[joint].lower(), hierarchy.names[joint + 1].lower()
-    return any(word in name for word in _DUMMY_NAMES) and any(word in below for word in _HIP_NAMES)
+    return any(word in name for word in DUMMY_NAMES) and any(word in below for word in HIP_NAMES)
 
 
 def _carried(
@@ -215,7 +184,7 @@ def _skeleton(
         x, y, z = site.offset
         sites.append(EndSite(site.parent - first, (x * scale, y * scale, z * scale)))
     parents = np.maximum(hierarchy.parents[first:] - first, -1)
-    names = _unique_names(hierarchy.names)[first:]
+    names = unique_names(hierarchy.names)[first:]
     return Skeleton(names, parents, offsets[first:] * scale, tuple(sites))
 
 
@@ -247,12 +216,3 @@ def is_relative(
     joints, _ = kinematics.forward(skeleton, rotations[some], absolute[some])
     sunk = -np.median(joints[:, :, up].min(axis=1)) / shift[up]
     return bool(_SUNK[0] <= sunk <= _SUNK[1])
-
-
-def reach(skeleton: Skeleton) -> float:
-    """The longest way from the root along the bones to a joint: the body's size, whatever its pose."""
-    along = skeleton.bone_lengths.tolist()
-    for joint, parent in enumerate(skeleton.parents.tolist()):
-        if parent >= 0:
-            along[joint] += along[parent]
-    return max(along)

@@ -13,7 +13,7 @@ from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.bvh import Document, Hierarchy, Recording
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS
 from retarget_bench.motion.bvh.recording import local_rotations
-from retarget_bench.motion.importer import UP_AXES, Imported
+from retarget_bench.motion.importer import Imported, as_stated
 from retarget_bench.motion.motion import Motion
 
 _ANGLE = 1e-3
@@ -43,7 +43,7 @@ def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto
     relative = np.array_equal(bvh.read(source, root="relative").root, recording.root)
     first = len(document.hierarchy) - len(recording.skeleton)
     pattern = _Pattern(source, document, "relative" if relative else "absolute", first)
-    wanted = _in_axes_of(motion, like)
+    wanted = as_stated(motion, like)
     values, notes = _values(pattern, wanted)
     document = Document(pattern.document.hierarchy, 1.0 / motion.fps, np.round(values, _DIGITS))
     with atomic(path) as temporary:
@@ -51,15 +51,6 @@ def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto
         if not notes:
             _check(path, bvh.read(temporary, root=pattern.reading), wanted)
     return notes
-
-
-def _in_axes_of(motion: Motion, like: Imported) -> Motion:
-    """The motion in the unit and with the up axis of a file."""
-    back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[like.findings.up])))
-    rotations = np.array(motion.rotations)
-    rotations[:, 0] = rotation.multiply(back[None], rotations[:, 0])
-    root = rotation.rotate(back[None], motion.root) / like.findings.unit[1]
-    return replace(motion, rotations=rotations, root=root)
 
 
 def _values(pattern: _Pattern, motion: Motion) -> tuple[np.ndarray, tuple[str, ...]]:

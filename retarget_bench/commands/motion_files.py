@@ -1,0 +1,50 @@
+"""Options that say how motion files are read, and the reading itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from retarget_bench.commands.options import Decorator, together
+
+if TYPE_CHECKING:
+    from retarget_bench.motion.importer import Imported
+
+
+def reading_options(side: str = "") -> Decorator:
+    """Reading of a motion file: ``--unit``, ``--up``, ``--root-place``, ``--roles``, ``--take`` and
+    ``--body``; with a side ``--target-unit`` and so on."""
+    prefix, of = (f"--{side}-", f" of the {side}") if side else ("--", "")
+    unit = f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit."
+    root = f"Whether places of the root{of} add to its OFFSET."
+    roles = f'A TOML file of "joint" = "role"{of}, over what is found.'
+    take = f"Which motion{of} in a file with several: name or number."
+    body = f"Which body{of} in a file with several: name of its root, or number."
+    places = click.Choice(["auto", "absolute", "relative"])
+    return together(
+        click.option(f"{prefix}unit", default="auto", metavar="UNIT", help=unit),
+        click.option(f"{prefix}up", default="auto", metavar="AXIS", help=f"Up axis{of}: y, z, x, -y, ..."),
+        click.option(f"{prefix}root-place", type=places, default="auto", help=root),
+        click.option(f"{prefix}roles", metavar="FILE", help=roles),
+        click.option(f"{prefix}take", metavar="NAME", help=take),
+        click.option(f"{prefix}body", metavar="NAME", help=body),
+    )
+
+
+def imported(
+    path: Path, reading: Mapping[str, Any], side: str = "", fps: float | None = None, quiet: bool = False
+) -> Imported:
+    """A motion file, read as the ``reading_options`` of a side say; its warnings are printed, or not."""
+    from retarget_bench.motion import importer
+
+    prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
+    names = ("unit", "up", "root_place", "roles", "take", "body")
+    asked = {name: reading[f"{prefix}{name}"] for name in names}
+    asked["root"] = asked.pop("root_place")
+    found = importer.load(path, **asked, fps=fps)
+    for warning in () if quiet else found.findings.warnings:
+        click.echo(f"{path}: {warning.replace('--', option)}", err=True)
+    return found

@@ -1,0 +1,68 @@
+"""Motion files of all formats, read by what they hold.
+
+``read`` gives a file's motion as it states it; ``motion.importer.load`` then decides what it leaves
+unsaid, for every format alike. Formats are listed in ``formats.py``. Of a file with several motions
+(*takes*), one is named by a ``take``, or after a ``#`` in the path: ``Fox.glb#Walk`` or ``Fox.glb#2``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from retarget_bench.motion.files.formats import BVH, FORMATS, Format, Reading
+from retarget_bench.motion.recording import Recording
+
+__all__ = ["FORMATS", "Format", "Reading", "format_of", "read", "split_take", "suffixes", "takes"]
+
+_SNIFFED = 4096
+
+
+def suffixes(*, written: bool = False) -> tuple[str, ...]:
+    """The endings of motion files; ``written``: of those that results can be written as."""
+    return tuple(each for form in FORMATS for each in (form.written if written else form.suffixes))
+
+
+def format_of(path: str | Path) -> Format:
+    """The format of a file, by its first bytes; else, and where it is not there, by its ending."""
+    path = split_take(path)[0]
+    try:
+        with path.open("rb") as file:
+            head = file.read(_SNIFFED)
+    except OSError:
+        head = b""
+    known = path.suffix.lower()
+    by_name = next((form for form in FORMATS if known in form.suffixes), BVH)
+    if not head or by_name.recognises(head):
+        return by_name
+    return next((form for form in FORMATS if form.recognises(head)), by_name)
+
+
+def read(
+    path: str | Path, *, root: str = "auto", take: str | None = None, body: str | None = None
+) -> Recording:
+    """The motion of a file, in its own axes and unit.
+
+    root: how the root's place is stated, where the format leaves that open (see ``bvh.read``).
+    take: which of several motions, by name or number from 1 on; body: which of several bodies.
+    Raises FileError for what cannot be read, NotSupported where the file has no such take or body.
+    """
+    path, named = split_take(path)
+    return format_of(path).read(path, Reading(root, take if take is not None else named, body))
+
+
+def takes(path: str | Path) -> tuple[str, ...]:
+    """The names of the motions in a file, "" for one without; () where the format has one a file."""
+    path = split_take(path)[0]
+    return format_of(path).takes(path)
+
+
+def split_take(path: str | Path) -> tuple[Path, str | None]:
+    """A path without the take that stands behind a ``#``, and that take."""
+    path = Path(path)
+    text = str(path)
+    if "#" not in text or path.exists():
+        return path, None
+    for place in (n for n, sign in enumerate(text) if sign == "#"):
+        if Path(text[:place]).is_file():
+            return Path(text[:place]), text[place + 1 :] or None
+    return path, None

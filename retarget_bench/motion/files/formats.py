@@ -1,0 +1,78 @@
+"""The table of file formats. A new one is a module here with a ``Format``, and its line in ``FORMATS``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import bvh
+from retarget_bench.motion.files.gltf import reading as gltf
+from retarget_bench.motion.files.gltf.document import MAGIC
+from retarget_bench.motion.recording import Recording
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a reader may be told.
+
+    root: how the root's place is stated (``bvh.read``), where the format leaves that open.
+    take: which of several motions of a file, by name or number from 1 on.
+    body: which of several bodies, likewise.
+    """
+
+    root: str = "auto"
+    take: str | None = None
+    body: str | None = None
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of motion file.
+
+    name:       for people.
+    suffixes:   endings of file names, in small letters.
+    recognises: whether a file is one, by its first bytes.
+    read:       the motion; unit and up axis are said in the ``Recording`` only where the format prescribes
+                them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
+    takes:      the names of the motions in a file; () where a file holds one.
+    written:    the endings under which results can be written; () where they cannot.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    recognises: Callable[[bytes], bool]
+    read: Callable[[Path, Reading], Recording]
+    takes: Callable[[Path], tuple[str, ...]] = lambda path: ()  # noqa: ARG005
+    written: tuple[str, ...] = ()
+
+
+def _read_bvh(path: Path, reading: Reading) -> Recording:
+    for name, value in (("take", reading.take), ("body", reading.body)):
+        if value is not None:
+            raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
+    return bvh.read(path, root=reading.root)
+
+
+def _read_gltf(path: Path, reading: Reading) -> Recording:
+    if reading.root not in ("auto", "absolute"):
+        raise NotSupported(f"root={reading.root!r} is for BVH files; glTF states where {path} has its root")
+    return gltf.read(path, reading.take, reading.body)
+
+
+def _begins_as_json(head: bytes) -> bool:
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
+
+
+BVH = Format("BVH", (".bvh",), lambda head: b"HIERARCHY" in head.upper(), _read_bvh, written=(".bvh",))
+GLTF = Format(
+    "glTF",
+    (".glb", ".gltf"),
+    lambda head: head.startswith(MAGIC) or _begins_as_json(head),
+    _read_gltf,
+    gltf.takes,
+    written=(".glb",),
+)
+FORMATS = (BVH, GLTF)
+"""All formats, the first for files that nothing recognises."""

@@ -1,0 +1,184 @@
+"""The bodies in a glTF file: which nodes are joints of one skeleton."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from retarget_bench.motion.bvh.recording import DUMMY_NAMES, HIP_NAMES
+from retarget_bench.motion.files.choice import chosen
+from retarget_bench.motion.files.gltf.document import Document
+from retarget_bench.motion.files.gltf.nodes import Nodes
+from retarget_bench.motion.recording import MOST_JOINTS
+
+
+@dataclass(frozen=True)
+class Body:
+    """A skeleton among the nodes of a file.
+
+    joints:   its nodes, parents first; the first is the root.
+    skins:    the skins on it, by number.
+    left_out: joints that stand beside the root, and are not read.
+    folded:   joints above the root that only carry it.
+    """
+
+    joints: tuple[int, ...]
+    skins: tuple[int, ...]
+    left_out: tuple[int, ...] = ()
+    folded: tuple[int, ...] = ()
+
+    def parents(self, nodes: Nodes) -> np.ndarray:
+        """``(joints,)`` per joint its parent joint, -1 for the root."""
+        place = {node: joint for joint, node in enumerate(self.joints)}
+        return np.array([place.get(nodes.parents[node], -1) for node in self.joints])
+
+
+def choose_body(document: Document, nodes: Nodes, wanted: str | None) -> tuple[Body, tuple[str, ...]]:
+    """The body to read, and a note where there are several.
+
+    wanted: its number from 1 on, or the name of its root node; None: the one with most joints, among those
+        of the file's own scene where there are any.
+    Raises FileError where there is none, NotSupported where none has that name.
+    """
+    found = _skinned(document, nodes) or _animated(document, nodes)
+    if not found:
+        raise document.fail("holds no skeleton: neither a skin nor an animation that turns nodes")
+    names = [document.names[body.joints[0]] for body in found]
+    if wanted is not None:
+        number = chosen(wanted, names, "body", document.path)
+    else:
+        shown = _shown(document, nodes)
+        sizes = [(body.joints[0] in shown, len(body.joints)) for body in found]
+        number = max(range(len(found)), key=sizes.__getitem__)
+    if len(found[number].joints) > MOST_JOINTS:
+        raise document.fail(f"has a body of {len(found[number].joints)} joints; {MOST_JOINTS} are read")
+    if len(found) == 1:
+        return found[number], ()
+    listed = ", ".join(f"{n} {name!r}" for n, name in enumerate(names[:12], 1))
+    return found[number], (
+        f"body {number + 1} of {len(found)}, {names[number]!r} (body= chooses another: {listed})",
+    )
+
+
+def _skinned(document: Document, nodes: Nodes) -> list[Body]:
+    """Bodies with skins; skins whose joints stand in one tree are of one body."""
+    groups: list[tuple[int, set[int], list[int], list[int]]] = []
+    for number in range(len(document.items("skins"))):
+        trees: dict[int, list[int]] = {}
+        for joint in skin_joints(document, number):
+            trees.setdefault((nodes.above(joint) or [joint])[0], []).append(joint)
+        if not trees:
+            continue
+        joints = max(trees.values(), key=len)  # some programs add a joint apart, for vertices without any
+        top, members, skins = nodes.meeting(joints), set(joints), [number]
+        apart = [node for tree in trees.values() if tree is not joints for node in tree]
+        for other in [each for each in groups if nodes.meeting((top, each[0])) in (top, each[0])]:
+            groups.remove(other)
+            top = nodes.meeting((top, other[0]))
+            members |= other[1]
+            skins += other[2]
+            apart += other[3]
+        groups.append((top, members, sorted(skins), apart))
+    return [
+        Body(_between(nodes, top, members), tuple(skins), tuple(dict.fromkeys(apart)))
+        for top, members, skins, apart in groups
+    ]
+
+
+def skin_joints(document: Document, number: int) -> list[int]:
+    """The joints of a skin, as nodes."""
+    skin = document.item("skins", number, "a node")
+    joints: list[int] = document.listed(skin, "joints", f"skins[{number}]", int)
+    for joint in joints:
+        document.item("nodes", joint, f"skins[{number}]")
+    return joints
+
+
+def _between(nodes: Nodes, top: int, members: set[int]) -> tuple[int, ...]:
+    """The members and the nodes between them and ``top``, parents first."""
+    kept = {top}
+    for node in members:
+        while node not in kept:
+            kept.add(node)
+            node = nodes.parents[node]
+    return tuple(node for node in nodes.below(top) if node in kept)
+
+
+def _animated(document: Document, nodes: Nodes) -> list[Body]:
+    """Bodies without skins: all below the node at which the animated ones of a tree meet."""
+    trees: dict[int, list[int]] = {}
+    for number, item in enumerate(document.items("animations")):
+        by = f"animations[{number}]"
+        for channel in document.listed(item, "channels", by):
+            target = document.inside(channel, "target", by)
+            if target.get("path") in ("rotation", "translation") and target.get("node") is not None:
+                document.item("nodes", node := target["node"], by)
+                trees.setdefault((nodes.above(node) or [node])[0], []).append(node)
+    bodies = []
+    for moved in trees.values():
+        joints = nodes.below(nodes.meeting(dict.fromkeys(moved)))
+        tips = {node for node in joints if is_tip(document, nodes, node) and node not in moved}
+        bodies.append(Body(tuple(node for node in joints if node not in tips), ()))
+    return bodies
+
+
+def is_tip(document: Document, nodes: Nodes, node: int) -> bool:
+    """Whether a node is nothing but a place: it has no child, mesh, camera or the like."""
+    item = document.items("nodes")[node]
+    return not nodes.children[node] and not {"mesh", "camera", "skin", "extensions"} & item.keys()
+
+
+def _shown(document: Document, nodes: Nodes) -> set[int]:
+    """The nodes of the scene that the file shows."""
+    scenes = document.items("scenes")
+    if not scenes:
+        return set()
+    number = document.whole(document.content, "scene", "the file", 0)
+    top = document.listed(document.item("scenes", number, "the file"), "nodes", f"scenes[{number}]", int)
+    for node in top:
+        document.item("nodes", node, f"scenes[{number}]")
+    return {below for node in dict.fromkeys(top) for below in nodes.below(node)}
+
+
+def with_moving_root(
+    document: Document, nodes: Nodes, body: Body, moves: Callable[[int, bool], bool]
+) -> Body:
+    """The body with the joint as root that moves through the world.
+
+    Joints above it that have one child only carry it: they are folded. A root that stands while one child
+    with most of the joints moves leaves what else hangs on it (targets of inverse kinematics) behind.
+    moves: of a node, whether any animation of the file moves it; with True also whether one turns it.
+    """
+    joints = body.joints
+    while True:
+        members = set(joints)
+        chain = [joints[0]]
+        while len(below := [node for node in nodes.children[chain[-1]] if node in members]) == 1:
+            chain += below
+        carried = (n for n in range(1, len(chain)) if _is_carried(document, chain, n, moves))
+        top = max(carried, default=0)
+        body = replace(body, folded=(*body.folded, *chain[:top]))
+        joints = tuple(node for node in joints if node not in chain[:top])
+        root = joints[0]
+        below = [node for node in nodes.children[root] if node in members]
+        parts = {child: [node for node in nodes.below(child) if node in members] for child in below}
+        child = max(below, key=lambda node: len(parts[node]), default=root)
+        if len(below) < 2 or 2 * len(parts[child]) < len(joints):
+            return replace(body, joints=joints)
+        if moves(root, True) or not moves(child, False):
+            return replace(body, joints=joints)
+        beside = [node for other in below if other != child for node in parts[other]]
+        body = replace(body, folded=(*body.folded, root), left_out=(*body.left_out, *beside))
+        joints = tuple(parts[child])
+
+
+def _is_carried(
+    document: Document, chain: list[int], place: int, moves: Callable[[int, bool], bool]
+) -> bool:
+    """Whether the joints of a chain before this place only carry it: it moves against the one above, or is
+    named as the hips below a dummy."""
+    above, name = (document.names[node].lower() for node in chain[place - 1 : place + 1])
+    named = any(word in above for word in DUMMY_NAMES) and any(word in name for word in HIP_NAMES)
+    return named or moves(chain[place], False)

@@ -1,0 +1,154 @@
+"""The tree of nodes of a glTF file: who stands under whom, and where every node is at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.motion import rotation
+from retarget_bench.motion.files.gltf.document import Document
+
+_MOST_NODES = 100_000
+UNIFORM = 1e-4
+"""Share by which the three scales of a node may differ and still count as one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """The nodes of a file.
+
+    parents:     per node its parent, -1 for those at the top.
+    children:    per node its children.
+    depths:      steps from the top.
+    translation: ``(nodes, 3)``, rotation: ``(nodes, 4)`` w first, scale: ``(nodes, 3)``: the local
+                 transform at rest, in the file's unit.
+    """
+
+    parents: list[int]
+    children: list[list[int]]
+    depths: list[int]
+    translation: np.ndarray
+    rotation: np.ndarray
+    scale: np.ndarray
+
+    def above(self, node: int) -> list[int]:
+        """The nodes above a node, from the top down."""
+        found = []
+        while (node := self.parents[node]) >= 0:
+            found.append(node)
+        return found[::-1]
+
+    def below(self, node: int) -> list[int]:
+        """A node and all below it, parents first, in the file's order of children."""
+        found, waiting = [], [node]
+        while waiting:
+            found.append(each := waiting.pop())
+            waiting.extend(reversed(self.children[each]))
+        return found
+
+    def meeting(self, nodes: Iterable[int]) -> int:
+        """The lowest node that has all of these at or below it; -1 where they stand in separate trees."""
+        found, *others = nodes
+        for node in others:
+            while found != node:
+                if found < 0 or node < 0:
+                    return -1
+                if self.depths[found] >= self.depths[node]:
+                    found = self.parents[found]
+                else:
+                    node = self.parents[node]
+        return found
+
+    def matrices(self, nodes: Iterable[int]) -> dict[int, np.ndarray]:
+        """Node -> ``(4, 4)`` its transform in the world at rest, for nodes and all above them."""
+        found: dict[int, np.ndarray] = {}
+        for node in nodes:
+            for each in (*self.above(node), node):
+                if each not in found:
+                    local = transform(self.translation[each], self.rotation[each], self.scale[each])
+                    parent = self.parents[each]
+                    found[each] = found[parent] @ local if parent >= 0 else local
+        return found
+
+    @property
+    def plain(self) -> np.ndarray:
+        """``(nodes,)`` whether a node scales all directions alike, without mirroring."""
+        low, high = self.scale.min(axis=1), self.scale.max(axis=1)
+        return (low > 0) & (high - low <= UNIFORM * high)
+
+
+def transform(translation: np.ndarray, turn: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """``(..., 4, 4)`` from ``(..., 3)``, ``(..., 4)`` and ``(..., 3)``: scale, then turn, then move."""
+    turned = rotation.to_matrix(turn) * scale[..., None, :]
+    found = np.zeros((*np.broadcast_shapes(turned.shape[:-2], translation.shape[:-1]), 4, 4))
+    found[..., :3, :3] = turned
+    found[..., :3, 3] = translation
+    found[..., 3, 3] = 1.0
+    return found
+
+
+def read_nodes(document: Document) -> Nodes:
+    """The nodes of a file. Raises FileError where they form no forest, or a transform is not finite."""
+    items = document.items("nodes")
+    count = len(items)
+    if count > _MOST_NODES:
+        raise document.fail(f"has {count} nodes; files of up to {_MOST_NODES} are read")
+    parents, children = [-1] * count, []
+    for number, item in enumerate(items):
+        below = document.listed(item, "children", f"nodes[{number}]", int)
+        for child in below:
+            document.item("nodes", child, f"nodes[{number}]")
+            if parents[child] >= 0:
+                raise document.fail(f"nodes[{child}] is a child of two nodes: the file is damaged")
+            parents[child] = number
+        children.append(below)
+    translation = np.zeros((count, 3))
+    turned, scale = rotation.identity(count), np.ones((count, 3))
+    for number, item in enumerate(items):
+        name = f"nodes[{number}]"
+        if (matrix := document.numbers(item, "matrix", 16, name)) is not None:
+            parts = decomposed(matrix.reshape(4, 4).T)
+            translation[number], turned[number], scale[number] = parts
+        if (found := document.numbers(item, "translation", 3, name)) is not None:
+            translation[number] = found
+        if (found := document.numbers(item, "rotation", 4, name)) is not None:
+            turned[number] = found[[3, 0, 1, 2]]
+        if (found := document.numbers(item, "scale", 3, name)) is not None:
+            scale[number] = found
+    depths = _depths(document, parents, children)
+    return Nodes(parents, children, depths, translation, rotation.normalise(turned), scale)
+
+
+def decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Translation, turn and scale of a ``(4, 4)`` transform; shear is left out."""
+    linear = matrix[:3, :3]
+    scale = np.linalg.norm(linear, axis=0)
+    if np.linalg.det(linear) < 0:
+        scale = -scale
+    return matrix[:3, 3], nearest_turn(linear / np.where(np.abs(scale) > 1e-30, scale, 1.0)), scale
+
+
+def nearest_turn(matrices: np.ndarray) -> np.ndarray:
+    """``(..., 4)`` the rotations nearest to linear maps ``(..., 3, 3)`` (Procrustes, Schönemann 1966)."""
+    u, _, v = np.linalg.svd(matrices)
+    u[..., :, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(v))[..., None]
+    found: np.ndarray = rotation.from_matrix(u @ v)
+    return found
+
+
+def _depths(document: Document, parents: list[int], children: list[list[int]]) -> list[int]:
+    """Steps of every node from the top. Raises FileError where nodes form a circle."""
+    depths = [-1] * len(parents)
+    waiting = [node for node, parent in enumerate(parents) if parent < 0]
+    for node in waiting:
+        depths[node] = 0
+    while waiting:
+        node = waiting.pop()
+        for child in children[node]:
+            depths[child] = depths[node] + 1
+            waiting.append(child)
+    if -1 in depths:
+        raise document.fail(f"nodes[{depths.index(-1)}] stands below itself: its nodes form a circle")
+    return depths

@@ -1,0 +1,78 @@
+"""The motion files of a folder, with a name for every motion in them."""
+
+from __future__ import annotations
+
+import hashlib
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion import bvh
+from retarget_bench.motion.bvh.document import Hierarchy
+from retarget_bench.motion.files import format_of, read, split_take, suffixes, takes
+from retarget_bench.motion.files.formats import BVH
+from retarget_bench.motion.recording import reach
+
+_DIGITS = 4
+
+
+def motion_files(folder: Path) -> dict[str, Path]:
+    """The motions in a folder itself, by name, sorted, without hidden files.
+
+    A file has its name without the ending, or all of it where another file has that. Of a file with
+    several takes each has a name of its own, and a path with ``#`` (``motion.files.split_take``).
+    Raises FileError where the folder cannot be listed.
+    """
+    try:
+        listed = sorted(each for each in folder.iterdir() if not each.name.startswith("."))
+    except OSError as error:
+        raise FileError(folder, f"cannot be listed ({error.strerror or error})") from error
+    found: dict[str, Path] = {}
+    for path in listed:
+        if path.suffix.lower() in suffixes() and path.is_file():
+            for name, one in motions_of(path).items():
+                found[name if name not in found else path.name + name.removeprefix(path.stem)] = one
+    return dict(sorted(found.items()))
+
+
+def motions_of(path: Path) -> dict[str, Path]:
+    """The motions of a file: ``{"walk": walk.bvh}``, ``{"Fox-Walk": Fox.glb#2, ...}``."""
+    names: tuple[str, ...] = ()
+    with suppress(BenchError):  # whoever reads it says why it cannot be read
+        names = takes(path)
+    if len(names) < 2:
+        return {path.stem: path}
+    found: dict[str, Path] = {}
+    for number, name in enumerate(names, 1):
+        plain = name.replace("/", "_").strip() or str(number)
+        free = plain if f"{path.stem}-{plain}" not in found else f"{plain}-{number}"
+        found[f"{path.stem}-{free}"] = path.with_name(f"{path.name}#{number}")
+    return found
+
+
+def hierarchy_of(path: Path) -> Hierarchy:
+    """The joints of a file: names, parents and offsets. Raises FileError."""
+    if format_of(path) is BVH:
+        return bvh.parse_header(path).hierarchy
+    skeleton = read(path).skeleton
+    channels: tuple[tuple[str, ...], ...] = ((),) * len(skeleton)
+    return Hierarchy(skeleton.names, skeleton.parents, skeleton.offsets, channels, skeleton.end_sites)
+
+
+def facts(path: Path) -> tuple[str, str, int, float]:
+    """Of a file that is no BVH: hashes of its bytes and motion, and of its skeleton; frames; their rate.
+
+    Raises FileError, or NotSupported where the take in the path is not there.
+    """
+    own, take = split_take(path)
+    recording = read(path)
+    content = hashlib.sha256(own.read_bytes() + repr(take).encode())
+    for array in (recording.rotations, recording.root, recording.skeleton.offsets):
+        content.update(np.ascontiguousarray(array).tobytes())  # of the files that it refers to
+    skeleton = recording.skeleton
+    bones = np.round(skeleton.offsets[1:] / max(reach(skeleton), 1e-9), _DIGITS) + 0.0
+    text = repr((skeleton.names, skeleton.parents.tolist(), bones.tolist()))
+    hierarchy = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    return content.hexdigest(), hierarchy, len(recording.root), recording.fps

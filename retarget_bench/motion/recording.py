@@ -1,0 +1,62 @@
+"""A motion as a file states it, before anything is guessed about it: what every reader gives."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.skeleton import Skeleton
+
+MOST_JOINTS = 2_000
+"""No body has more joints."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A motion as a file states it, in the file's axes; it knows nothing of roles or units.
+
+    rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
+    root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
+    notes:     one sentence for each thing that was decided, folded or renamed.
+    doubts:    one sentence for each thing of the motion that could not be kept.
+    unit:      name of the unit that the file's format prescribes ("m"); "" where it prescribes none.
+    up:        the up axis that it prescribes ("y"), or "".
+    skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;
+               None: the file has none.
+    """
+
+    skeleton: Skeleton
+    rotations: np.ndarray
+    root: np.ndarray
+    fps: float
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+    unit: str = ""
+    up: str = ""
+    skin: Callable[[], Mesh] | None = None
+
+
+@lru_cache(maxsize=256)
+def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """The names, with ``_2``, ``_3`` ... behind those that occurred before."""
+    taken, used, last = set(names), set[str](), dict[str, int]()
+    unique = []
+    for name in names:
+        free = name
+        while free in used or (free != name and free in taken):
+            last[name] = last.get(name, 1) + 1
+            free = f"{name}_{last[name]}"
+        used.add(free)
+        unique.append(free)
+    return tuple(unique)
+
+
+def reach(skeleton: Skeleton) -> float:
+    """The longest way from the root along the bones to a joint: the body's size, whatever its pose."""
+    along = skeleton.bone_lengths.tolist()
+    for joint, parent in enumerate(skeleton.parents.tolist()):
+        if parent >= 0:
+            along[joint] += along[parent]
+    return max(along)

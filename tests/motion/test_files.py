@@ -1,0 +1,86 @@
+"""The table of file formats: files are read by what they hold, and every format goes one way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gltf_files import person
+
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.motion import bvh, files, importer
+from retarget_bench.motion.files import formats
+from retarget_bench.motion.files.choice import chosen
+from retarget_bench.motion.files.listing import motion_files, motions_of
+
+
+@pytest.fixture
+def glb(tmp_path) -> Path:
+    made = person(np.random.default_rng(2), frames=6)
+    made.animate("wave/left", {(5, "rotation"): ([0.0, 0.5], [[0, 0, 0, 1], [0, 1, 0, 0]])})
+    return made.save(tmp_path / "a.glb")
+
+
+@pytest.fixture
+def text(tmp_path, glb) -> Path:
+    bvh.write(tmp_path / "a.bvh", importer.load(glb).motion)
+    return tmp_path / "a.bvh"
+
+
+def test_the_content_decides_and_the_ending_where_there_is_none(tmp_path, glb, text):
+    assert files.format_of(glb) is formats.GLTF
+    assert files.format_of(text) is formats.BVH
+    for file, other in ((glb, ".bvh"), (glb, ".dat"), (text, ".glb"), (text, "")):
+        misnamed = tmp_path / f"misnamed{other}"
+        misnamed.write_bytes(file.read_bytes())
+        assert files.format_of(misnamed) is files.format_of(file)
+        found, expected = importer.load(misnamed, unit="m").motion, importer.load(file, unit="m").motion
+        np.testing.assert_array_equal(found.rotations, expected.rotations)
+    assert files.format_of("gone.gltf") is formats.GLTF
+    assert files.format_of("gone") is formats.BVH
+    with pytest.raises(FileError, match=r"gone\.glb: cannot be read"):
+        files.read("gone.glb")
+    (tmp_path / "folder.glb").mkdir()
+    with pytest.raises(FileError, match=r"folder\.glb: is a folder"):
+        files.read(tmp_path / "folder.glb")
+
+
+def test_every_format_has_endings_of_its_own_and_one_that_is_written():
+    endings = [ending for form in files.FORMATS for ending in form.suffixes]
+    assert len(set(endings)) == len(endings)
+    assert all(each.startswith(".") and each == each.lower() for each in endings)
+    assert set(files.suffixes(written=True)) <= set(files.suffixes())
+    assert files.suffixes(written=True) == (".bvh", ".glb")
+
+
+def test_options_of_one_format_are_refused_by_another(glb, text):
+    with pytest.raises(NotSupported, match="holds one motion of one body: leave out take='2'"):
+        files.read(text, take="2")
+    with pytest.raises(NotSupported, match="root='relative' is for BVH files"):
+        files.read(glb, root="relative")
+
+
+def test_one_of_several_by_name_or_number():
+    names = ["Walk", "2", "", "walk"]
+    assert [chosen(each, names, "animation", Path("a")) for each in ("walk", "WALK", "2", "4", "1")] == [
+        3, 0, 1, 3, 0
+    ]  # fmt: skip
+    for wanted in ("5", "0", "-1", "run", "9" * 400):
+        with pytest.raises(NotSupported, match="it has 1 'Walk', 2 '2', 3 '', 4 'walk'"):
+            chosen(wanted, names, "animation", Path("a"))
+
+
+def test_the_motions_of_a_folder_have_names_of_their_own(tmp_path, glb, text):
+    (tmp_path / ".hidden.bvh").write_text("")
+    (tmp_path / "note.txt").write_text("")
+    (tmp_path / "broken.glb").write_bytes(b"glTF")
+    found = motion_files(tmp_path)
+    assert list(found) == ["a", "a-act", "a-wave_left", "broken"]
+    assert found["a"] == text
+    assert found["a-wave_left"] == tmp_path / "a.glb#2"
+    assert len(importer.load(found["a-wave_left"]).motion.root) == 16
+    single = person(np.random.default_rng(2), frames=6).save(tmp_path / "b.glb")
+    assert motions_of(single) == {"b": single}
+    (tmp_path / "b.bvh").write_bytes(text.read_bytes())
+    assert {"b", "b.glb"} <= set(motion_files(tmp_path))

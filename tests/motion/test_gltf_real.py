@@ -1,0 +1,54 @@
+"""The six glTF files of others: sizes, roles and units, and joints by 4 x 4 matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gltf_files import Made, at, unpacked, world
+
+from retarget_bench.motion import files, importer, kinematics
+
+OTHERS = {
+    "BrainStem": (18, 1309, 37.5, 34159),
+    "CesiumMan": (19, 49, 24.0, 3273),
+    "Fox": (22, 83, 24.0, 1728),
+    "RobotExpressive": (38, 81, 24.0, 7086),
+    "Soldier": (49, 60, 30.0, 7434),
+    "Xbot": (67, 56, 30.0, 28374),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_files_of_others(real_data, name):
+    path = real_data / "gltf" / f"{name}.glb"
+    recording = files.read(path)
+    joints, frames, fps, vertices = OTHERS[name]
+    assert (len(recording.skeleton), len(recording.root), recording.fps) == (joints, frames, fps)
+    assert len(recording.skin().vertices) == vertices
+    # joints by matrices, of the frames whose time is a key
+    content, data = unpacked(path)
+    made = Made(content, bytearray(data))
+    strided = any("byteStride" in view for view in content["bufferViews"])
+    if not strided and name not in (
+        "Fox",
+        "CesiumMan",
+        "BrainStem",
+    ):  # whose tracks have other keys
+        places = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0]
+        number = {node.get("name"): n for n, node in enumerate(content["nodes"]) if "mesh" not in node}
+        for frame in (0, frames // 2):
+            total = world(made, at(made, 0, frame / fps))
+            wanted = np.array([total[number[joint]][:3, 3] for joint in recording.skeleton.names])
+            away = np.abs(places[frame] - wanted).max()
+            assert away < 2e-3 * np.ptp(wanted, axis=0).max()
+
+
+def test_roles_units_and_legs_of_files_of_others(real_data):
+    found = {name: importer.load(real_data / "gltf" / f"{name}.glb").findings for name in OTHERS}
+    assert not found["Xbot"].missing
+    assert not found["Soldier"].missing
+    assert found["Fox"].quadruped
+    assert (found["Fox"].unit[0], found["Fox"].unit_prescribed) == ("cm", False)
+    assert found["Xbot"].unit_prescribed
+    assert 1.6 < found["Soldier"].height < 2.0
+    assert all(abs(found[name].floor) < 0.03 for name in ("Xbot", "Soldier", "Fox"))

@@ -1,0 +1,301 @@
+"""Motions written as GLB: round trips, what stays of a target's file, and the format's own validator."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gltf_files import Made, person, unpacked
+
+import retarget_bench as rb
+from retarget_bench.errors import FileError
+from retarget_bench.motion import bvh, files, importer, rotation
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files import writing
+from retarget_bench.motion.files.gltf import write_into
+from retarget_bench.motion.files.gltf import writing as gltf
+from retarget_bench.motion.mesh import Mesh
+
+
+@pytest.fixture
+def random():
+    return np.random.default_rng(8)
+
+
+def performance(
+    body: Character, random: np.random.Generator, frames: int = 20, fps: float = 30.0
+) -> Motion:
+    """Anything in which every joint turns and the root moves."""
+    steps = random.normal(scale=0.2, size=(frames, len(body.skeleton), 3)).cumsum(axis=0)
+    root = np.array([0.4, 1.0, -3.0]) + random.normal(scale=0.05, size=(frames, 3)).cumsum(axis=0)
+    return body.motion(rotation.from_rotation_vector(steps), root, fps)
+
+
+def same(found: Motion, wanted: Motion) -> None:
+    """Within 1e-4 degrees and 1e-5 m in every joint and frame, at the same rate."""
+    assert found.fps == pytest.approx(wanted.fps, rel=1e-6)
+    assert found.skeleton.names == wanted.skeleton.names
+    assert np.degrees(rotation.angle(found.rotations, wanted.rotations)).max() < 1e-4
+    assert np.abs(found.positions - wanted.positions).max() < 1e-5
+
+
+REAL = {
+    "lafan1/Lafan1_example.bvh": "cm",
+    "mixamo_san/Aj/Praying.bvh": "cm",
+    "dog/Dog_example.bvh": "cm",
+    "cmu_bvh/01_01.bvh": "cmu",
+}
+
+
+@pytest.mark.parametrize("file", REAL)
+def test_bvh_to_glb_to_bvh(tmp_path, real_data, file):
+    clip = importer.load(real_data / file, unit=REAL[file], up="y").motion
+    clip = clip.at(slice(0, 200))
+    writing.write(tmp_path / "a.glb", clip)
+    between = importer.load(tmp_path / "a.glb", unit="m", up="y").motion
+    writing.write(tmp_path / "a.bvh", between)
+    back = importer.load(tmp_path / "a.bvh", unit="m", up="y", root="absolute").motion
+    same(between, clip)
+    same(back, clip)
+    for found in (between, back):
+        tips = [(site.parent, *np.round(site.offset, 5)) for site in found.skeleton.end_sites]
+        wanted = [(site.parent, *np.round(site.offset, 5)) for site in clip.skeleton.end_sites]
+        assert np.abs(np.array(tips) - np.array(wanted)).max() < 2e-5
+
+
+def test_a_motion_of_ten_minutes_keeps_its_frames(tmp_path, random):
+    """Times are single precision: 600 s are told to a 30,000th of a second."""
+    body = importer.load(person(random).save(tmp_path / "a.glb")).motion.character
+    body = Character.of("plain", body.skeleton)
+    turned = rotation.identity(18_000, len(body.skeleton))
+    turned[:, 0] = rotation.about(np.array([0.0, 1.0, 0.0]), np.linspace(0, 300, 18_000))
+    clip = body.motion(turned, np.tile([0.0, 1.0, 0.0], (18_000, 1)), 30.0)
+    gltf.write(tmp_path / "long.glb", clip)
+    same(importer.load(tmp_path / "long.glb", unit="m").motion, clip)
+
+
+def test_a_mesh_comes_back(tmp_path, random):
+    skeleton = importer.load(person(random).save(tmp_path / "a.glb")).motion.skeleton
+    joints, count = len(skeleton), 30
+    weights = np.zeros((count, joints))
+    for row in weights:  # up to six joints a vertex: two sets of four
+        row[random.permutation(joints)[: random.integers(1, 7)]] = random.uniform(0.1, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    pose = rotation.from_rotation_vector(random.normal(scale=0.3, size=(joints, 3)))
+    mesh = Mesh(random.normal(size=(count, 3)), random.integers(0, count, (40, 3)), weights, pose)
+    body = replace(Character.of("dressed", skeleton), skin=lambda: mesh)
+    clip = performance(body, random)
+    gltf.write(tmp_path / "b.glb", clip)
+    back = importer.load(tmp_path / "b.glb", unit="m").motion
+    np.testing.assert_array_equal(back.character.mesh.faces, mesh.faces)
+    np.testing.assert_allclose(back.character.mesh.weights, weights, atol=1e-6)
+    np.testing.assert_allclose(back.character.mesh.skinned(back), mesh.skinned(clip), atol=1e-5)
+
+
+# --------------------------------------------------------------------------------- a target's own file
+ABOVE = {
+    "nothing": ({},),
+    "scaled": (
+        {"scale": [0.01, 0.01, 0.01], "rotation": [-0.5, 0.5, 0.5, 0.5]},
+        {"translation": [3, 2, 1]},
+    ),
+    "matrix": ({"matrix": [0, 0, 2, 0, 2, 0, 0, 0, 0, 2, 0, 0, 5, 6, 7, 1]},),
+}
+
+
+@pytest.mark.parametrize("above", ABOVE)
+@pytest.mark.parametrize("size", [1.0, 100.0])
+@pytest.mark.parametrize("up", ["y", "-x"])
+def test_the_motion_goes_into_the_target_s_file_and_all_else_stays(tmp_path, random, above, size, up):
+    made = person(random, above=ABOVE[above], size=size)
+    made.animate("other", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])}, "STEP")
+    made.content |= {"materials": [{"name": "skin"}], "extras": {"anything": [1, {"a": None}]}}
+    path = made.save(tmp_path / "target.glb")
+    like = importer.load(path, up=up)
+    clip = performance(like.motion.character, random, 40, 24.0)
+    assert writing.write(tmp_path / "out.glb", clip, like) == ()
+
+    before, data = unpacked(path)
+    after, more = unpacked(tmp_path / "out.glb")
+    assert more[: len(data)] == data
+    for key in ("nodes", "skins", "meshes", "materials", "scenes", "extras", "asset"):
+        assert after[key] == before[key]
+    assert after["accessors"][: len(before["accessors"])] == before["accessors"]
+    assert after["bufferViews"][: len(before["bufferViews"])] == before["bufferViews"]
+    assert [each["name"] for each in after["animations"]] == ["out", "act", "other"]
+    assert after["animations"][1:] == before["animations"]
+    back = importer.load(tmp_path / "out.glb", unit=str(like.findings.unit[1]), up=up)
+    same(back.motion, clip)
+    old = importer.load(tmp_path / "out.glb", take="act", unit=str(like.findings.unit[1]), up=up)
+    np.testing.assert_array_equal(old.motion.rotations, like.motion.rotations)
+
+
+def test_places_and_sizes_of_the_take_that_was_read_are_stated(tmp_path, random):
+    """A body that another animation gives longer arms is written with these."""
+    made = person(random)
+    place = np.array(made.content["nodes"][6]["translation"]) * 1.2
+    made.animate(
+        "long", {(6, "translation"): ([0.0, 1.0], [place, place]), (2, "scale"): ([0.0], [[1.1] * 3])}
+    )
+    path = made.save(tmp_path / "target.glb")
+    like = importer.load(path, take="long")
+    plain = importer.load(path)
+    assert not like.motion.skeleton.same_as(plain.motion.skeleton, 1e-3)
+    clip = performance(like.motion.character, random)
+    write_into.write(tmp_path / "1.glb", clip, like)  # a name that could be a number
+    same(importer.load(tmp_path / "1.glb").motion, clip)
+
+
+def test_a_text_file_with_its_buffer_and_picture_becomes_one_glb(tmp_path, random):
+    folder = tmp_path / "in"
+    folder.mkdir()
+    made = person(random)
+    picture = b"\x89PNG some picture"
+    (folder / "face.png").write_bytes(picture)
+    made.content["images"] = [{"uri": "face.png"}, {"uri": "gone.png"}, {"uri": "odd.tga"}]
+    (folder / "odd.tga").write_bytes(b"x")
+    path = made.save(folder / "target.gltf", linked="target.bin")
+    like = importer.load(path)
+    clip = performance(like.motion.character, random)
+    notes = writing.write(tmp_path / "out.glb", clip, like)
+    assert len(notes) == 2
+    assert "gone.png" in notes[0]
+    assert "odd.tga" in notes[1]
+    after, data = unpacked(tmp_path / "out.glb")
+    image = after["images"][0]
+    view = after["bufferViews"][image["bufferView"]]
+    assert image["mimeType"] == "image/png"
+    assert data[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] == picture
+    same(importer.load(tmp_path / "out.glb").motion, clip)
+
+
+def test_several_buffers_become_one(tmp_path, random):
+    made = person(random)
+    path = made.save(tmp_path / "target.glb")
+    content, data = unpacked(path)
+    half = content["bufferViews"][-3]["byteOffset"]
+    for view in content["bufferViews"][-3:]:
+        view |= {"buffer": 1, "byteOffset": view["byteOffset"] - half}
+    content["buffers"] = [
+        {"byteLength": half, "uri": "a.bin"}, {"byteLength": len(made.data) - half, "uri": "b.bin"}
+    ]  # fmt: skip
+    (tmp_path / "a.bin").write_bytes(data[:half])
+    (tmp_path / "b.bin").write_bytes(data[half:])
+    (tmp_path / "two.gltf").write_text(json.dumps(content))
+    like = importer.load(tmp_path / "two.gltf")
+    writing.write(tmp_path / "out.glb", like.motion, like)
+    back = importer.load(tmp_path / "out.glb").motion
+    same(back, like.motion)
+    np.testing.assert_allclose(
+        back.character.mesh.vertices, like.motion.character.mesh.vertices, rtol=0, atol=1e-12
+    )
+
+
+def test_what_cannot_be_written_leaves_nothing(tmp_path, random):
+    path = person(random).save(tmp_path / "target.glb")
+    like = importer.load(path)
+    clip = performance(like.motion.character, random)
+    clip.rotations[3, 2] = np.nan
+    for like_ in (like, None):
+        with pytest.raises(FileError, match="frame 4 of the motion holds NaN"):
+            writing.write(tmp_path / "out.glb", clip, like_)
+    sheared = person(random, above=({"scale": [1, 2, 1]},))
+    like = importer.load(sheared.save(tmp_path / "sheared.glb"), unit="m")
+    with pytest.raises(FileError, match="cannot state this motion, scaled as they are"):
+        writing.write(tmp_path / "out.glb", performance(like.motion.character, random), like)
+    with pytest.raises(FileError, match="has no frames"):
+        writing.write(tmp_path / "out.glb", clip.at(slice(0, 0)))
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["sheared.glb", "target.glb"]
+
+
+def test_files_of_others_take_a_motion(tmp_path, real_data, random):
+    for name in ("Xbot", "Soldier", "Fox", "CesiumMan", "BrainStem", "RobotExpressive"):
+        like = importer.load(real_data / "gltf" / f"{name}.glb")
+        clip = performance(like.motion.character, random, 10)
+        writing.write(tmp_path / "out.glb", clip, like)
+        unit = str(like.findings.unit[1])
+        same(importer.load(tmp_path / "out.glb", unit=unit).motion, clip)
+        before, data = unpacked(real_data / "gltf" / f"{name}.glb")
+        after, more = unpacked(tmp_path / "out.glb")
+        assert more[: len(data)] == data
+        assert after["animations"][1:] == before["animations"]
+
+
+# ------------------------------------------------------------------------------------------ from Python
+@pytest.mark.filterwarnings("ignore:.*above the floor")
+def test_from_python_any_file_to_any(tmp_path, random, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    person(random).save(Path("a.glb"))
+    body = importer.load("a.glb").motion
+    bvh.write("b.bvh", performance(body.character, random))
+    glb, text = rb.load_motion("a.glb#act", unit="m"), rb.load_motion("b.bvh", unit="m")
+    assert rb.load_character("a.glb", unit="m").mesh is not None
+    rb.retarget(text, glb, "copy_rotations").save("into.glb")
+    assert files.takes("into.glb") == ("into", "act")
+    rb.retarget(glb, text, "copy_rotations").save("new.glb")
+    assert files.takes("new.glb") == ("new",)
+    rb.retarget(text, glb, "copy_rotations").save("text.bvh")
+    expected = rb.retarget(text, glb, "copy_rotations")
+    assert importer.load("text.bvh").findings.unit[0] == "m"
+    for file in ("into.glb", "text.bvh"):
+        same(rb.load_motion(file, unit="m", up="y", root_place="auto"), expected)
+    with pytest.raises(rb.BenchError, match="would overwrite"):
+        glb.save("a.glb")
+    with pytest.raises(rb.BenchError, match=r"BVH or GLB file; give it a name that ends in \.bvh or \.glb"):
+        glb.save("a.fbx")
+
+
+# ---------------------------------------------------------------------------------------- the validator
+CHECK = """
+const validator = require('gltf-validator'), fs = require('fs');
+(async () => { const found = {};
+for (const file of process.argv.slice(1)) {
+  const report = await validator.validateBytes(new Uint8Array(fs.readFileSync(file)));
+  found[file] = report.issues.messages.filter(m => m.severity < 2).map(m => m.code + ' ' + m.pointer); }
+console.log(JSON.stringify(found)); })()
+"""
+
+
+@pytest.fixture(scope="module")
+def validate():
+    """The Khronos validator: errors and warnings by file. ``NODE_PATH`` says where npm put it."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no node to run gltf-validator with")
+    there = subprocess.run(
+        [node, "-e", "require('gltf-validator')"], capture_output=True, env=dict(os.environ)
+    )
+    if there.returncode:
+        pytest.skip("no gltf-validator: npm install gltf-validator, and set NODE_PATH to node_modules")
+
+    def run(*paths: Path) -> dict[str, list[str]]:
+        done = subprocess.run(
+            [node, "-e", CHECK, *map(str, paths)], capture_output=True, text=True, check=True
+        )
+        return json.loads(done.stdout)
+
+    return run
+
+
+def test_files_are_valid(tmp_path, random, validate):
+    made: Made = person(random, above=ABOVE["scaled"])
+    target = made.save(tmp_path / "target.glb")
+    like = importer.load(target)
+    clip = performance(like.motion.character, random)
+    writing.write(tmp_path / "into.glb", clip, like)
+    writing.write(tmp_path / "new.glb", clip)
+    plain = Character.of("plain", clip.skeleton)
+    writing.write(tmp_path / "bare.glb", plain.motion(clip.rotations, clip.root, 30.0))
+    writing.write(tmp_path / "one.glb", clip.at(slice(0, 1)))
+    found = validate(*sorted(tmp_path.glob("*.glb")))
+    assert len(found) == 5
+    before = found.pop(str(target))
+    # what the target's file had stays, and nothing comes to it
+    assert found.pop(str(tmp_path / "into.glb")) == before
+    assert all(each == [] for each in found.values()), found
