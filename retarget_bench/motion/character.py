@@ -11,6 +11,7 @@ import numpy as np
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import hinges, kinematics, rotation
+from retarget_bench.motion.joint_regression import joint_positions
 from retarget_bench.motion.measures import Measures, measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.reference_pose import reference_pose
@@ -107,6 +108,15 @@ class Character:
         """The body's surface on its own skeleton, None if the data set gives none."""
         return None if self.skin is None else self.skin()
 
+    def flesh(self, role: str) -> np.ndarray:
+        """``(n,)`` vertices of the mesh that belong to the joint of a role: the mesh's own group, else
+        those that follow the joint more than any other. Empty without the role or a mesh."""
+        if self.mesh is None or role not in self.joint_of:
+            return np.zeros(0, dtype=np.int64)
+        if role in self.mesh.groups:
+            return self.mesh.groups[role]
+        return np.flatnonzero(self.mesh.weights.argmax(axis=1) == self.joint_of[role])
+
     @property
     def height(self) -> float:
         """Metres: the height that errors are divided by (``Measures.height``)."""
@@ -151,14 +161,20 @@ class Character:
         """A motion of this character known by joint positions ``(frames, joints, 3)`` only."""
         return Positions(self, positions, fps)
 
+    def surface(self, vertices: np.ndarray, fps: float) -> Surface:
+        """A motion of this character known by its mesh's vertices ``(frames, V, 3)`` only."""
+        return Surface(self, vertices, fps)
+
 
 class _Frames:
-    """Frames of a character at a rate: ``Motion`` and ``Positions``."""
+    """Frames of a character at a rate: ``Motion``, ``Positions`` and ``Surface``."""
 
     character: Character
     fps: float
     arrays: ClassVar[tuple[str, ...]]
     """The fields with a row for every frame."""
+    kind: ClassVar[str]
+    """What the motion is known by, in the word of cards."""
 
     def _check(self, **shapes: tuple[int, ...]) -> None:
         """Make the arrays double precision; raises SkeletonError where fps or a shape is wrong."""
@@ -222,6 +238,7 @@ class Motion(_Frames):
     root: np.ndarray
     fps: float
     arrays = ("rotations", "root")
+    kind = "motion"
 
     def __post_init__(self) -> None:
         self._check(rotations=(len(self.skeleton), 4), root=(3,))
@@ -252,6 +269,7 @@ class Positions(_Frames):
     positions: np.ndarray
     fps: float
     arrays = ("positions",)
+    kind = "positions"
 
     def __post_init__(self) -> None:
         self._check(positions=(len(self.skeleton), 3))
@@ -262,7 +280,39 @@ class Positions(_Frames):
         return self.positions[:, 0]
 
 
-Prediction = Motion | Positions
+@dataclass(frozen=True, eq=False)
+class Surface(_Frames):
+    """A motion known by the vertices of the character's mesh only.
+
+    vertices: ``(frames, V, 3)`` metres in the world (Y up), in the order of the mesh.
+
+    Raises SkeletonError where the character has no mesh, or one of another number of vertices.
+    """
+
+    character: Character
+    vertices: np.ndarray
+    fps: float
+    arrays = ("vertices",)
+    kind = "surface"
+
+    def __post_init__(self) -> None:
+        if self.character.mesh is None:
+            raise SkeletonError(f"{self.character.name} has no mesh to give the vertices of")
+        self._check(vertices=self.character.mesh.vertices.shape)
+
+    @cached_property
+    def positions(self) -> np.ndarray:
+        """``(frames, joints, 3)`` metres: the joints under this surface (``joint_regression.py``)."""
+        mesh = cast(Mesh, self.character.mesh)
+        return joint_positions(mesh, self.skeleton, self.vertices)
+
+    @property
+    def root(self) -> np.ndarray:
+        """``(frames, 3)`` metres: the root joint."""
+        return self.positions[:, 0]
+
+
+Prediction = Motion | Positions | Surface
 """An answer of a method, or a source."""
 
 

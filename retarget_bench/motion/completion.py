@@ -31,6 +31,20 @@ def poses(cast: Cast | None, target: Character, most: int) -> np.ndarray:
     """``(poses, joints, 3)`` metres: the target copying the training motion, evenly over clips and time,
     at most so many; hips (or root) at the origin, facing +Z.
 
+    Raises NotSupported where there is no such motion.
+    """
+    hips = target.joint_of.get("hips", 0)
+    found = []
+    for motion in copied(cast, target, most):
+        places = motion.positions
+        turn = facing.facing(places, target)[:, None]
+        found.append(facing.seen(places - places[:, [hips]], turn))
+    return np.concatenate(found)
+
+
+def copied(cast: Cast | None, target: Character, most: int) -> list[Motion]:
+    """The target copying frames of the training motion, evenly over clips and time, at most so many.
+
     Rotations are copied from bodies of the target's structure, or where there is none from all that stand
     on as many legs, so that bones are the target's own. Raises NotSupported where there is no such motion.
     """
@@ -41,17 +55,14 @@ def poses(cast: Cast | None, target: Character, most: int) -> np.ndarray:
         )
     chosen = [usable[index] for index in _evenly(len(usable), CLIPS).tolist()]
     share = max(1, most // len(chosen))
-    hips = target.joint_of.get("hips", 0)
     found = []
     for clips, number in chosen:
         with suppress(Unusable):
             motion = clips[number]
-            places = transfer.carry(motion.at(_evenly(motion.frames, share)), target, RULE).positions
-            turn = facing.facing(places, target)[:, None]
-            found.append(facing.seen(places - places[:, [hips]], turn))
+            found.append(transfer.carry(motion.at(_evenly(motion.frames, share)), target, RULE))
     if not found:
         raise NotSupported(f"no clip that {target.name} could copy can be used")
-    return np.concatenate(found)
+    return found
 
 
 def _evenly(count: int, most: int) -> np.ndarray:

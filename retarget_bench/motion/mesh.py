@@ -1,6 +1,8 @@
 """A body's skin: a triangle mesh that follows the joints by linear blend skinning."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +12,7 @@ from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.skeleton import Skeleton
 
 _BLOCK = 64
-"""Frames skinned at a time, so that blended transforms of a long clip do not fill the memory."""
+"""Frames skinned at a time: the vertices of so many stay in the processor's cache."""
 
 
 class MovingJoints(Protocol):
@@ -35,14 +37,17 @@ class Mesh:
     weights:  ``(vertices, joints)`` shares of the joints in each vertex, summing to 1.
     pose:     ``(joints, 4)`` local rotations of the joints for which the vertices are given; None: the rest
               pose of the skeleton.
+    groups:   role -> ``(n,)`` indices of the vertices that belong to the joint of this role; where a role
+              is not named, see ``Character.flesh``.
 
-    Raises SkeletonError when the shapes do not fit each other.
+    Raises SkeletonError when the shapes do not fit each other, or a number is not finite.
     """
 
     vertices: np.ndarray
     faces: np.ndarray
     weights: np.ndarray
     pose: np.ndarray | None = None
+    groups: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         vertices, faces, weights = self.vertices.shape, self.faces.shape, self.weights.shape
@@ -56,6 +61,14 @@ class Mesh:
             raise SkeletonError(f"a mesh of {vertices[0]} vertices has faces with other indices")
         if self.pose is not None and self.pose.shape != (weights[1], 4):
             raise SkeletonError(f"a mesh on {weights[1]} joints has a pose of shape {self.pose.shape}")
+        for name in ("vertices", "weights", "pose"):
+            if (array := getattr(self, name)) is not None and not np.isfinite(array).all():
+                raise SkeletonError(f"a mesh has {name} that are not finite")
+        for role, group in self.groups.items():
+            if group.ndim != 1 or (len(group) and not 0 <= group.min() <= group.max() < vertices[0]):
+                raise SkeletonError(
+                    f"the vertex group {role} of a mesh has other indices than its vertices"
+                )
 
     def skinned(self, motion: MovingJoints) -> np.ndarray:
         """``(frames, vertices, 3)`` metres: the vertices during a motion (linear blend skinning, Magnenat-
@@ -73,12 +86,19 @@ class Mesh:
             turns = rotation.multiply(motion.global_rotations[block], rotation.conjugate(turned))
             matrices = rotation.to_matrix(turns)
             shifts = motion.positions[block] - np.einsum("fjab,jb->fja", matrices, places)
-            blended = self.weights @ np.concatenate([matrices, shifts[..., None]], axis=-1).reshape(
-                len(shifts), len(skeleton), 12
-            )
-            blended = blended.reshape(len(shifts), -1, 3, 4)
-            found[block] = np.einsum("fvab,vb->fva", blended[..., :3], self.vertices) + blended[..., 3]
+            moves = np.concatenate([matrices, shifts[..., None]], axis=-1).swapaxes(1, 2)
+            coordinates = moves.reshape(-1, 4 * len(skeleton)) @ self._shares
+            found[block] = coordinates.reshape(len(shifts), 3, -1).swapaxes(1, 2)
         return found
+
+    @cached_property
+    def _shares(self) -> np.ndarray:
+        """``(4 joints, V)`` the vertices ``(x, y, z, 1)`` times the weight of each joint. Skinning is
+        linear in the transforms: one product of matrices moves all vertices, and none has a transform of
+        its own."""
+        points = np.concatenate([self.vertices, np.ones((len(self.vertices), 1))], axis=1)
+        shares = self.weights[:, :, None] * points[:, None]
+        return np.ascontiguousarray(shares.reshape(len(points), -1).T)
 
     def bound(self, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
         """Places ``(joints, 3)`` and orientations ``(joints, 4)`` of the joints in the mesh's own pose."""

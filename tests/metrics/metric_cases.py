@@ -24,6 +24,8 @@ SET_METRICS = ("fid", "fid_people")
 """Of sets of cases, tested in ``test_fid_*.py``."""
 TASK_METRICS = ("restoration",)
 """Of derived tasks, tested in ``tests/tasks``."""
+MESH_METRICS = ("mesh_contact", "self_penetration", "vertex_error")
+"""Of bodies with meshes, tested with ``mesh_cases.py``."""
 
 Rig = tuple[tuple[str, str, tuple[float, float, float]], ...]
 """(joint, parent, offset in centimetres); the parent of the root is ""."""

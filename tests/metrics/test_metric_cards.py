@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metric_cases import (
+    MESH_METRICS,
     METRICS,
     SET_METRICS,
     TASK_METRICS,
@@ -55,10 +56,10 @@ def numbers(values: Mapping[str, float | Mapping[str, float]]) -> list[float]:
 
 def test_all_built_in_metrics_are_tested_here() -> None:
     built_in = {entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN}
-    assert built_in == {*METRICS, *SET_METRICS, *TASK_METRICS}
+    assert built_in == {*METRICS, *SET_METRICS, *TASK_METRICS, *MESH_METRICS}
 
 
-@pytest.mark.parametrize("name", [*METRICS, *SET_METRICS, *TASK_METRICS])
+@pytest.mark.parametrize("name", [*METRICS, *SET_METRICS, *TASK_METRICS, *MESH_METRICS])
 def test_card(name: str) -> None:
     card = metric(name).card
     assert card.name == name
@@ -72,7 +73,9 @@ def test_card(name: str) -> None:
 
 
 def test_ids_are_unique_and_the_first_columns_exist() -> None:
-    declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS))
+    declared = declared_values(
+        metric(name) for name in (*METRICS, *SET_METRICS, *TASK_METRICS, *MESH_METRICS)
+    )
     assert {*DEFAULT_COLUMNS, *OVERVIEW_COLUMNS} <= set(declared)
 
 

@@ -23,8 +23,9 @@ import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
-from retarget_bench.motion.character import Motion, Positions, Prediction
+from retarget_bench.motion.character import Motion, Positions, Surface
 from retarget_bench.motion.fitting import bones, twist
+from retarget_bench.motion.motion import Source
 
 _HOLD = 30.0
 """Squares of the fit's own error that a radian away from the chosen twists costs."""
@@ -52,8 +53,9 @@ class Fitted:
         return f"{100 * self.mean:.1f} cm mean, {100 * self.worst:.1f} cm worst ({joint})"
 
 
-def fit(positions: Positions, source: Prediction | None = None) -> Fitted:
-    """The motion of the same character, frames and rate that comes nearest to positions of its joints.
+def fit(positions: Positions | Surface, source: Source | None = None) -> Fitted:
+    """The motion of the same character, frames and rate that comes nearest to positions of its joints, or
+    to the joints under its surface.
 
     source: a motion that these positions were retargeted from, with as many frames, on any body. If it has
     rotations, what positions leave open is turned as there.

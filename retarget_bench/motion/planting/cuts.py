@@ -4,15 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from retarget_bench.motion.character import Positions
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import Source
 
 _JUMP, _SUDDEN = 0.1, 4.0
 """Body heights, and times: the steps of a cut. Recorded and generated motion have at most 0.05 heights with
 a step that stands out as much, files with a rest pose before them at least 0.13."""
 
 
-def takes(source: Motion | Positions) -> list[slice]:
+def takes(source: Source) -> list[slice]:
     """Stretches of frames between cuts, where the whole body is elsewhere or in another pose at once.
 
     Files often begin with a frame in the rest pose at the origin. At a cut, joints move by more than

@@ -1,0 +1,185 @@
+"""Scanned motion as points, and a body's mesh as a character, in metres, Y up; every guess is told."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.importer import UNITS, UP_AXES
+from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.point_sets import PointSets, unknown_body
+from retarget_bench.motion.scans.checks import check_numbers, topology
+from retarget_bench.motion.scans.orientation import metres, unit_of, up_axis, upright
+from retarget_bench.motion.scans.reading import Frame, files_of, frames_of
+from retarget_bench.motion.surface_sampling import sampled, uniform
+
+POINTS = 2048
+"""Points that are drawn on the mesh of a frame, or taken of its vertices where it has no faces."""
+_LOOKED_AT = 20
+"""Frames that unit and up axis are found from."""
+
+
+@dataclass(frozen=True)
+class ScanFindings:
+    """How a file or folder of meshes was understood.
+
+    unit: name and metres of one unit. unit_told, up_told: True where the user named them.
+    up_clear: False where the body is as wide as high, and no mirror image of itself.
+    height: metres, the extent along the up axis. frames: their names. notes: what is wrong with the meshes.
+    """
+
+    path: Path
+    unit: tuple[str, float]
+    unit_told: bool
+    up: str
+    up_told: bool
+    up_clear: bool
+    height: float
+    frames: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Doubtful points, with the option that settles each."""
+        said = list(self.notes)
+        if not self.unit_told and not 1.1 <= self.height <= 2.6:
+            said.append(
+                f"the unit is a guess: in {self.unit[0]} the body is {self.height:.2f} m tall; say --unit"
+            )
+        if not self.up_told and not self.up_clear:
+            said.append(f"the up axis is a guess ({self.up}): say --up y or --up z")
+        return tuple(said)
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedScan:
+    """A scanned motion, and how its files were understood."""
+
+    motion: PointSets
+    findings: ScanFindings
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedBody:
+    """A character whose mesh alone is known, and how its file was understood.
+
+    Its skeleton is one joint that carries all vertices: who needs joints has to find them on the mesh.
+    """
+
+    character: Character
+    findings: ScanFindings
+
+
+def load_scan(
+    path: str | Path,
+    *,
+    unit: str = "auto",
+    up: str = "auto",
+    fps: float = 30.0,
+    name: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> ImportedScan:
+    """A mesh file, or a folder with one for each frame, as points that are drawn on its surfaces.
+
+    unit, up: as of a BVH file (``importer.load``). fps: frames per second, which such files do not say.
+    progress: is told how many files are read, and how many there are.
+    Meshes may be open, not manifold, in parts, or without faces, and differ in their numbers of vertices:
+    that is told. Raises FileError for a frame with vertices that are not finite or with two bodies, and
+    for a folder without frames; NotSupported for unknown options, and without trimesh.
+    """
+    path = Path(path)
+    drawn: list[np.ndarray] = []
+    names: list[str] = []
+    notes: dict[str, list[str]] = {}
+    files = len(files_of(path))
+    for number, frame in enumerate(frames_of(path)):
+        points, said = _points(frame, number)
+        drawn.append(points)
+        names.append(frame.name)
+        for each in said:
+            notes.setdefault(each, []).append(frame.name)
+        if progress is not None:
+            progress(min(number + 1, files), files)
+    told = [_of_frames(note, where, len(drawn)) for note, where in _alike(notes).items()]
+    findings = _findings(path, drawn, unit, up, names, told)
+    moved = [upright(each, findings.up, findings.unit[1]).astype(np.float32) for each in drawn]
+    return ImportedScan(PointSets(unknown_body(name or path.stem), tuple(moved), fps), findings)
+
+
+def load_body(
+    path: str | Path, *, unit: str = "auto", up: str = "auto", name: str | None = None
+) -> ImportedBody:
+    """A mesh file as a character that motion can be retargeted to.
+
+    An open mesh, one that is not manifold, and loose parts such as eyes are told. Raises FileError for a
+    file without faces, with vertices that are not finite, with two bodies or several frames; NotSupported
+    for unknown options, and without trimesh.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FileError(path, "is a folder; a target is one mesh file")
+    first, *others = frames_of(path)
+    if others:
+        raise FileError(path, f"holds {1 + len(others)} frames; a target is one mesh")
+    if not len(first.faces):
+        raise FileError(path, "has no faces; a target needs a surface")
+    points, notes = _points(first, 0)
+    told = [f"the mesh {note}" for note in notes]
+    findings = _findings(path, [points], unit, up, [first.name], told)
+    vertices = upright(first.vertices, findings.up, findings.unit[1])
+    mesh = Mesh(vertices, first.faces, np.ones((len(vertices), 1)))
+    body = unknown_body(name or path.stem)
+    tall = replace(body.measures, height=float(np.ptp(vertices[:, 1])))
+    return ImportedBody(replace(body, measures=tall, skin=lambda: mesh), findings)
+
+
+def _points(frame: Frame, number: int) -> tuple[np.ndarray, tuple[str, ...]]:
+    """``(points, 3)`` on the surface of a frame in its file's unit, and what is told of it."""
+    check_numbers(frame)
+    if not len(frame.faces):
+        numbers = uniform(number, min(POINTS, len(frame.vertices)))
+        chosen = np.floor(numbers * len(frame.vertices)).astype(int)
+        return frame.vertices[chosen], ("has no faces: its vertices are taken for the points",)
+    said = topology(frame).notes
+    numbers = uniform(number, 3 * POINTS).reshape(1, 3, POINTS)
+    return sampled(frame.vertices[None], frame.faces, numbers)[0], said
+
+
+def _alike(notes: dict[str, list[str]]) -> dict[str, list[str]]:
+    """Notes that begin alike, told once with the first one's numbers."""
+    found: dict[str, tuple[str, list[str]]] = {}
+    for note, where in notes.items():
+        found.setdefault(note.partition(":")[0], (note, []))[1].extend(where)
+    return dict(found.values())
+
+
+def _of_frames(note: str, where: Sequence[str], frames: int) -> str:
+    if frames == 1:
+        return f"the mesh {note}"
+    return f"the mesh of {len(where)} of {frames} frames {note}, the first being {where[0]}"
+
+
+def _findings(
+    path: Path, frames: list[np.ndarray], unit: str, up: str, names: Sequence[str], notes: Sequence[str]
+) -> ScanFindings:
+    if up != "auto" and up not in UP_AXES:
+        raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
+    some = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))]
+    axis, clear = up_axis(some) if up == "auto" else (up, True)
+    height = float(np.median([np.ptp(each["xyz".index(axis[-1])]) for each in (each.T for each in some)]))
+    chosen = unit_of(height) if unit == "auto" else unit
+    scale = UNITS[chosen] if unit == "auto" else metres(unit)
+    return ScanFindings(
+        path=path,
+        unit=(chosen, scale),
+        unit_told=unit != "auto",
+        up=axis,
+        up_told=up != "auto",
+        up_clear=clear,
+        height=height * scale,
+        frames=tuple(names),
+        notes=tuple(notes),
+    )
