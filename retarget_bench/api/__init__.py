@@ -13,6 +13,7 @@ Offers ``cases``, ``datasets``, ``methods``, ``metrics``, what metrics see (``co
 plug-ins may offer beyond their contract (``optional``).
 """
 
+from retarget_bench.api.cases import PAIRED as PAIRED
 from retarget_bench.api.cases import SPLITS as SPLITS
 from retarget_bench.api.cases import TASKS as TASKS
 from retarget_bench.api.cases import Case as Case
@@ -47,4 +48,7 @@ from retarget_bench.api.metrics import Value as Value
 from retarget_bench.api.metrics import protocol as protocol
 from retarget_bench.motion.ground import Ground as Ground
 from retarget_bench.motion.motion import Motion as Motion
+from retarget_bench.motion.motion import PointSets as PointSets
 from retarget_bench.motion.motion import Prediction as Prediction
+from retarget_bench.motion.motion import Source as Source
+from retarget_bench.motion.motion import Surface as Surface

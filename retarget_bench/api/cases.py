@@ -7,13 +7,15 @@ import numpy as np
 
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import FLAT, Ground
-from retarget_bench.motion.motion import Motion, Prediction
+from retarget_bench.motion.motion import Motion, Prediction, Source
 
 SPLITS = ("self", "intra", "cross")
 """self: same character; intra: same structure, another character; cross: another structure."""
 
-TASKS = ("retarget", "reconstruct", "denoise", "upsample")
+TASKS = ("retarget", "reconstruct", "denoise", "upsample", "points")
 """All but the first are derived from any data set's own motion (``retarget_bench/evaluation/tasks``)."""
+PAIRED = ("retarget", "points")
+"""Those of pairs of bodies, in all splits of a data set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,17 +82,19 @@ class CaseInfo:
 class Case:
     """One question put to a method, and what is known of the right answer.
 
-    source:     the motion to be retargeted (its ``character`` is the source body).
+    source:     the motion to be retargeted (its ``character`` is the source body; of ``PointSets`` nothing
+                is known of it).
     target:     the body that shall perform it.
     reference:  the right answer, or None (then only reference-free metrics apply).
     contacts:   true contact labels of the *target*, or None (then metrics find them in the reference).
     alternative: a second answer that is as right as the reference, where one is known.
     conditions: of tasks such as denoising: noise level, proportion of joints.
     touches:    where the *target* should touch itself, or None where that is not known. Empty: nowhere.
+    source_motion: the motion that the points of the source are of, where it is known; privileged.
     """
 
     info: CaseInfo
-    source: Prediction
+    source: Source
     target: Character
     reference: Prediction | None = None
     contacts: Contacts | None = None
@@ -98,6 +102,7 @@ class Case:
     conditions: Mapping[str, float] = field(default_factory=dict)
     alternative: Prediction | None = None
     touches: tuple[Touch, ...] | None = None
+    source_motion: Motion | None = None
 
 
 @dataclass(frozen=True, eq=False)

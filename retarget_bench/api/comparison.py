@@ -10,7 +10,7 @@ from retarget_bench.api.cases import Case, Touch
 from retarget_bench.errors import BenchError, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
-from retarget_bench.motion.motion import Motion, Prediction
+from retarget_bench.motion.motion import Motion, Prediction, Surface
 from retarget_bench.motion.roles import HANDS, ancestors, is_body, is_finger
 
 RATE = 30.0
@@ -81,6 +81,17 @@ class Comparison:
     def expected(self) -> np.ndarray | None:
         """``(frames, joints, 3)`` where the reference's joints are."""
         return None if self.case.reference is None else self.case.reference.positions
+
+    @cached_property
+    def predicted_vertices(self) -> np.ndarray | None:
+        """``(frames, V, 3)`` metres: the target's skin in the prediction, by skinning where it is known by
+        rotations. None where the target has no mesh, or the prediction is known by positions."""
+        return vertices(self.prediction, self.target)
+
+    @cached_property
+    def expected_vertices(self) -> np.ndarray | None:
+        """``(frames, V, 3)`` metres: the target's skin in the reference, likewise."""
+        return None if self.case.reference is None else _expected(self.case.reference, self.target)
 
     @cached_property
     def offsets(self) -> np.ndarray | None:
@@ -202,6 +213,21 @@ class Comparison:
         """Prediction and reference where both are known by rotations."""
         one, other = self.prediction, self.case.reference
         return (one, other) if isinstance(one, Motion) and isinstance(other, Motion) else None
+
+
+def vertices(motion: Prediction, body: Character) -> np.ndarray | None:
+    """``(frames, V, 3)`` metres: the skin of a body in a motion of it; None where it is not known."""
+    if isinstance(motion, Surface):
+        return motion.vertices
+    if not isinstance(motion, Motion) or body.mesh is None:
+        return None
+    return body.mesh.skinned(motion)
+
+
+@lru_cache(maxsize=1)
+def _expected(reference: Prediction, body: Character) -> np.ndarray | None:
+    """Of a reference, which many predictions in turn are compared with."""
+    return vertices(reference, body)
 
 
 def squared_length(vectors: np.ndarray) -> np.ndarray:

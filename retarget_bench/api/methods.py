@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 from retarget_bench.api.cases import TASKS
 from retarget_bench.api.datasets import TrainingClips
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import Ground
-from retarget_bench.motion.motion import Prediction
+from retarget_bench.motion.motion import Motion, Prediction
 
 Parameters = Mapping[str, str | int | float | bool]
 
@@ -32,13 +32,15 @@ class MethodCard:
     published:  of a method with a paper: sets of parameters with which it is as published.
     differs:    of a method with a paper: parameter -> how its default differs from the paper, in a few
                 words; of a method without one, what distinguishes it from others of its kind.
-    accepts:    the kinds of source it can read: ``motion`` (rotations) and/or ``positions``.
+    accepts:    the kinds of source it can read: ``motion`` (rotations), ``positions``, ``points`` (on the
+                surface of an unknown body) and/or ``surface``.
     needs:      privileged inputs, out of ``reference``, ``second_reference``, ``target_motions``,
-                ``other_clips``. Rows of such a method are marked privileged and never ranked.
+                ``other_clips``, ``source_motion``. Rows of such a method are marked privileged and
+                never ranked.
     control:    a row that bounds the scale (rest pose, reference): shown, never ranked.
     stochastic: the result depends on ``context.seed``.
     default:    takes part in a plain ``bench run`` (untrained, or weights are shipped).
-    apart:      of a method that does not take part: why not, in a few words after its name ("knows ...").
+    apart:      of a method that does not take part: why not, in a few words ("training not finished").
     variants:   sets of parameters with which it takes part a further time.
     uses:       inputs that are not privileged: ``training``, what the data set has to train on.
     tasks:      those whose plain runs it takes part in, if it is a default at all.
@@ -85,6 +87,7 @@ class Context:
     other_clips: motions of the target in other clips of the split (of the others where it has none), in a
     fixed order, loaded when indexed.
     target_motions: every reference motion of the target, this clip's included.
+    source_motion: the motion that the source's points are of; a source by rotations itself.
     training: for cards that use it: ``TrainingDataset.training()``, always the same object; None without.
     """
 
@@ -96,27 +99,31 @@ class Context:
     second_reference: Prediction | None = None
     target_motions: Sequence[Prediction] | None = None
     other_clips: Sequence[Prediction] | None = None
+    source_motion: Motion | None = None
     training: Mapping[str, Mapping[str, TrainingClips]] | None = None
 
 
 class Method(Protocol):
-    """Turns a source motion into a motion of a target character."""
+    """Turns a source motion into a motion of a target character.
+
+    A source is a ``Source`` of a kind that the card accepts; methods annotate the kinds that they accept.
+    """
 
     card: MethodCard
 
     def supports(self, source: Character, target: Character) -> str | None:
         """None, or the reason why this pair cannot be retargeted, as a sentence."""
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
-        """The motion of ``target``: same frames, same rate, built with ``target.motion(...)`` or
-        ``target.positions(...)``."""
+    def retarget(self, source: Any, target: Character, *, context: Context) -> Prediction:
+        """The motion of ``target``: same frames, same rate, built with ``target.motion(...)``,
+        ``target.positions(...)`` or ``target.surface(...)``."""
 
 
 class BatchMethod(Method, Protocol):
     """A method that answers many cases faster together than one by one. Optional: for speed alone."""
 
     def retarget_batch(
-        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+        self, sources: Sequence[Any], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> Sequence[Prediction]:
         """Answer k is what ``retarget(sources[k], targets[k], context=contexts[k])`` gives, to 1e-5 of the
         height, whatever else is in the batch, in any order; lengths, rates and bodies may differ (those of

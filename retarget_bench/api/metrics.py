@@ -30,8 +30,9 @@ class Value:
     better:    ``lower``, ``higher``, ``target`` (best at ``goal``, ranked by |log(value / goal)|) or
                ``none`` (a description, never ranked).
     tolerance: by how much a value may move before a regression gate says so, in the value's unit.
-    needs:     out of ``reference``, ``source``, ``contacts``, ``touches``, ``rotations``, ``ground``;
-               where one is missing the value is *not applicable*.
+    needs:     out of ``reference``, ``source``, ``contacts``, ``touches``, ``rotations``, ``mesh``,
+               ``ground``; where one is missing the value is *not applicable*. ``mesh``: the target's skin
+               is known in the prediction, and in the reference where there is one.
     index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
     protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols

@@ -4,7 +4,7 @@ import ast
 import hashlib
 import io
 import tokenize
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -42,17 +42,50 @@ def package_code(name: str) -> Iterator[tuple[str, Path]]:
 
 def imports(path: Path, name: str) -> bool:
     """True if a Python file imports a package of the engine, or anything in it, by its full name."""
+    return any(f"{each}.".startswith(f"{ENGINE}.{name}.") for each in _imported(path))
+
+
+def reached_code(package: str, paths: Iterable[Path]) -> Iterator[tuple[str, Path]]:
+    """The files of a package of the engine that files import by full names, and what these import of it.
+
+    Names are relative to the folder that the package lies in. Nothing is imported.
+    """
+    folder, head = FOLDER.joinpath(*package.split(".")), f"{ENGINE}.{package}."
+    waiting, found = list(paths), set[Path]()
+    while waiting:
+        for name in _imported(waiting.pop()):
+            if f"{name}.".startswith(head):
+                new = set(_files_of(folder, f"{name}.".removeprefix(head).split("."))) - found
+                found |= new
+                waiting += new
+    return relative_to(folder.parent, found)
+
+
+def _files_of(folder: Path, parts: Sequence[str]) -> Iterator[Path]:
+    """The files that an import of a name in a package runs: of packages on the way, and of a module."""
+    for part in ("", *parts):
+        folder = folder / part
+        yield from (file for file in (folder / "__init__.py", folder.with_suffix(".py")) if file.is_file())
+
+
+@cache
+def _imports_of(source: bytes) -> frozenset[str]:
     try:
-        tree = ast.parse(path.read_bytes())
+        tree = ast.parse(source)
     except (SyntaxError, ValueError):
-        return False
+        return frozenset()
     found: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             found |= {each.name for each in node.names}
         elif isinstance(node, ast.ImportFrom) and not node.level:
             found |= {f"{node.module}.{each.name}" for each in node.names}
-    return any(f"{each}.".startswith(f"{ENGINE}.{name}.") for each in found)
+    return frozenset(found)
+
+
+def _imported(path: Path) -> frozenset[str]:
+    """Full names of what a Python file imports, relative imports aside."""
+    return _imports_of(path.read_bytes())
 
 
 @cache  # most files count for every method or metric of a run

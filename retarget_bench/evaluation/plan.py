@@ -1,7 +1,7 @@
 """Plans (methods x data sets x splits) and the keys of their results."""
 
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
@@ -12,7 +12,7 @@ from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import quick_looks
 from retarget_bench.evaluation.batches import RULE, batches
-from retarget_bench.evaluation.code_hash import code_hash, imports, package_code
+from retarget_bench.evaluation.code_hash import code_hash, imports, package_code, reached_code
 from retarget_bench.evaluation.prediction import environments
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
@@ -348,11 +348,14 @@ def forget() -> None:
 # ---------------------------------------------------------------------------------------------- hashes
 @cache
 def method_code(spec: Spec) -> str:
-    """A hash of the plug-in's own files, of those of its post-processors, of ``motion/`` and, where any of
-    these files imports from the layers that learned methods share, of those."""
+    """A hash of the plug-in's own files, of those of its post-processors, of ``motion/`` without the
+    formats in ``motion/files/``, and of what these files reach of the layers that learned methods share.
+    A data set that reads such formats has their code in its own ``content``."""
     own = list(_own_code("methods", spec.name))
     own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    return code_hash([*own, *package_code("motion"), *_shared(LAYERS, own)])
+    motion = (each for each in package_code("motion") if not each[0].startswith("motion/files/"))
+    layers = reached_code(LAYERS, (path for _, path in own))
+    return code_hash([*own, *motion, *layers])
 
 
 @cache
@@ -363,14 +366,10 @@ def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
     for name, metric in zip(names, _built(names), strict=True):
         own = list(_own_code("metrics", Spec.parse(name).name))
         sets = package_code(SETS) if optional.is_set_metric(metric) else ()
-        code = code_hash([*own, *package_code("api.comparison"), *sets, *_shared(FEATURES, own)])
+        shared = package_code(FEATURES) if any(imports(path, FEATURES) for _, path in own) else ()
+        code = code_hash([*own, *package_code("api.comparison"), *sets, *shared])
         found[metric.card.name] = f"{metric.card.version}+{code}"
     return found
-
-
-def _shared(package: str, own: Sequence[tuple[str, Path]]) -> Iterable[tuple[str, Path]]:
-    """The files of a package that plug-ins share, if any of a plug-in's own files imports from it."""
-    return package_code(package) if any(imports(path, package) for _, path in own) else ()
 
 
 def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:

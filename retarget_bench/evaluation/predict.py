@@ -26,7 +26,7 @@ from retarget_bench.api.optional import method_card, takes_batches
 from retarget_bench.errors import BenchError, FileError, NotSupported, one_line
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.motion import Motion, Positions, Surface, kind_of
 from retarget_bench.plugins.post_processors import Composed
 from retarget_bench.plugins.prediction_check import EMPTY, Invalid, verified
 from retarget_bench.results.store import read_npz, write_npz
@@ -103,15 +103,17 @@ def refusal(method: Method, case: Case) -> str | None:
     """The reason why a method cannot be asked this case, or None."""
     if not case.source.frames:
         return EMPTY
-    kind = "motion" if isinstance(case.source, Motion) else "positions"
-    card = method_card(method)
-    if kind not in card.accepts:
+    kind, card = kind_of(case.source), method_card(method)
+    known = case.source_motion if "source_motion" in card.needs else None
+    if kind not in card.accepts and known is None:
         return f"takes {' or '.join(card.accepts)} as source, but this source is known by {kind} only"
     if "reference" in card.needs and case.reference is None:
         return "needs the reference, and this case has none"
     if "second_reference" in card.needs and case.alternative is None:
         return "needs a second right answer, and this data set knows of none"
-    return method.supports(case.source.character, case.target)
+    if "source_motion" in card.needs and known is None and not isinstance(case.source, Motion):
+        return "needs the motion that the source is made of, and this case does not have it"
+    return method.supports((known or case.source).character, case.target)
 
 
 def as_scored(prediction: Prediction) -> Prediction:
@@ -121,6 +123,8 @@ def as_scored(prediction: Prediction) -> Prediction:
     """
     if isinstance(prediction, Positions):
         return replace(prediction, positions=_single(prediction.positions))
+    if isinstance(prediction, Surface):
+        return replace(prediction, vertices=_single(prediction.vertices))
     rotations = rotation.normalise(_single(prediction.rotations))
     return replace(prediction, rotations=rotations, root=_single(prediction.root))
 
@@ -175,6 +179,9 @@ def context_for(asked: Method | Inputs, dataset: Dataset, case: Case, seed: int)
         given["reference"] = case.reference and case.reference.copy()
     if "second_reference" in inputs.needs:
         given["second_reference"] = case.alternative and case.alternative.copy()
+    if "source_motion" in inputs.needs:
+        moved = case.source_motion or case.source
+        given["source_motion"] = moved.copy() if isinstance(moved, Motion) else None
     if "other_clips" in inputs.needs or "target_motions" in inputs.needs:
         own = _clips_of_target(dataset, case.info, (case.info.split,))
         others = [info for info in own if info.clip != case.info.clip]
@@ -219,17 +226,14 @@ def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
 
 # ------------------------------------------------------------------------------------------------ files
 def write_prediction(path: Path, prediction: Prediction, key: str) -> None:
-    """``.npz``: joints, fps, key, and rotations + root or positions in single precision."""
+    """``.npz``: joints, fps, key, and rotations + root, positions or vertices in single precision."""
     common = {
         "joints": np.array(prediction.skeleton.names),
         "fps": np.float64(prediction.fps),
         "key": np.array(key),
     }
-    if isinstance(prediction, Motion):
-        data = {"rotations": prediction.rotations, "root": prediction.root}
-    else:
-        data = {"positions": prediction.positions}
-    write_npz(path, common | {name: array.astype(np.float32) for name, array in data.items()})
+    data = {name: getattr(prediction, name).astype(np.float32) for name in prediction.arrays}
+    write_npz(path, common | data)
 
 
 def stored_key(path: Path) -> str | None:
@@ -245,8 +249,8 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
     """A prediction of ``target`` from ``.npz`` (ours or anyone's) or ``.bvh``.
 
     A foreign ``.npz`` needs ``rotations`` ``(frames, joints, 4)`` and ``root`` ``(frames, 3)``, or
-    ``positions`` ``(frames, joints, 3)``, in metres; ``joints`` (names, any order) and ``fps`` are taken
-    into account where given. Raises FileError.
+    ``positions`` ``(frames, joints, 3)``, or ``vertices`` of the target's mesh ``(frames, V, 3)``, in
+    metres; ``joints`` (names, any order) and ``fps`` are taken into account where given. Raises FileError.
     """
     if path.suffix.lower() == ".bvh":
         return _from_bvh(path, target)
@@ -257,6 +261,8 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
         raise FileError(path, f"fps is {data['fps']!r}; it must be one number") from None
     order = _joint_order(path, data.get("joints"), target)
     try:
+        if "vertices" in data:
+            return target.surface(data["vertices"], fps)
         if "positions" in data:
             return target.positions(data["positions"][:, order], fps)
         return target.motion(data["rotations"][:, order], data["root"], fps)

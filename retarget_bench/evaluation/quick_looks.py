@@ -8,12 +8,26 @@ from collections.abc import Sequence
 from fnmatch import fnmatchcase
 
 from retarget_bench.api import CaseInfo
+from retarget_bench.errors import BenchError
 
 
 def fits(clip: str, pattern: str) -> bool:
     """Whether a pattern (``walk*``) means a clip: in any case, and a name with brackets as it is."""
     clip, pattern = clip.casefold(), pattern.casefold()
     return clip == pattern or fnmatchcase(clip, pattern)
+
+
+def patterns(given: Sequence[str]) -> tuple[str, ...]:
+    """Patterns of clips, of which one text may hold several (``"walk*,jump"``).
+
+    Raises BenchError for a text without any: it would ask for all clips.
+    """
+    found = []
+    for text in given:
+        found += (parts := [part.strip() for part in text.split(",") if part.strip()])
+        if not parts:
+            raise BenchError(f"{text!r} names no clip; leave it out for all of them, or name some: 'walk*'")
+    return tuple(found)
 
 
 def chosen(infos: Sequence[CaseInfo], patterns: Sequence[str], limit: int) -> list[CaseInfo]:

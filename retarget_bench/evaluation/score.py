@@ -7,7 +7,7 @@ from typing import Any
 from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import Motion, PointSets, Positions
 from retarget_bench.results.store import Values
 
 
@@ -27,13 +27,14 @@ def score(metrics: Sequence[Metric], case: Case, prediction: Prediction) -> Valu
 
 def missing(value: Value, case: Case, prediction: Prediction) -> str:
     """The first need of a value that this case lacks; "" where it applies."""
+    answers = [prediction, *([case.reference] if case.reference is not None else [])]
     has = {
         "reference": case.reference is not None,
         "contacts": case.contacts is not None,
         "touches": bool(case.touches),
-        "rotations": isinstance(prediction, Motion)
-        and (case.reference is None or isinstance(case.reference, Motion)),
-        "source": True,
+        "rotations": all(isinstance(each, Motion) for each in answers),
+        "mesh": case.target.skin is not None and not any(isinstance(each, Positions) for each in answers),
+        "source": not isinstance(case.source, PointSets),
         "ground": True,
     }
     return next((need for need in value.needs if not has.get(need, False)), "")

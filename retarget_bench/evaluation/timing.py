@@ -118,7 +118,7 @@ def yardstick() -> float:
 def time_method(job: TimingJob) -> list[Time]:
     """Median seconds for a few cases, the first of which was run once before."""
     register_plugins(job.plan.plugin_files)
-    data = dataset(job.dataset)
+    data = dataset(job.dataset, job.plan.task)
     worker = prediction_worker(job.plan, job.method, job.scratch, job.preload)
     worker.log = None
     times: list[Time] = []

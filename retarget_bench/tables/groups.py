@@ -25,7 +25,12 @@ from retarget_bench.tables.model import (
 FPS = "fps"
 ABSENT = "not run here"
 STALE = "other version of the data"
-NEEDS = {"touches": "self-contact labels", "contacts": "contact labels"}
+NEEDS = {
+    "touches": "self-contact labels",
+    "contacts": "contact labels",
+    "mesh": "a mesh of the target",
+    "source": "the source's skeleton",
+}
 """Needs of values in words, where their ids do not say it."""
 FPS_MEANING = "frames retargeted per second by one process and one thread, reading and writing aside"
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from retarget_bench.analysis.breakdown import By
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
-from retarget_bench.api import TASKS
+from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.results.store import ResultPaths
@@ -55,7 +55,7 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     columns: Sequence[str] = builder.DEFAULT_COLUMNS
     if asked.everything:
         # nobody times probes, nor derived tasks
-        columns = [each for each in builder.all_columns(found) if task == TASKS[0] or each != FPS]
+        columns = [each for each in builder.all_columns(found) if task in PAIRED or each != FPS]
     elif asked.columns is not None:
         columns = names.column_ids(asked.columns, found, _shown(found, asked)[0])
         if by is None and (over := builder.curve_index(found, columns)):
@@ -67,7 +67,7 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     few = asked.columns is not None and len(columns) <= MOST_BESIDE
     if few and form in ("text", "md") and not (by or asked.splits):
         layout = "overview"
-    if task == TASKS[0] and usual and not (by or asked.splits):
+    if task in PAIRED and usual and not (by or asked.splits):
         layout = LAYOUTS.get(form, "splits")
         columns = builder.OVERVIEW_COLUMNS if form == "tex" else columns
     return builder.with_hints(builder.tables(shown, columns, by or "", layout=layout), hints)

@@ -43,7 +43,7 @@ def scipy_fits(moving: np.ndarray, fixed: np.ndarray) -> float:
 def report(frames: int) -> None:
     """Print the figures of one case."""
     cases = importlib.import_module("metric_cases")
-    residuals = importlib.import_module("retarget_bench.metrics.procrustes").residuals
+    residuals = importlib.import_module("retarget_bench.motion.alignment").residuals
     case, metrics = cases.sides(frames), [cases.metric(name) for name in cases.METRICS]
     p, g = (side.positions for side in (case.predicted, case.expected))
     assert len(case.source.positions) == frames  # kinematics is done here, so that it is not timed

@@ -16,7 +16,7 @@ import pytest
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import BenchError
 from retarget_bench.exchange import dataset_export
-from retarget_bench.motion import bvh
+from retarget_bench.motion import bvh, importer
 
 
 # --------------------------------------------------------------------------------------------- cache
@@ -120,8 +120,8 @@ class Few(Puppets):
         return {"body22": {name: own[:2] for name, own in list(super().training()["body22"].items())[:2]}}
 
 
-def exported(folder: Path, stop: int = 10**6) -> None:
-    for done, total in dataset_export.export(Few(), "puppets", folder):
+def exported(folder: Path, stop: int = 10**6, form: str = "bvh") -> None:
+    for done, total in dataset_export.export(Few(), "puppets", folder, form):
         assert 0 < done <= total == 16
         if done == stop:
             return
@@ -165,6 +165,25 @@ def test_an_export_holds_what_the_corpus_holds(tmp_path: Path) -> None:
     assert {name: known["sha256"] for name, known in manifest["files"].items()} == {
         name: total for name, total in sums.items() if name != "manifest.json"
     }
+
+
+def test_an_export_as_glb_has_the_motions_and_the_skins(tmp_path: Path) -> None:
+    exported(tmp_path / "out", form="glb")
+    found = contents(tmp_path / "out")
+    assert {Path(name).suffix for name in found if "/" in name} == {".glb", ".json"}
+    manifest = json.loads(found["manifest.json"])
+    assert manifest["conventions"].startswith("GLB (glTF 2.0) in metres")
+    data = Few()
+    row, info = manifest["cases"][0], data.cases("retarget", "self")[0]
+    motion = data.load(info).reference
+    back = importer.load(tmp_path / "out" / row["reference_file"], unit="m").motion
+    assert back.skeleton.names == motion.skeleton.names
+    assert np.abs(back.positions - motion.positions).max() < 1e-5
+    mesh = motion.character.mesh
+    assert mesh is not None
+    assert np.abs(back.character.mesh.skinned(back) - mesh.skinned(motion)).max() < 1e-3
+    with pytest.raises(BenchError, match="another export"):
+        exported(tmp_path / "out")
 
 
 def test_an_interrupted_export_goes_on_and_a_damaged_one_is_repaired(tmp_path: Path) -> None:

@@ -11,8 +11,12 @@ from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import context_for
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python import plans
 
 OWN = {"identity", "gaussian_filter", "savitzky_golay", "linear_joints", "nearest_pose"}
+
+SKIN = {"mesh_contact", "self_penetration", "vertex_error"}
+"""Metrics of meshes, which cost more than all of joints."""
 
 
 def asked(task: str) -> tuple[set[str], set[str]]:
@@ -27,7 +31,8 @@ def test_every_task_asks_those_whom_it_means():
     methods, metrics = asked("retarget")
     assert not methods & OWN
     assert {"copy_rotations", "reference", "ik"} <= methods
-    assert "restoration" not in metrics
+    assert not {"restoration", *SKIN} & metrics
+    assert asked("points")[1] >= SKIN
     methods, metrics = asked("reconstruct")
     assert methods & OWN == {"identity"}
     assert "copy_rotations" in methods
@@ -41,6 +46,15 @@ def test_every_task_asks_those_whom_it_means():
         assert "bone_directions" in methods
         # rotations alone, or sight of the right answer
         assert not methods & {"copy_rotations", "ik", "reference", "other_clip", "ambiguity_floor"}
+
+
+def test_metrics_of_a_plain_run_can_be_named_beside_others():
+    def metrics(*named):
+        return plans.make_plan((Spec("ik"),), (Spec("puppets"),), named, print).metrics
+
+    assert metrics("default") == metrics()
+    assert metrics("vertex_error", "default", "position") == (*metrics(), "vertex_error")
+    assert metrics("vertex_error") == ("vertex_error",)
 
 
 @pytest.mark.parametrize(("name", "handed"), [("linear_joints", True), ("bone_directions", False)])

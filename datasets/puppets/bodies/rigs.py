@@ -7,6 +7,7 @@ axis, as motion-capture software writes skeletons).
 """
 
 from functools import cache, partial
+from typing import Literal
 
 import numpy as np
 
@@ -17,9 +18,11 @@ from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 from ..conventions import SIDES, sign
 from ..matrices import about, unit
+from .clothes import clothed
 from .meshes import mesh
 from .structures import Body
 
+Surface = Literal["bare", "clothed"]
 RESTS = ("t_pose", "a_pose", "arms_down", "z_up", "along_x")
 _DROP = {"a_pose": np.radians(45.0), "arms_down": np.radians(80.0)}
 """How far below the horizontal the arms are drawn."""
@@ -69,8 +72,11 @@ def _leaving(body: Body, part: str) -> np.ndarray:
     return body.tips.get(part, body.offsets[joint])
 
 
-def character(body: Body) -> Character:
-    """The body as a character; its roles and reference pose are known, not guessed from names and rest."""
+def character(body: Body, flesh: Surface = "bare") -> Character:
+    """The body as a character; its roles and reference pose are known, not guessed from names and rest.
+
+    flesh: its surface, ``bare`` skin or ``clothed`` (``clothes.py``).
+    """
     own, structure = axes(body), body.structure
     joints = structure.joints
     parents = np.array(structure.parents[:joints])
@@ -85,7 +91,7 @@ def character(body: Body) -> Character:
     skeleton = Skeleton(structure.names, parents, offsets, sites)
     pose = kinematics.local_from_global(skeleton, rotation.from_matrix(own)[None])[0]
     sizes = measure(skeleton, structure.roles, pose)
-    skin = partial(mesh, body, pose)
+    skin = partial(clothed if flesh == "clothed" else mesh, body, pose)
     return Character(body.name, skeleton, structure.name, structure.roles, pose, sizes, skin)
 
 

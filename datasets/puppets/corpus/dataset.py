@@ -12,6 +12,7 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
+from ..bodies import clothes
 from ..solver.reach import ground
 from . import matched, training_bodies
 from .cases import between_legs, cases, family_by_body, of_structure, performers, real_motions
@@ -37,7 +38,8 @@ class Puppets:
     like default, with tens of hours to train on). part: the cases of ``test`` or of ``validation``, which
     has no held-out body or kind and in every case a body that training goes without. seed: of the
     performances and of drawn bodies. bodies: so many drawn training bodies beside the cast's, in no case.
-    between: ``structures``, or ``legs``: from people to dogs and back, without references.
+    between: ``structures``, or ``legs``: from people to dogs and back, without references. flesh: surface
+    of everybody, ``bare`` skin or ``clothed``; motion and joints do not depend on it.
     """
 
     card = DatasetCard(
@@ -56,6 +58,8 @@ class Puppets:
             "caricatures and dogs; the size's training motion is shared out among all; no case has them",
             "between": "structures, or legs: cases from people to dogs and back, without references; their "
             "answers are compared with the test's own motion as sets (FID), by kind: idle, move and sit",
+            "flesh": "surface of all bodies: bare, or clothed (the same vertices moved outward, as loose "
+            "cloth lies); motion, joints and cases are the same",
         },
     )
 
@@ -66,6 +70,7 @@ class Puppets:
         seed: int = 0,
         between: Literal["structures", "legs"] = "structures",
         bodies: int = 0,
+        flesh: Literal["bare", "clothed"] = "bare",
     ) -> None:
         if size not in SIZES:
             raise BenchError(f"puppets: there is no size {size!r}; sizes are {', '.join(SIZES)}")
@@ -73,28 +78,33 @@ class Puppets:
             raise BenchError(f"puppets: there is no part {part!r}; cases are of test or validation")
         if between not in ("structures", "legs"):
             raise BenchError(f"puppets: cases are between structures or legs, and not between={between}")
+        if flesh not in ("bare", "clothed"):
+            raise BenchError(f"puppets: flesh is bare or clothed, and not {flesh}")
         if not 0 <= bodies <= MOST_BODIES:
             raise BenchError(f"puppets: bodies={bodies}; 0 to {MOST_BODIES} may be drawn")
         self.size, self.part, self.seed, self._legs = size, part, seed, between == "legs"
-        self._drawn = bodies
+        self._drawn, self._flesh = bodies, flesh
         if self._legs:  # only these cases have no references
             self.card, self.real = replace(self.card, splits=("cross",)), self._real
         self._studio = Studio(
             f"puppets generator {VERSION}, seed {seed}",
             training_bodies.training_bodies(seed, bodies),
             f", bodies {training_bodies.VERSION}",
+            flesh,
         )
 
     @property
     def content(self) -> str:
         made = f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
         made = f"{made}, between legs" if self._legs else made
+        made = f"{made}, clothed {clothes.VERSION}" if self._flesh == "clothed" else made
         return f"{made}, {self._drawn} bodies {training_bodies.VERSION}" if self._drawn else made
 
     @property
     def label(self) -> str:
         name = f"{RELEASE} {self.size}" if self.seed == 0 else f"puppets {self.size}, seed {self.seed}"
         name += ", between legs" if self._legs else ""
+        name += ", clothed" if self._flesh == "clothed" else ""
         name += f", {self._drawn} bodies drawn" if self._drawn else ""
         return name if self.part == "test" else f"{name}, {self.part}"
 
@@ -192,8 +202,8 @@ class Puppets:
     def parts(self) -> Mapping[str, Puppets]:
         """The same corpus, part by part."""
         return {
-            "test": Puppets(self.size, "test", self.seed),
-            "validation": Puppets(self.size, "validation", self.seed),
+            "test": Puppets(self.size, "test", self.seed, flesh=self._flesh),
+            "validation": Puppets(self.size, "validation", self.seed, flesh=self._flesh),
         }
 
     def validation(self) -> Puppets:

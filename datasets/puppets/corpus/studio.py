@@ -100,12 +100,12 @@ def _score(clip: Clip) -> Score:
 class Cast(Mapping[str, Character]):
     """Bodies as characters, each made when it is first asked for."""
 
-    def __init__(self, bodies: Mapping[str, Body]) -> None:
-        self._bodies, self._made = bodies, dict[str, Character]()
+    def __init__(self, bodies: Mapping[str, Body], flesh: rigs.Surface) -> None:
+        self._bodies, self._flesh, self._made = bodies, flesh, dict[str, Character]()
 
     def __getitem__(self, name: str) -> Character:
         if name not in self._made:
-            self._made[name] = rigs.character(self._bodies[name])
+            self._made[name] = rigs.character(self._bodies[name], self._flesh)
         return self._made[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -120,16 +120,21 @@ class Studio:
 
     identity: of everything that decides a motion beside the clip's and the body's names.
     drawn:    training bodies beside the cast's (``training_bodies.py``), and drawn_identity: of these.
+    flesh:    of all characters; it changes no motion.
     """
 
     def __init__(
-        self, identity: str, drawn: Mapping[str, Body] | None = None, drawn_identity: str = ""
+        self,
+        identity: str,
+        drawn: Mapping[str, Body] | None = None,
+        drawn_identity: str = "",
+        flesh: rigs.Surface = "bare",
     ) -> None:
         self.identity, self.drawn = identity, drawn or {}
         self.drawn_identity = drawn_identity
         usual = {name: body for family in families() for name, body in family.bodies.items()}
         self.bodies: Mapping[str, Body] = {**usual, **self.drawn}
-        self.cast = Cast(self.bodies)
+        self.cast = Cast(self.bodies, flesh)
         self._arrays = lru_cache(maxsize=_HELD)(self._kept)
         # whatever kind of clip it is
         self.score = lru_cache(maxsize=_HELD)(_score)

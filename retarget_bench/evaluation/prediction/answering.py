@@ -35,6 +35,7 @@ from retarget_bench.motion.mesh import Mesh
 NO_CASE = CaseInfo("", "retarget", "", "", "", "")
 """A method is not told which case it is asked."""
 CLIPS = ("other_clips", "target_motions")
+MOTIONS = ("reference", "second_reference", "source_motion")
 
 
 class GivenClips(Sequence[Prediction]):
@@ -99,7 +100,7 @@ class Desk:
         return predict_all(self.method, cases, contexts)
 
     def _case(self, question: Mapping[str, Any]) -> Case:
-        source = files.read_motion(Path(question["source"]), self._body(question["source_character"]))
+        source = files.read_source(Path(question["source"]), self._body(question["source_character"]))
         context = question["context"]
         return Case(
             NO_CASE,
@@ -107,11 +108,12 @@ class Desk:
             self._body(question["target_character"]),
             reference=self._motion(context.get("reference")),
             alternative=self._motion(context.get("second_reference")),
+            source_motion=self._motion(context.get("source_motion")),  # type: ignore[arg-type]
         )
 
     def _context(self, number: int, question: Mapping[str, Any]) -> Context:
         given = dict(question["context"])
-        for kind in ("reference", "second_reference"):
+        for kind in MOTIONS:
             given[kind] = self._motion(given.get(kind))
         for kind in CLIPS:
             if kind in given:

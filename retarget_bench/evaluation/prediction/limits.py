@@ -58,13 +58,16 @@ def check_file(path: Path, case: Case) -> None:
         found = path.lstat()
     except OSError:
         raise FileError(path, "is not there, although the method's process says so") from None
-    most = 64 * max(case.source.frames, 1) * max(len(case.target.skeleton), 1) + 2**16
     if not stat.S_ISREG(found.st_mode):
         raise FileError(path, "is not an ordinary file")
     try:
         with zipfile.ZipFile(path) as packed:
             size = sum(each.file_size for each in packed.infolist())
+            rows = 4 * len(case.target.skeleton)
+            if "vertices.npy" in packed.namelist() and case.target.mesh is not None:
+                rows = len(case.target.mesh.vertices)
     except (OSError, zipfile.BadZipFile) as error:
         raise FileError(path, f"is not a readable .npz file ({error})") from error
+    most = 16 * max(case.source.frames, 1) * rows + 2**16
     if max(size, found.st_size) > most:
         raise FileError(path, f"holds {size} bytes; {most} are plenty for {case.source.frames} frames")

@@ -69,15 +69,17 @@ def body(path: str) -> dict[str, Any]:
 
 
 def motion(path: str, character: str) -> dict[str, Any]:
-    """A motion: ``rotations`` and ``root``, or ``positions``; ``fps`` and its ``body``."""
+    """A motion: ``rotations`` and ``root``, or ``positions``, or ``points`` of all frames in turn and their
+    ``counts``; ``fps`` and its ``body``."""
     with np.load(path) as file:
         found = {name: file[name] for name in file.files}
     return {**found, "fps": float(found["fps"]), "body": body(character)}
 
 
 def write(path: str, answer: dict[str, Any]) -> None:
-    """The answer's ``rotations`` and ``root``, or its ``positions``, in single precision."""
-    names = ("positions",) if "positions" in answer else ("rotations", "root")
+    """The answer's ``rotations`` and ``root``, its ``positions`` or ``vertices``, in single precision."""
+    alone = [name for name in ("positions", "vertices") if name in answer]
+    names = alone or ("rotations", "root")
     arrays: dict[str, Any] = {name: np.asarray(answer[name], dtype=np.float32) for name in names}
     np.savez(path, **arrays)
 
@@ -88,7 +90,7 @@ def answer(question: dict[str, Any], retarget: Callable, parameters: dict[str, A
     start, status, message = time.perf_counter(), "ok", ""
     try:
         context = {**question["context"], "parameters": parameters}
-        for name in ("reference", "second_reference"):
+        for name in ("reference", "second_reference", "source_motion"):
             if context.get(name):
                 context[name] = motion(context[name]["motion"], context[name]["character"])
         source = motion(question["source"], question["source_character"])

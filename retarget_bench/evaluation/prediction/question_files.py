@@ -17,10 +17,12 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import Ground
 from retarget_bench.motion.measures import Measures
 from retarget_bench.motion.mesh import Mesh
-from retarget_bench.motion.motion import Motion, Positions, Prediction
+from retarget_bench.motion.motion import Motion, PointSets, Positions, Prediction, Source, Surface
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 INDEX = "index.json"
+_GROUP = "group:"
+"""Before the role of a vertex group, in the file of a mesh."""
 
 
 # ---------------------------------------------------------------------------------------------- bodies
@@ -76,13 +78,16 @@ def write_character(folder: Path, body: Character) -> Path:
 
 
 # --------------------------------------------------------------------------------------------- motions
-_PACKED: WeakKeyDictionary[Prediction, bytes] = WeakKeyDictionary()
+_PACKED: WeakKeyDictionary[Source, bytes] = WeakKeyDictionary()
 """A source is written for every method anew, so that none can change what another is asked."""
 
 
-def write_motion(path: Path, motion: Prediction) -> Path:
+def write_motion(path: Path, motion: Source) -> Path:
     if motion not in _PACKED:
-        _PACKED[motion] = _packed(motion, np.float64)
+        if isinstance(motion, PointSets):
+            _PACKED[motion] = _packed_points(motion)
+        else:
+            _PACKED[motion] = _packed(motion, np.float64)
     path.write_bytes(_PACKED[motion])  # no rename: nobody is told of the file before it is whole
     return path
 
@@ -94,9 +99,28 @@ def write_answer(path: Path, answer: Prediction) -> None:
 
 def _packed(motion: Prediction, kind: type[np.floating]) -> bytes:
     arrays = {name: getattr(motion, name).astype(kind, copy=False) for name in motion.arrays}
+    return _file(motion.fps, arrays)
+
+
+def _packed_points(motion: PointSets) -> bytes:
+    """All frames' points one after the other, in the precision that they have, and how many each has."""
+    points = np.concatenate(motion.points) if motion.frames else np.zeros((0, 3))
+    return _file(motion.fps, {"points": points, "counts": motion.counts})
+
+
+def _file(fps: float, arrays: Mapping[str, np.ndarray]) -> bytes:
     stream = BytesIO()
-    np.savez(stream, fps=np.float64(motion.fps), **arrays)
+    np.savez(stream, fps=np.float64(fps), **arrays)  # type: ignore[arg-type]
     return stream.getvalue()
+
+
+def read_source(path: Path, body: Character) -> Source:
+    with np.load(path) as file:
+        if "points" not in file.files:
+            return read_motion(path, body)
+        ends = np.cumsum(file["counts"])
+        points = np.split(file["points"], ends[:-1]) if len(ends) else []
+        return PointSets(body, tuple(points), float(file["fps"]))
 
 
 def read_motion(path: Path, body: Character) -> Prediction:
@@ -104,19 +128,28 @@ def read_motion(path: Path, body: Character) -> Prediction:
         fps = float(file["fps"])
         if "rotations" in file.files:
             return Motion(body, file["rotations"], file["root"], fps)
+        if "vertices" in file.files:
+            return Surface(body, file["vertices"], fps)
         return Positions(body, file["positions"], fps)
 
 
 def write_mesh(path: Path, mesh: Mesh) -> Path:
-    arrays = {name: each for name, each in vars(mesh).items() if isinstance(each, np.ndarray)}
+    arrays = {name: getattr(mesh, name) for name in ("vertices", "faces", "weights")}
+    arrays |= {_GROUP + role: group for role, group in mesh.groups.items()}
+    if mesh.pose is not None:
+        arrays["pose"] = mesh.pose
     with path.open("wb") as stream:
-        np.savez(stream, **arrays)  # type: ignore[arg-type]
+        np.savez(stream, **arrays)
     return path
 
 
 def read_mesh(path: Path) -> Mesh:
     with np.load(path) as file:
-        return Mesh(**{name: file[name] for name in file.files})
+        arrays = {name: file[name] for name in file.files}
+    groups = {
+        name.removeprefix(_GROUP): arrays.pop(name) for name in list(arrays) if name.startswith(_GROUP)
+    }
+    return Mesh(**arrays, groups=groups)
 
 
 def ground_facts(ground: Ground) -> dict[str, Any]:

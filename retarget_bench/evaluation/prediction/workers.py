@@ -263,7 +263,7 @@ class PredictionWorker:
             said["training"] = True
         if context.ground is not None:
             said["ground"] = files.ground_facts(context.ground)
-        for kind in ("reference", "second_reference"):
+        for kind in ("reference", "second_reference", "source_motion"):
             if (motion := getattr(context, kind)) is not None:
                 said[kind] = self._place(motion)
         for kind in ("other_clips", "target_motions"):
@@ -302,7 +302,8 @@ class PredictionWorker:
                     return {"folder": None}
                 return {"folder": str(files.write_training(self.folder / "training", context.training))}
             if kind == "mesh":
-                bodies = (case.source.character, case.target)
+                moved = (case.source, context.source_motion, context.reference, context.second_reference)
+                bodies = (case.target, *(each.character for each in moved if each is not None))
                 here = {str(files.write_character(self.folder, body)): body for body in bodies}
                 mesh = here[wish["character"]].mesh
                 assert mesh is not None

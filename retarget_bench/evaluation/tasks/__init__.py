@@ -1,20 +1,29 @@
-"""Tasks that the engine derives from any data set's own motion: reconstruct, denoise, upsample.
+"""Tasks that the engine derives from any data set's cases: reconstruct, denoise, upsample, points.
 
-Each asks for a clean motion back: after it went through a method (HuMoT, Table 2), from positions with
-noise on them (Figure 8), from positions of some of its joints (Figure 9). A data set knows nothing of them.
+The first three ask for a clean motion back: after it went through a method (HuMoT, Table 2), from positions
+with noise on them (Figure 8), from positions of some of its joints (Figure 9). The last one retargets from
+points on the source's surface. A data set knows nothing of them.
 """
 
-from retarget_bench.api import TASKS, Dataset
+from retarget_bench.api import PAIRED, TASKS, Dataset
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.tasks import points
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, TaskQuestion
 from retarget_bench.evaluation.tasks.derived import Derived
+from retarget_bench.evaluation.tasks.points import PointsTask
 from retarget_bench.plugins.spec import Spec
 
-RETARGET, *DERIVED = TASKS
+RETARGET = TASKS[0]
+DERIVED = tuple(task for task in TASKS if task not in PAIRED)
+"""Tasks of one body each, by level."""
 
 
-def derive(data: Dataset, task: Spec) -> Derived:
+def derive(data: Dataset, task: Spec) -> Derived | PointsTask:
     """The cases of a derived task. Raises BenchError for an unknown task or parameter, or a bad level."""
+    if task.name == points.NAME:
+        if task.parameters:
+            raise BenchError(f"{task.name} has no parameters; leave {next(iter(task.parameters))!r} out")
+        return PointsTask(data)
     known = {"motions", *(("levels",) if _question(task.name).LEVELS else ())}
     if unknown := sorted(set(task.parameters) - known):
         raise BenchError(f"{task.name} has no parameter {unknown[0]!r}; it has {', '.join(sorted(known))}")
@@ -23,7 +32,7 @@ def derive(data: Dataset, task: Spec) -> Derived:
 
 def _question(name: str) -> type[TaskQuestion]:
     if name not in QUESTIONS:
-        raise BenchError(f"there is no task {name!r}; tasks are {', '.join(QUESTIONS)}")
+        raise BenchError(f"there is no task {name!r}; tasks are {', '.join((*QUESTIONS, points.NAME))}")
     return QUESTIONS[name]
 
 

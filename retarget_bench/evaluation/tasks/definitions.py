@@ -19,6 +19,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.motion.roles import SIDES
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.surface_sampling import uniform
 from retarget_bench.results.store import case_seed
 
 MAJOR = "major"
@@ -190,12 +191,6 @@ def level_number(name: str) -> float | None:
     """The number of a level by its name: centimetres of noise, per cent of the joints; None without."""
     number = _number(name.partition(" ")[0])
     return None if math.isnan(number) else number
-
-
-def uniform(seed: int, count: int) -> np.ndarray:
-    """``(count,)`` numbers between 0 and 1, neither included."""
-    raw = np.random.Philox(key=seed).random_raw(count)
-    return np.asarray(((raw >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53)
 
 
 def gaussian(seed: int, shape: tuple[int, ...]) -> np.ndarray:

@@ -12,6 +12,7 @@ from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import PointSets
 from retarget_bench.plugins.spec import Spec
 
 SPLIT = "self"
@@ -76,6 +77,8 @@ class Derived:
         case = self._data.load(motion)
         own = motion.source == motion.target
         clean = case.reference if own and case.reference is not None else case.source
+        if isinstance(clean, PointSets):
+            raise NotSupported(f"{motion.id}: the motion is known by points only")
         asked = self.question.ask(clean, level, info.id)
         kept = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
         return Case(

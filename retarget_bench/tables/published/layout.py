@@ -8,6 +8,7 @@ from retarget_bench.tables.published.own import Counts, OwnCell, OwnRow, OwnRows
 from retarget_bench.tables.published.published_tables import PublishedColumn, PublishedRow, PublishedTable
 
 PRINTED = "printed"
+COUNTED = "counted"
 NOT_PRINTED = "not printed in the paper"
 OTHER_CASES = "these results have no case of this column"
 OTHER_PAIRS = "the pairs are of Mixamo's test set, and these results have none of them"
@@ -113,6 +114,7 @@ class _Page:
             if printed or (part and any(column.id in row.cells for row in part.rows))
         ]
         theirs = [self._printed(row, columns) for row in self.table.rows] if printed else []
+        theirs += [_counted_row(row, columns) for row in self.table.counted] if printed else []
         ours, apart, never = self._rows(part, columns) if part else ([], [], [])
         lacking = [f"Ours have no number here: {self._why(columns)}."] if self.parts and not part else []
         alike = self.table.of_sets or (len({row.n for row in ours}) == 1 and ours[0].n)
@@ -196,6 +198,15 @@ class _Page:
     def _spread(self, cell: OwnCell, column: PublishedColumn) -> float | None:
         prints = any(len(each.values.get(column.id, ())) > 1 for each in self.table.rows)
         return cell.spread if prints else None
+
+
+def _counted_row(row: PublishedRow, columns: Sequence[PublishedColumn]) -> Row:
+    """A row of counts of ours, with all their digits."""
+    cells = []
+    for column in columns:
+        (number,) = row.values[column.id]
+        cells.append(Cell(f"{number}", number, decimals=len(f"{number}".partition(".")[2])))
+    return Row(row.method, COUNTED, tuple(cells), "")
 
 
 def _merged(reasons: Sequence[str]) -> list[str]:
@@ -303,6 +314,8 @@ def caveats(table: PublishedTable, parts: Sequence[OwnRows]) -> list[str]:
             "None of the results is between two legs and four without references: bench run METHOD -d "
             "'puppets[size=default,between=legs]' makes some."
         ]
+    if table.counted:
+        return ["Ours are counts of the networks as built; no method is run for them."]
     if not any(column.value for column in table.columns):
         why = dict.fromkeys(column.missing for column in table.columns)
         return [f"Ours have no number here: {'; '.join(why)}."]

@@ -64,7 +64,7 @@ class PublishedRow(_Facts):
 
 class PublishedTable(_Facts):
     """``clips``: how many test clips the paper has (0: its test set is another one). ``task``: whose
-    results answer to it."""
+    results answer to it. ``counted``: rows of ours that are no results, such as numbers of parameters."""
 
     title: str
     paper: str
@@ -73,6 +73,7 @@ class PublishedTable(_Facts):
     notes: tuple[str, ...]
     columns: tuple[PublishedColumn, ...]
     rows: tuple[PublishedRow, ...] = Field(min_length=1)
+    counted: tuple[PublishedRow, ...] = ()
 
     @property
     def of_sets(self) -> bool:

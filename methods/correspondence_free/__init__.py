@@ -1,0 +1,129 @@
+"""Correspondence-free retargeting: points of a moving body in, the vertices of another one out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from retarget_bench.api import Context, MethodCard, PointSets, Source, Surface
+from retarget_bench.errors import NotSupported
+from retarget_bench.files import digest
+from retarget_bench.motion import rates, root_rules
+from retarget_bench.motion.character import Character
+
+from ..skin import SKIN
+from ..skin.network import Inputs
+from ..skr import SKR
+from ..smrm import SMRM
+from .online import Networks, OnlineRetargeter, estimated_body
+
+
+@dataclass(eq=False)
+class CorrespondenceFree:
+    """The pipeline of Marsot, Rekik et al. (HAL v1, 2023): SKR, SMRM and SKIN.
+
+    1. SKR finds 22 joints in every frame's points, and in points drawn from the target's mesh in T-pose.
+    2. SMRM carries their motion to the target's joints, frame by frame.
+    3. SKIN gives every vertex of the target shares of the joints, and linear blend skinning moves it.
+
+    The source is points without order or correspondence. Of the target the mesh is used, in the pose that
+    it is given in, which has to be the T-pose, and neither skeleton nor skinning weights.
+
+    The size of the source, by which SMRM measures lengths, is its legs', by all frames so far. Nothing
+    looks ahead, and nothing is smoothed. Other rates than 30 frames per second are met between the
+    joints' places, and answered between the target's rotations.
+
+    skr, smrm, skin: names of the stages' weights, or paths to others. inputs: of SKIN's weights.
+    path: see SMRM. sides: see SKR.
+    """
+
+    skr: str = "puppets"
+    smrm: str = "puppets"
+    skin: str = "puppets"
+    inputs: Inputs = "distances"
+    path: root_rules.PathKind = "relative"
+    sides: int = 1
+
+    card = MethodCard(
+        name="correspondence_free",
+        title="Correspondence-free",
+        summary="Points of a surface to a target's mesh: joints by SKR, motion by SMRM, skin by SKIN",
+        version="1",
+        paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023. "
+        "The code that the authors published (human-motion-retargeting2023, arXiv 2302.00556 v2) replaces "
+        "the skinning stage and is not what the first version describes",
+        published=({"path": "integrated"},),
+        differs={"path": "path relative to the source's"},
+        accepts=("points",),
+        tasks=("points",),
+        parameters={
+            "skr": "weights of skr: name of shipped ones, or a path",
+            "smrm": "weights of smrm: name of shipped ones, or a path",
+            "skin": "weights of skin: name of shipped ones, or a path",
+            "inputs": "what skin's weights see of a point: distances to joints, or vectors from them",
+            "sides": "1, or 2: skr also sees points turned to their back, and averages",
+            "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
+        },
+    )
+
+    @cached_property
+    def networks(self) -> Networks:
+        """The three stages."""
+        return Networks(
+            SKR(weights=self.skr, sides=self.sides),
+            SMRM(weights=self.smrm, path=self.path),
+            SKIN(weights=self.skin, inputs=self.inputs, skr=self.skr),
+        )
+
+    @property
+    def _stages(self) -> tuple[SKR, SMRM, SKIN]:
+        return self.networks.skr, self.networks.smrm, self.networks.skin
+
+    @property
+    def weights_hash(self) -> str:
+        """Of the three stages' weights together; "" where one has none."""
+        each = [stage.weights_hash for stage in self._stages]
+        return digest(" ".join(each)) if all(each) else ""
+
+    @property
+    def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
+        """What any of the three stages has been trained on; None where one does not say."""
+        each = [stage.training_manifest for stage in self._stages]
+        known = [manifest for manifest in each if manifest is not None]
+        if len(known) < len(each):
+            return None
+        kinds = sorted({kind for manifest in known for kind in manifest})
+        return {
+            kind: sorted({name for manifest in known for name in manifest.get(kind, ())}) for kind in kinds
+        }
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        lacking = next((stage.untrained for stage in self._stages if stage.untrained), "")
+        if lacking:
+            return lacking
+        if target.skin is None:
+            return f"{target.name} has no mesh to move"
+        if target.four_legged:
+            return f"{target.name} stands on four legs, and correspondence_free knows bodies with two"
+        return None
+
+    def retarget(self, source: Source, target: Character, *, context: Context) -> Surface:
+        if not isinstance(source, PointSets):
+            raise NotSupported("correspondence_free needs points on the source's surface")
+        online = self.online(target)
+        joints = self.networks.skr.joints(source.points)
+        places = estimated_body(joints[0]).positions(joints, source.fps)
+        motion = online.motion(rates.at_thirty(places).positions)
+        vertices = online.mesh.skinned(rates.back(motion, places))
+        return target.surface(vertices, source.fps)
+
+    def online(self, target: Character) -> OnlineRetargeter:
+        """What carries a source to a target frame by frame, at the source's first frame."""
+        mesh = target.mesh
+        assert mesh is not None, f"{target.name} was found unfit"
+        return OnlineRetargeter(self.networks, np.asarray(mesh.vertices), mesh.faces)
+
+
+plugin = CorrespondenceFree

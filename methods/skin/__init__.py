@@ -1,0 +1,169 @@
+"""SKIN, the skinning predictor of correspondence-free online retargeting: weights around a skeleton."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Literal
+
+import numpy as np
+import torch
+
+from retarget_bench.api import Context, MethodCard, Source, Surface
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion import body22, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training import weights
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
+
+from ..skr import SKR
+from ..skr.sampling import SkinnedBody, mesh_of, transforms
+from .network import Inputs, SkinningPredictor
+from .posing import posed, transforms_of
+from .training import SkinTraining
+
+OURS = TrainingConfig(
+    steps=10_000,
+    batch=16,
+    window=1,
+    fps=10.0,
+    rate=1e-3,
+    schedule="cosine",
+    warm_up=200,
+    validate=1000,
+    cases=9,
+)
+DRAWS = 8
+"""Estimates of each body's joints that are trained with in turn."""
+
+
+@dataclass(eq=False)
+class SKIN(LearnedMethod):
+    """Skinning predictor of the correspondence-free pipeline (Marsot, Rekik et al., HAL v1, 2023).
+
+    Three layers map where a point lies relative to 22 joints in T-pose to its skinning weights. They are
+    trained through linear blend skinning: points of a body in T-pose have to get where they are in another
+    frame, with true rotations and with joints that SKR finds.
+
+    As a method it poses a target's mesh by the rotations of a source that is the same body, with weights
+    and joints of its own: what is left of the error is the skin's.
+
+    inputs: ``distances`` to the joints, as the paper's text has it, or ``vectors`` from them (Table 7).
+    dropout: the paper's is 0.2. joints: in training and answers: found by ``skr``, or the ``truth``.
+    skr: name of SKR's weights, or a path to others.
+
+    Raises BenchError for parameters that cannot be.
+    """
+
+    presets: ClassVar[Mapping[str, TrainingConfig]] = {
+        "paper": TrainingConfig(
+            steps=200 * 63_520 // 64, batch=16, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
+        ),
+        "default": OURS,
+        "gpu": replace(OURS, batch=128),
+        "quick": replace(OURS, steps=30, batch=4, warm_up=5, validate=15, cases=1),
+    }
+    """The paper says Adam at 1e-4 for 200 epochs of 63,520 frames, and no batch size; rows have four."""
+
+    inputs: Inputs = "distances"
+    dropout: float = 0.0
+    joints: Literal["skr", "truth"] = "skr"
+    skr: str = "puppets"
+    weights: str = "puppets"
+
+    card = MethodCard(
+        name="skin",
+        title="SKIN",
+        summary="A mesh posed with skinning weights predicted from distances to joints; same body only",
+        version="1",
+        paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
+        published=({"dropout": 0.2}, {"dropout": 0.2, "inputs": "vectors"}),
+        differs={"dropout": "no dropout"},
+        default=False,
+        apart="poses the body that it sees",
+        parameters={
+            "weights": "name of shipped weights, or a path to others",
+            "inputs": "what is seen of a point: distances to joints, or vectors from them",
+            "dropout": "share of numbers dropped in training (the paper: 0.2)",
+            "joints": "joints in T-pose: found by skr, or the truth",
+            "skr": "weights of skr that find joints",
+        },
+    )
+
+    def __post_init__(self) -> None:
+        if self.inputs not in ("distances", "vectors"):
+            raise BenchError(f"skin: inputs are distances or vectors, not {self.inputs}")
+        if self.joints not in ("skr", "truth"):
+            raise BenchError(f"skin: joints are of skr or the truth, not {self.joints}")
+        if not 0 <= self.dropout < 1:
+            raise BenchError("skin: dropout is a share from 0 to below 1")
+
+    # -------------------------------------------------------------------------------------- training
+    def facts(self) -> Mapping[str, Scalar]:
+        return {name: getattr(self, name) for name in ("inputs", "dropout", "joints")}
+
+    def unfit(self, character: Character) -> str:
+        if character.skin is None:
+            return f"{character.name} has no mesh to pose"
+        return body22.unfit(character, "skin")
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return transforms(motion)
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SkinTraining:
+        return SkinTraining(
+            training_data,
+            self._skeletons,
+            SkinningPredictor(self.inputs, self.dropout),
+            lambda tensors: replace(self).using(tensors),
+        )
+
+    def _skeletons(self, body: SkinnedBody, draws: int = DRAWS) -> np.ndarray:
+        """``(estimates, 22, 3)`` metres: the joints of a body in T-pose."""
+        if self.joints == "truth":
+            return body.resting[None]
+        return self._regressor.resting(body.vertices[:, :3], body.faces, draws)
+
+    @cached_property
+    def _regressor(self) -> SKR:
+        return SKR(weights=self.skr)
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        if source.name != target.name:
+            return "skin poses the body that it sees and carries nothing to another one"
+        lacking = self._regressor.untrained if self.joints == "skr" else ""
+        return self.untrained or lacking or self.unfit(target) or None
+
+    def retarget(self, source: Source, target: Character, *, context: Context) -> Surface:
+        if not isinstance(source, Motion):
+            raise NotSupported("skin needs a source with rotations")
+        body, seen = SkinnedBody.of(target), transforms(source)
+        joints = self._skeletons(body).mean(axis=0)
+        mesh = mesh_of(target)
+        shares = self.shares(mesh.vertices, joints)
+        matrices = rotation.to_matrix(seen["turns"][:, list(body22.Body22(target).joints)])
+        hips = source.positions[:, body22.Body22(source.character).joints[0]]
+        hips = hips - np.einsum("fab,b->fa", matrices[:, 0], body.resting[0])
+        shifts = transforms_of(joints, matrices, hips)
+        return target.surface(posed(mesh.vertices, shares, matrices, shifts), source.fps)
+
+    def shares(self, points: np.ndarray, joints: np.ndarray) -> np.ndarray:
+        """``(V, 22)`` skinning weights of points ``(V, 3)`` about joints ``(22, 3)`` in T-pose, metres."""
+        seen, about = (
+            torch.from_numpy(np.asarray(each - joints[0], np.float32))[None] for each in (points, joints)
+        )
+        with torch.inference_mode():
+            return np.asarray(self._predictor(seen, about)[0].numpy(), dtype=np.float64)
+
+    @cached_property
+    def _predictor(self) -> SkinningPredictor:
+        predictor = SkinningPredictor(self.inputs, self.dropout)
+        weights.fill(predictor, self.tensors)
+        return predictor.eval()
+
+
+plugin = SKIN

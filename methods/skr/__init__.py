@@ -1,0 +1,186 @@
+"""SKR, the skeleton regressor of correspondence-free online retargeting: points of a surface to joints."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from retarget_bench.api import Context, MethodCard
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import body22
+from retarget_bench.motion.character import Character, Positions
+from retarget_bench.motion.motion import Motion, Prediction
+from retarget_bench.motion.point_sets import PointSets
+from retarget_bench.motion.surface_sampling import sampled
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training import weights
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
+
+from .inference import joints_of, placed, points_of
+from .network import SkeletonRegressor
+from .sampling import transforms
+from .training import SkrTraining
+
+DRAWS, SPOTS = 16, 2048
+"""How often points are drawn from a surface at rest, and how many, so that its joints are exact."""
+FACTS = ("network", "direction", "dropout", "fewest", "most")
+"""Parameters that weights depend on."""
+OURS = TrainingConfig(
+    steps=40_000,
+    batch=32,
+    window=1,
+    fps=10.0,
+    rate=1e-3,
+    schedule="cosine",
+    warm_up=500,
+    validate=2000,
+    cases=9,
+)
+
+
+@dataclass(eq=False)
+class SKR(LearnedMethod):
+    """Skeleton regressor of the correspondence-free pipeline (Marsot, Rekik et al., HAL v1, 2023).
+
+    A PointNet maps points on a body's surface, any number of them in any order, to the 22 joints of
+    ``body22``. It is trained on single frames of people with meshes; new points are drawn from the surface
+    in every step, and the body is turned about the vertical at random.
+
+    It finds the joints of the body that it sees and carries nothing to another one, so it answers for a
+    source and a target that are the same. Of a motion it sees no more than points drawn from the skin.
+
+    The paper leaves these open: points are seen relative to their mean, in units of their root mean square
+    distance from it, and a tenth of the training frames are the T-pose.
+
+    network: ``count`` has the 1.6 M parameters that the paper states (1,612,875). ``table5`` is its
+        Table 5, which transforms features too (3,466,251).
+    direction: ``principal``, ours: points are seen along the level direction in which they spread most, so
+        that the network need not learn how bodies look from everywhere. ``world``: as they are.
+    dropout: before the last layer. The paper's 0.3 keeps short training from becoming exact.
+    fewest, most: points of a training row. points: drawn of a source that is known by a motion.
+    sides: 2, ours: points are also seen turned to their back, and both answers averaged, which takes twice
+        as long.
+
+    Raises BenchError for parameters that cannot be.
+    """
+
+    presets: ClassVar[Mapping[str, TrainingConfig]] = {
+        "paper": TrainingConfig(
+            steps=100 * 63_520 // 32, batch=32, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
+        ),
+        "default": OURS,
+        "gpu": replace(OURS, batch=256),
+        "quick": replace(OURS, steps=30, batch=4, warm_up=5, validate=15, cases=1),
+    }
+    """The paper says Adam at 1e-4 for 100 epochs of 63,520 frames, and no batch size."""
+
+    network: Literal["count", "table5"] = "count"
+    direction: Literal["principal", "world"] = "principal"
+    dropout: float = 0.0
+    fewest: int = 128
+    most: int = 1024
+    points: int = 1024
+    sides: int = 1
+    weights: str = "puppets"
+
+    card = MethodCard(
+        name="skr",
+        title="SKR",
+        summary="22 joints from points on a body's surface by a PointNet; of the same body only",
+        version="1",
+        paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
+        published=(
+            {"network": "count", "dropout": 0.3, "direction": "world"},
+            {"network": "table5", "dropout": 0.3, "direction": "world"},
+        ),
+        differs={"dropout": "no dropout", "direction": "seen along the points' main level direction"},
+        accepts=("points", "motion"),
+        stochastic=True,
+        default=False,
+        apart="finds joints of the body it sees",
+        parameters={
+            "weights": "name of shipped weights, or a path to others",
+            "network": "count (1.6 M parameters, as stated) or table5 (3.5 M, as printed)",
+            "direction": "points are seen along their main level direction (principal) or the world's",
+            "dropout": "share of numbers dropped in training (the paper: 0.3)",
+            "fewest": "fewest points of a training row",
+            "most": "most points of a training row",
+            "sides": "1, or 2: points are also seen turned to their back, and answers averaged",
+            "points": "points drawn from the surface where the source is a motion",
+        },
+    )
+
+    def __post_init__(self) -> None:
+        if self.network not in ("count", "table5"):
+            raise BenchError(f"skr: network is count or table5, not {self.network}")
+        if self.direction not in ("principal", "world"):
+            raise BenchError(f"skr: direction is principal or world, not {self.direction}")
+        if not 0 <= self.dropout < 1:
+            raise BenchError("skr: dropout is a share from 0 to below 1")
+        if self.sides not in (1, 2):
+            raise BenchError(f"skr: sides are 1 or 2, not {self.sides}")
+        if not 1 <= self.fewest <= self.most or self.points < 1:
+            raise BenchError("skr needs at least one point, and no more points fewest than most")
+
+    # -------------------------------------------------------------------------------------- training
+    def facts(self) -> Mapping[str, Scalar]:
+        return {name: getattr(self, name) for name in FACTS}
+
+    def unfit(self, character: Character) -> str:
+        if character.skin is None:
+            return f"{character.name} has no mesh to draw points from"
+        return body22.unfit(character, "skr")
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return transforms(motion)
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SkrTraining:
+        return SkrTraining(
+            training_data,
+            (self.fewest, self.most),
+            self._built(),
+            lambda tensors: replace(self).using(tensors),
+        )
+
+    def _built(self) -> SkeletonRegressor:
+        return SkeletonRegressor(self.network == "table5", self.dropout, self.direction == "principal")
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        if source.name != target.name:
+            return "skr finds the joints of the body that it sees and carries nothing to another one"
+        return self.untrained or body22.unfit(target, "skr") or None
+
+    def retarget(self, source: Prediction | PointSets, target: Character, *, context: Context) -> Positions:
+        self._regressor.to(context.device)
+        joints = self.joints(points_of(source, self.points, context.seed))
+        return target.positions(placed(target, joints), source.fps)
+
+    def joints(self, points: Sequence[np.ndarray]) -> np.ndarray:
+        """``(frames, 22, 3)`` metres: the joints under the points ``(V, 3)`` of each frame."""
+        return joints_of(self._regressor, points, self.sides)
+
+    def resting(self, vertices: np.ndarray, faces: np.ndarray, draws: int = DRAWS) -> np.ndarray:
+        """``(draws, 22, 3)`` metres: the joints of a surface in T-pose, vertices ``(V, 3)`` and faces
+        ``(F, 3)``, each time of other points on it; every other time the surface is turned to its back."""
+        numbers = np.random.default_rng(0)
+        around = np.where(np.arange(draws) % 2, -1.0, 1.0)[:, None, None] * [1.0, 0.0, 1.0] + [
+            0.0,
+            1.0,
+            0.0,
+        ]
+        drawn = sampled(np.repeat(vertices[None], draws, 0), faces, numbers.random((draws, 3, SPOTS)))
+        return self.joints(list(drawn * around)) * around
+
+    @cached_property
+    def _regressor(self) -> SkeletonRegressor:
+        regressor = self._built()
+        weights.fill(regressor, self.tensors)
+        return regressor.eval()
+
+
+plugin = SKR

@@ -1,0 +1,108 @@
+"""Joints of sets of points, and of the motions whose surface the points are drawn from."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import rotation
+from retarget_bench.motion.body22 import JOINTS, Body22
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.motion import Prediction
+from retarget_bench.motion.point_sets import PointSets
+from retarget_bench.motion.surface_sampling import sampled
+
+from .network import SkeletonRegressor
+
+_ROWS = 8
+"""Frames with equally many points that go through the network at once."""
+
+
+_BEHIND = (-1.0, 1.0, -1.0)
+"""What half a turn about the vertical makes of places."""
+
+
+def joints_of(network: SkeletonRegressor, points: Sequence[np.ndarray], sides: int = 1) -> np.ndarray:
+    """``(frames, 22, 3)`` metres: the joints under the points ``(V, 3)`` of each frame, by a network in
+    evaluation mode. V may differ between frames, and what stands beside a frame changes nothing.
+
+    sides: 2: the mean of what is found for the points as they are and turned to their back.
+    """
+    device = network.last.weight.device
+    found = np.empty((len(points), JOINTS, 3))
+    for first, last in _alike([len(each) for each in points]):
+        # far from the origin single precision is coarse, so the mean is taken off before
+        middle = np.stack([each.mean(axis=0, dtype=np.float64) for each in points[first:last]])[:, None]
+        near = np.stack(points[first:last]) - middle
+        rows = torch.from_numpy(near.astype(np.float32)).to(device)
+        with torch.inference_mode():
+            answer = network(rows)
+            if sides == 2:
+                behind = rows.new_tensor(_BEHIND)
+                answer = 0.5 * (answer + network(rows * behind) * behind)
+            found[first:last] = answer.cpu().numpy() + middle
+    return found
+
+
+def _alike(counts: Sequence[int]) -> list[tuple[int, int]]:
+    """First and last (excluded) of neighbouring frames with equally many points."""
+    found, first = [], 0
+    for place in range(1, len(counts) + 1):
+        ended = place == len(counts) or counts[place] != counts[first]
+        if ended or place - first == _ROWS:
+            found.append((first, place))
+            first = place
+    return found
+
+
+def points_of(source: Prediction | PointSets, number: int, seed: int) -> Sequence[np.ndarray]:
+    """A source's points; of a motion so many drawn from its body's surface, other ones in every frame.
+
+    Raises NotSupported for a motion without rotations or without a mesh.
+    """
+    if isinstance(source, PointSets):
+        return source.points
+    if not isinstance(source, Motion) or (mesh := source.character.mesh) is None:
+        raise NotSupported("skr needs points, or rotations of a body with a mesh to draw points from")
+    numbers = np.random.default_rng(seed)
+    drawn = sampled(mesh.skinned(source), mesh.faces, numbers.random((source.frames, 3, number)))
+    return list(drawn)
+
+
+def placed(target: Character, joints: np.ndarray) -> np.ndarray:
+    """``(frames, joints of the target, 3)`` metres from the 22 ``(frames, 22, 3)``.
+
+    Joints that are none of the 22 (tips, split bones) are where they are in the reference pose, seen from
+    their parent, turned with the bone that leads on to one of the 22, or else with the one to the parent.
+    """
+    body, skeleton = Body22(target), target.skeleton
+    own = dict(zip(body.joints, range(JOINTS), strict=True))
+    rest = target.reference_places
+    found = np.empty((len(joints), len(skeleton), 3))
+    for joint, parent in enumerate(skeleton.parents.tolist()):
+        if joint in own:
+            found[:, joint] = joints[:, own[joint]]
+            continue
+        if parent < 0:
+            found[:, joint] = joints[:, 0] + rest[joint] - rest[body.joints[0]]
+            continue
+        end = _known_below(target, joint, own)
+        above = int(skeleton.parents[parent])
+        here, there = (parent, end) if end is not None else (max(above, 0), parent)
+        seen = (joints[:, own[end]] if end is not None else found[:, there]) - found[:, here]
+        turn = rotation.between(np.broadcast_to(rest[there] - rest[here], seen.shape), seen)
+        bone = np.broadcast_to(rest[joint] - rest[parent], seen.shape)
+        found[:, joint] = found[:, parent] + rotation.rotate(turn, bone)
+    return found
+
+
+def _known_below(target: Character, joint: int, own: dict[int, int]) -> int | None:
+    """The first joint of the 22 that hangs below this one."""
+    waiting = list(target.skeleton.children[joint])
+    while waiting:
+        below = waiting.pop(0)
+        if below in own:
+            return below
+        waiting += target.skeleton.children[below]
+    return None

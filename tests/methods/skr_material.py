@@ -1,0 +1,70 @@
+"""Two puppets with their meshes, as SKR and SKIN are trained on them, and networks that know nothing."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import torch
+
+from retarget_bench.methods.skr import SKR
+from retarget_bench.methods.skr.network import SkeletonRegressor
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.layers import exported
+
+NAMES = ("ada", "boris")
+CONFIG = TrainingConfig(steps=1, batch=4, window=1, rate=1e-3)
+
+
+@cache
+def motions() -> dict[str, Motion]:
+    """A clip of each body."""
+    data: Any = registry.create("datasets", Spec.parse("puppets"))
+    clips = {name: each for mine in data.training().values() for name, each in mine.items()}
+    return {name: clips[name][0] for name in NAMES}
+
+
+@cache
+def body(name: str = "ada") -> Character:
+    return motions()[name].character
+
+
+def training_data(method: Any) -> TrainingData:
+    clips = {}
+    for name, motion in motions().items():
+        arrays = {key: a.astype(np.float32) for key, a in method.prepare(motion).items()}
+        clips[name] = [ClipArrays(name, "clip", arrays)]
+    return TrainingData({name: body(name) for name in clips}, clips)
+
+
+def regressor(seed: int = 0, **parameters: Any) -> SkeletonRegressor:
+    """Random weights in every layer; the last ones begin at nothing and would hide the others."""
+    torch.manual_seed(seed)
+    network = SkeletonRegressor(**parameters)
+    with torch.no_grad():
+        for part in network.modules():
+            if isinstance(part, torch.nn.Linear):
+                part.bias.normal_(std=0.02)
+        network.last.weight.normal_(std=0.01)
+        network.turned.last.weight.normal_(std=0.02)
+        if network.mixed is not None:
+            network.mixed.last.weight.normal_(std=0.002)
+    return network.eval()
+
+
+@cache
+def untrained(seed: int = 0) -> SKR:
+    return SKR().using(exported(regressor(seed)))
+
+
+def points(count: int = 500, frames: int = 2, seed: int = 0) -> list[np.ndarray]:
+    """Roughly the shape of a person who stands 3 m from the origin, single precision."""
+    numbers = np.random.default_rng(seed)
+    drawn = numbers.normal(size=(frames, count, 3)) * [0.3, 0.5, 0.15] + [3.0, 0.9, -2.0]
+    return list(drawn.astype(np.float32))

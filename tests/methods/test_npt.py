@@ -1,0 +1,305 @@
+"""NPT: its network against a plain form, its losses, its training and its answers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import method_bodies
+import numpy as np
+import pytest
+import torch
+from skinned_toys import scan, skinned_body
+from torch import Tensor, nn
+from torch.nn import functional
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.npt import NPT
+from retarget_bench.methods.npt.network import PoseTransfer, normalised
+from retarget_bench.methods.npt.surfaces import Identity, Skin, drawn, transforms
+from retarget_bench.methods.npt.training import NptTraining, stretch
+from retarget_bench.motion.motion import Motion, PointSets
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import to_device
+
+BODIES = {
+    "one": skinned_body("one"),
+    "tall": skinned_body("tall", scale=1.4),
+    "spined": skinned_body("spined", spines=5, arm=0.2),
+}
+
+
+def dances(name: str, frames: int = 12) -> Motion:
+    """The same performance by everybody."""
+    return method_bodies.dance(BODIES[name], frames, 3)
+
+
+def training_data(method: NPT) -> TrainingData:
+    clips = {name: [ClipArrays(name, "dance", dict(method.prepare(dances(name))))] for name in BODIES}
+    return TrainingData(BODIES, clips)
+
+
+def module(**parameters: Any) -> NptTraining:
+    method = NPT(**{"width": 24, "points": 60, **parameters})
+    torch.manual_seed(0)
+    return method.training_module(training_data(method), method.presets["quick"])
+
+
+def batch(of: NptTraining, rows: int = 6, seed: int = 0) -> Any:
+    return to_device(of.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
+
+
+def trained(method: NPT, network: PoseTransfer) -> NPT:
+    return method.using({name: each.detach() for name, each in network.state_dict().items()})
+
+
+# ---------------------------------------------------------------------------------------- the network
+def count(width: int) -> int:
+    """Layers as the paper lists them: 3-64-128-width; the decoder from width + 3 down to 3, with three
+    residual blocks of three layers and three pairs of scales and shifts."""
+    total = sum((a + 1) * b for a, b in ((3, 64), (64, 128), (128, width)))
+    channels = (width + 3, (width + 3) // 2, (width + 3) // 4)
+    for before, now in zip((width + 3, *channels), channels, strict=False):
+        total += (before + 1) * now + 3 * ((now + 1) * now + 2 * 4 * now)
+    return total + (channels[-1] + 1) * 3
+
+
+@pytest.mark.parametrize("pooling", ["none", "max"])
+def test_it_has_as_many_parameters_as_its_layers(pooling: Any) -> None:
+    for width in (1024, 128):
+        network = PoseTransfer(width, pooling)
+        assert sum(each.numel() for each in network.parameters()) == count(width)
+    assert count(1024) == 6_054_941
+
+
+def plain(network: PoseTransfer, points: Tensor, identity: Tensor) -> Tensor:
+    """The network written out with torch's convolutions and instance norms."""
+
+    def conv(layer: nn.Linear, x: Tensor) -> Tensor:
+        return functional.conv1d(x, layer.weight[..., None], layer.bias)
+
+    pose, seen = points.mT, identity.mT
+    for layer in network.encoder.layers:
+        pose = functional.relu(functional.instance_norm(conv(layer, pose)))
+    if network.pooling == "max":
+        pose = pose.max(dim=2).values[..., None].repeat(1, 1, identity.shape[1])
+    x = torch.cat([pose, seen], 1)
+    for rank, (layer, block) in enumerate(zip(network.layers, network.blocks, strict=True)):
+        x = conv(layer, x)
+        kept = network.pooling == "max" and rank == 0
+
+        def step(which: int, y: Tensor, block: Any = block, kept: bool = kept) -> Tensor:
+            style, after = block.styles[which], block.layers[which]
+            y = y if kept else functional.instance_norm(y)
+            return conv(after, functional.relu(conv(style.scale, seen) * y + conv(style.shift, seen)))
+
+        x = step(1, step(0, x)) + step(2, x)
+    return 2.0 * torch.tanh(conv(network.answer, x)).mT
+
+
+@pytest.mark.parametrize("pooling", ["none", "max"])
+def test_the_network_is_the_one_written_out(pooling: Any) -> None:
+    torch.manual_seed(1)
+    network = PoseTransfer(20, pooling).double()
+    points, identity = torch.randn(2, 3, 40, 3, dtype=torch.float64)
+    found = network(points, identity)
+    torch.testing.assert_close(found, plain(network, points, identity), rtol=1e-9, atol=1e-9)
+    assert found.abs().max() < 2.0
+
+
+def test_points_have_no_order_and_vertices_have_theirs() -> None:
+    torch.manual_seed(2)
+    network, order = PoseTransfer(20, "max").double(), torch.randperm(40)
+    points, identity = torch.randn(2, 3, 40, 3, dtype=torch.float64)
+    found = network(points, identity)
+    torch.testing.assert_close(network(points[:, order], identity), found)
+    torch.testing.assert_close(network(points, identity[:, order]), found[:, order])
+    paired = PoseTransfer(20, "none").double()
+    both = paired(points[:, order], identity[:, order])
+    torch.testing.assert_close(both, paired(points, identity)[:, order])
+
+
+def test_size_and_place_of_the_source_do_not_matter() -> None:
+    """The first instance norm takes them away."""
+    torch.manual_seed(3)
+    network = PoseTransfer(20, "max").double()
+    points, identity = torch.randn(2, 3, 40, 3, dtype=torch.float64)
+    moved = 3.0 * points + torch.tensor([1.0, -2.0, 5.0])
+    torch.testing.assert_close(network(moved, identity), network(points, identity), rtol=1e-3, atol=1e-4)
+
+
+def test_instance_norm_is_per_row_and_channel() -> None:
+    features = 5.0 + 3.0 * torch.randn(4, 7, 500)
+    found = normalised(features)
+    torch.testing.assert_close(found.mean(-1), torch.zeros(4, 7), atol=1e-5, rtol=0)
+    torch.testing.assert_close(found.std(-1, correction=0), torch.ones(4, 7), atol=1e-4, rtol=0)
+
+
+# ------------------------------------------------------------------------------------------- surfaces
+@pytest.mark.parametrize("name", BODIES)
+def test_a_skin_under_transforms_is_the_skinned_mesh(name: str) -> None:
+    motion, skin = dances(name), Skin(BODIES[name])
+    mesh = BODIES[name].mesh
+    assert mesh is not None
+    moved = transforms(mesh, motion)
+    found = np.stack([skin.posed(frame) for frame in moved])
+    np.testing.assert_allclose(found, mesh.skinned(motion), atol=1e-5)
+
+
+def test_every_edge_is_there_once() -> None:
+    skin = Skin(BODIES["one"])
+    assert len(skin.edges) == 12 * len(BODIES["one"].skeleton)  # an octahedron has twelve
+    assert (skin.edges[:, 0] < skin.edges[:, 1]).all()
+    assert len(np.unique(skin.edges, axis=0)) == len(skin.edges)
+
+
+def test_targets_are_brought_to_one_stature() -> None:
+    for body in BODIES.values():
+        found = Identity.of(body)
+        assert np.ptp(found.scale * found.vertices[:, 1]) == pytest.approx(1.7)
+        assert found.vertices.min(axis=0) + found.vertices.max(axis=0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_points_are_drawn_all_before_any_is_drawn_again() -> None:
+    numbers = np.random.default_rng(0)
+    frames = [np.arange(3.0 * n).reshape(n, 3) for n in (5, 8)]
+    few, many = drawn(numbers, frames, 4), drawn(numbers, frames, 20)
+    assert few.shape == (2, 4, 3)
+    for frame, found in zip(frames, many, strict=True):
+        _, times = np.unique(found, axis=0, return_counts=True)
+        assert len(times) == len(frame)
+        assert np.ptp(times) <= 1
+    assert all(len(np.unique(each, axis=0)) == 4 for each in few)
+
+
+# ------------------------------------------------------------------------------------------- training
+def test_a_row_is_one_pose_by_two_bodies() -> None:
+    of = module()
+    row = batch(of, rows=8)
+    for name in ("points", "identity", "truth"):
+        assert row[name].shape == (8, 60, 3)
+    # edges of rigid parts are as long in the pose as at rest
+    rows = torch.arange(8)[:, None]
+    lengths = [
+        (row[name][rows, row["edges"][..., 0]] - row[name][rows, row["edges"][..., 1]]).norm(dim=-1)
+        for name in ("identity", "truth")
+    ]
+    assert row["real"].sum() > 8 * 20
+    torch.testing.assert_close(lengths[0], lengths[1], atol=1e-4, rtol=1e-3)
+    assert (lengths[0][row["real"]] > 0.01).all()
+
+
+def test_stretch_is_the_mean_over_edges_written_out() -> None:
+    numbers = np.random.default_rng(4)
+    answer, identity = (torch.from_numpy(numbers.normal(size=(2, 6, 3))) for _ in range(2))
+    edges = torch.tensor([[[0, 1], [2, 5], [0, 0]], [[3, 4], [1, 2], [5, 0]]])
+    real = torch.tensor([[True, True, False], [True, True, True]])
+    each = [
+        abs(float((answer[r, a] - answer[r, b]).norm() / (identity[r, a] - identity[r, b]).norm()) - 1.0)
+        for r, row in enumerate(edges.tolist())
+        for k, (a, b) in enumerate(row)
+        if real[r, k]
+    ]
+    assert float(stretch(answer, identity, edges, real)) == pytest.approx(np.mean(each), rel=1e-6)
+    same = torch.zeros(1, 4, 3, requires_grad=True)  # all in one place: a slope all the same
+    stretch(same, torch.rand(1, 4, 3), edges[:1, :1], real[:1, :1]).backward()
+    assert same.grad is not None
+    assert torch.isfinite(same.grad).all()
+
+
+@pytest.mark.parametrize("pooling", ["none", "max"])
+def test_every_weight_learns_and_a_batch_is_learned(pooling: str) -> None:
+    of = module(pooling=pooling, width=16, points=40)
+    row = batch(of, rows=4)
+    sum(of.losses("network", row, {}).values()).backward()  # type: ignore[union-attr]
+    for name, each in of.network.named_parameters():
+        assert each.grad is not None
+        if name.endswith("weight"):  # a shift before a norm has no slope
+            assert each.grad.abs().max() > 0, name
+    optimiser = torch.optim.Adam(of.network.parameters(), 5e-3)
+    first = float(of.losses("network", row, {})["vertices"].detach())
+    for _ in range(100):
+        optimiser.zero_grad()
+        terms = of.losses("network", row, {})
+        sum(terms.values()).backward()  # type: ignore[union-attr]
+        optimiser.step()
+    assert float(of.losses("network", row, {})["vertices"].detach()) < 0.1 * first
+
+
+def test_a_draw_depends_on_its_numbers_alone() -> None:
+    one, two = batch(module(), seed=5), batch(module(), seed=5)
+    other = batch(module(), seed=6)
+    for name, each in one.items():
+        torch.testing.assert_close(each, two[name], rtol=0, atol=0)
+    assert (one["points"] - other["points"]).abs().max() > 0.01
+
+
+def test_pairs_are_needed() -> None:
+    method = NPT(width=8)
+    data = training_data(method)
+    alone = TrainingData(BODIES, {name: clips for name, clips in data.clips.items() if name == "one"})
+    with pytest.raises(NotSupported, match="same performance by two bodies"):
+        method.training_module(alone, method.presets["quick"])
+
+
+# -------------------------------------------------------------------------------------------- answers
+@pytest.mark.parametrize("pooling", ["none", "max"])
+def test_any_number_of_points_on_any_mesh(pooling: Any) -> None:
+    torch.manual_seed(0)
+    method = trained(NPT(pooling=pooling, width=16), PoseTransfer(16, pooling))
+    source = dances("one", frames=11)
+    full = scan(source)
+    uneven = PointSets(full.character, tuple(f[: 30 + 20 * k] for k, f in enumerate(full.points)), 30.0)
+    for target in BODIES.values():
+        assert method.supports(uneven.character, target) is None
+        for given in (full, uneven, source):
+            answer = method.retarget(given, target, context=Context(seed=1))
+            assert target.mesh is not None
+            assert answer.vertices.shape == (11, *target.mesh.vertices.shape)
+            assert np.isfinite(answer.vertices).all()
+            again = method.retarget(given, target, context=Context(seed=1))
+            np.testing.assert_array_equal(answer.vertices, again.vertices)
+
+
+def test_soles_are_on_the_sources_floor_and_the_path_is_scaled() -> None:
+    torch.manual_seed(0)
+    method = trained(NPT(width=16), PoseTransfer(16, "max"))
+    source = scan(dances("one", frames=6))
+    answer = method.retarget(source, BODIES["tall"], context=Context())
+    lowest = np.array([frame[:, 1].min() for frame in source.points])
+    below = answer.vertices[..., 1].min(axis=1)
+    assert below / lowest == pytest.approx(np.full(6, below[0] / lowest[0]), rel=1e-6)
+    far = PointSets(
+        source.character, tuple(f + np.array([4.0, 0.0, 0.0]) for f in source.points), source.fps
+    )
+    moved = method.retarget(far, BODIES["tall"], context=Context())
+    step = moved.vertices - answer.vertices
+    np.testing.assert_allclose(step, np.broadcast_to(step[0, 0], step.shape), atol=1e-4)
+    assert step[0, 0, 0] == pytest.approx(4.0 * below[0] / lowest[0], rel=1e-4)
+
+
+def test_weights_come_back_and_others_are_refused() -> None:
+    of = module()
+    answers = []
+    for method in (of.method(), NPT(width=24, points=60).using(of.export())):
+        answers.append(
+            method.retarget(scan(dances("one", 2)), BODIES["tall"], context=Context()).vertices  # type: ignore[union-attr]
+        )
+    np.testing.assert_array_equal(*answers)
+    before = {name: each.clone() for name, each in of.export().items()}
+    of.load({name: each + 1.0 for name, each in before.items()})
+    np.testing.assert_allclose(of.export()["answer.bias"], before["answer.bias"] + 1.0)
+    wrong = NPT(width=16).using(before)
+    with pytest.raises(BenchError):
+        wrong.retarget(scan(dances("one", 2)), BODIES["tall"], context=Context())
+
+
+def test_what_it_cannot_do_is_said() -> None:
+    bare = method_bodies.body("bare")
+    method = trained(NPT(width=16), PoseTransfer(16, "max"))
+    assert "has none" in (method.supports(BODIES["one"], bare) or "")
+    with pytest.raises(NotSupported, match="no mesh"):
+        method.retarget(method_bodies.dance(bare, 3), BODIES["one"], context=Context())
+    for wrong in ({"width": 0}, {"points": 1}, {"pooling": "mean"}):
+        with pytest.raises(BenchError):
+            NPT(**wrong)  # type: ignore[arg-type]

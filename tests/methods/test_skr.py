@@ -1,0 +1,259 @@
+"""SKR: sizes of record, points in any order and number, gradients against dense ones, training, weights."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import skr_material
+import torch
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.skr import SKR
+from retarget_bench.methods.skr.inference import joints_of, placed
+from retarget_bench.methods.skr.network import Frame, SkeletonRegressor, largest
+from retarget_bench.methods.skr.sampling import SkinnedBody, transforms
+from retarget_bench.motion import rotation
+from retarget_bench.motion.body22 import Body22
+from retarget_bench.training import weights
+from retarget_bench.training.layers import exported
+from retarget_bench.training.phases import optimiser_phases, to_device
+
+CPU = torch.device("cpu")
+
+
+def training_module(**parameters):
+    method = SKR(**{"fewest": 48, "most": 80, **parameters})
+    torch.manual_seed(0)
+    return method.training_module(skr_material.training_data(method), skr_material.CONFIG)
+
+
+# ---------------------------------------------------------------------------------------------- network
+@pytest.mark.parametrize(("features", "parameters"), [(False, 1_612_875), (True, 3_466_251)])
+def test_has_the_parameters_of_the_record(features, parameters):
+    assert sum(each.numel() for each in SkeletonRegressor(features).parameters()) == parameters
+
+
+@pytest.mark.parametrize("features", [False, True])
+def test_order_of_points_changes_nothing(features):
+    network = skr_material.regressor(features=features)
+    points = skr_material.points(700, 1)[0]
+    shuffled = points[np.random.default_rng(1).permutation(len(points))]
+    one, other = (joints_of(network, [each]) for each in (points, shuffled))
+    np.testing.assert_allclose(one, other, atol=1e-6, rtol=0)
+    assert np.ptp(one, axis=1).max() > 0.01
+
+
+def test_frames_of_any_numbers_of_points_stand_for_themselves():
+    network = skr_material.regressor()
+    frames = [skr_material.points(count, 1, count)[0] for count in (1, 7, 7, 300, 300, 300, 2000, 7)]
+    together = joints_of(network, frames)
+    assert np.isfinite(together).all()
+    for frame, found in zip(frames, together, strict=True):
+        np.testing.assert_allclose(joints_of(network, [frame])[0], found, atol=1e-5)
+
+
+def test_answers_move_turn_and_grow_with_the_points():
+    network = skr_material.regressor()
+    points = skr_material.points(400, 1)[0].astype(np.float64)
+    turn = rotation.to_matrix(rotation.about(np.array([0.0, 1.0, 0.0]), 0.3))
+    moved = 1.7 * points @ turn.T + [5.0, 0.2, -3.0]
+    one, other = joints_of(network, [points])[0], joints_of(network, [moved])[0]
+    np.testing.assert_allclose(1.7 * one @ turn.T + [5.0, 0.2, -3.0], other, atol=1e-4)
+
+
+def test_two_sides_are_the_mean_of_both():
+    network, behind = skr_material.regressor(), np.array([-1.0, 1.0, -1.0])
+    points = skr_material.points(300, 2)
+    front = joints_of(network, points)
+    back = joints_of(network, [each * behind for each in points]) * behind
+    assert np.abs(front - back).max() > 1e-3
+    np.testing.assert_allclose(joints_of(network, points, 2), 0.5 * (front + back), atol=1e-5)
+
+
+def test_the_world_s_direction_is_kept_on_request():
+    points = torch.from_numpy(np.stack(skr_material.points(100)))
+    frame = Frame.of(points, principal=False)
+    assert frame.turn is None
+    torch.testing.assert_close(frame.back(frame.into(points)), points)
+
+
+def test_seen_points_spread_most_to_the_sides():
+    numbers = np.random.default_rng(0)
+    points = torch.from_numpy(numbers.normal(size=(3, 900, 3)) * [0.1, 0.2, 0.5])
+    seen = Frame.of(points, principal=True).into(points)
+    # the directions of largest variance, by an eigenvalue decomposition of the level covariance
+    level = points[..., [0, 2]] - points[..., [0, 2]].mean(1, keepdim=True)
+    largest_variance = torch.linalg.eigvalsh(level.transpose(1, 2) @ level)[:, -1]
+    unit = Frame.of(points, principal=True).unit[:, 0, 0]
+    torch.testing.assert_close((seen[..., 0] * unit[:, None]).square().sum(1), largest_variance)
+
+
+@pytest.mark.parametrize("search", [torch.float32, torch.float64])
+def test_maximum_and_its_gradient_are_those_of_the_dense_layer(search):
+    torch.manual_seed(0)
+    layer = torch.nn.Linear(16, 40).double()
+    points = torch.randn(3, 50, 16, dtype=torch.float64, requires_grad=True)
+    pull = torch.randn(3, 40, dtype=torch.float64)
+    found = []
+    for make in (lambda: largest(points, layer, search), lambda: layer(points).max(1)[0]):
+        points.grad = None
+        layer.zero_grad()
+        answer = make()
+        (answer * pull).sum().backward()
+        found.append([answer.detach(), points.grad.clone(), layer.weight.grad.clone(), layer.bias.grad])
+    for one, other in zip(*found, strict=True):
+        torch.testing.assert_close(one, other)
+    with torch.no_grad():
+        torch.testing.assert_close(largest(points, layer, search), found[0][0])
+
+
+@pytest.mark.parametrize("features", [False, True])
+def test_every_parameter_has_a_gradient(features):
+    network = skr_material.regressor(features=features).train()
+    points = torch.from_numpy(np.stack(skr_material.points(200, 4)))
+    network(points).square().mean().backward()
+    for name, each in network.named_parameters():
+        assert each.grad is not None, name
+        assert each.grad.abs().max() > 0, name
+
+
+# --------------------------------------------------------------------------------------------- training
+def test_bodies_are_posed_as_their_motion_has_them():
+    motion = skr_material.motions()["boris"]
+    character, arrays = motion.character, transforms(motion)
+    body, hips = SkinnedBody.of(character), motion.positions[:, Body22(character).joints[0]]
+    wanted = character.mesh.skinned(motion)
+    for frame in (0, 17, motion.frames - 1):
+        found = body.posed(arrays["turns"][frame], arrays["shifts"][frame])
+        np.testing.assert_allclose(found + hips[frame], wanted[frame], atol=2e-6)
+    joints = motion.positions[:, list(Body22(character).joints)] - hips[:, None]
+    np.testing.assert_allclose(arrays["joints"], joints, atol=1e-12)
+
+
+def test_rows_are_new_points_on_turned_bodies():
+    module = training_module()
+    batch = module.draw(np.random.default_rng(0), 12)
+    count = batch["points"].shape[1]
+    assert batch["points"].shape == (12, count, 3)
+    assert batch["joints"].shape == (12, 22, 3)
+    assert 48 <= count <= 80
+    again = module.draw(np.random.default_rng(0), 12)
+    other = module.draw(np.random.default_rng(1), 12)
+    assert all(np.array_equal(batch[key], again[key]) for key in batch)
+    assert not np.array_equal(batch["joints"], other["joints"])
+    # joints lie inside of the box around dense points, a hand's breadth given
+    middle, reach = batch["points"].mean(1, keepdims=True), np.abs(batch["points"]).max()
+    assert np.abs(batch["joints"] - middle).max() < 1.5 * reach
+    across = batch["joints"][:, 6] - batch["joints"][:, 10]
+    assert np.ptp(np.arctan2(across[:, 2], across[:, 0])) > np.pi
+
+
+def test_the_loss_is_the_mean_square_in_units_of_the_points():
+    module = training_module(direction="world")
+    batch = to_device(module.draw(np.random.default_rng(0), 5), CPU)
+    found = module.losses("network", batch, {})["joints"].item()
+    points, joints = batch["points"].double().numpy(), batch["joints"].double().numpy()
+    with torch.no_grad():
+        answer = module.network(batch["points"]).double().numpy()
+    unit = np.sqrt(((points - points.mean(1, keepdims=True)) ** 2).sum(-1).mean(1))
+    assert found == pytest.approx((((answer - joints) / unit[:, None, None]) ** 2).mean(), rel=1e-4)
+
+
+def test_learns_a_batch_by_heart_and_always_the_same():
+    ends = []
+    for _ in range(2):
+        module = training_module()
+        (phase,) = optimiser_phases(module, skr_material.CONFIG, CPU)
+        batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
+        losses = [phase(batch, {}, 1e-3)["network.joints"].item() for _ in range(40)]
+        ends.append(losses)
+    assert ends[0] == ends[1]
+    assert min(ends[0][-5:]) < 0.1 * ends[0][0]
+
+
+def test_reduced_precision_only_chooses_the_points():
+    module = training_module()
+    batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
+    exact = module.losses("network", batch, {})["joints"]
+    with torch.autocast("cpu", torch.bfloat16):
+        rough = module.losses("network", batch, {})["joints"]
+    assert rough.dtype == torch.float32
+    assert rough.item() == pytest.approx(exact.item(), rel=0.02)
+
+
+# ------------------------------------------------------------------------------------------- the method
+def test_weights_come_back_from_files(tmp_path):
+    method, points = SKR(fewest=48, most=80), skr_material.points()
+    tensors = exported(skr_material.regressor())
+    card = {"method": "skr", "version": method.card.version, "facts": method.facts()}
+    stored = weights.write(tmp_path, "weights", tensors, card)
+    again = SKR(fewest=48, most=80, weights=str(tmp_path))
+    assert again.weights_hash == stored.hash
+    np.testing.assert_allclose(again.joints(points), method.using(tensors).joints(points), atol=0.01)
+    with pytest.raises(BenchError, match="trained as"):
+        _ = SKR(network="table5", fewest=48, most=80, weights=str(tmp_path)).weights_card
+
+
+def test_answers_for_points_and_for_motions_of_the_same_body():
+    motion = skr_material.motions()["ada"]
+    motion = motion.at(slice(3))
+    found = skr_material.untrained().retarget(motion, motion.character, context=Context(seed=3))
+    assert found.frames == 3
+    assert np.isfinite(found.positions).all()
+    again = skr_material.untrained().retarget(motion, motion.character, context=Context(seed=3))
+    np.testing.assert_array_equal(found.positions, again.positions)
+    places = motion.character.positions(motion.positions, motion.fps)
+    with pytest.raises(NotSupported, match="points"):
+        skr_material.untrained().retarget(places, motion.character, context=Context())
+
+
+def test_joints_that_are_none_of_the_22_stay_on_their_bones():
+    from retarget_bench.plugins import registry
+    from retarget_bench.plugins.spec import Spec
+
+    data = registry.create("datasets", Spec.parse("puppets"))
+    clips = {n: each for mine in data.training().values() for n, each in mine.items()}
+    name = next(n for n, body in data.characters().items() if body.structure == "body28" and n in clips)
+    motion = clips[name][0].at(slice(0, None, 10))
+    body = Body22(motion.character)
+    found = placed(motion.character, motion.positions[:, list(body.joints)])
+    apart = np.linalg.norm(found - motion.positions, axis=-1)
+    assert apart[:, list(body.joints)].max() < 1e-12
+    # tips and split bones: within the turn of a hand or head that its own joint alone cannot show
+    assert apart.max() < 0.12 * motion.character.height
+    assert apart.mean() < 0.01 * motion.character.height
+
+
+def test_joints_at_rest_are_drawn_again_and_again():
+    method, mesh = skr_material.untrained(), skr_material.body().mesh
+    found = method.resting(mesh.vertices, mesh.faces, 4)
+    assert found.shape == (4, 22, 3)
+    assert len(np.unique(found[:, 0, 1])) == 4
+    np.testing.assert_array_equal(found, method.resting(mesh.vertices, mesh.faces, 4))
+    # turned to the back and back again: where the body stands is where its joints are
+    assert np.abs(found.mean(1) - mesh.vertices.mean(0)).max() < 1.0
+
+
+def test_says_what_it_cannot_do():
+    method, ada, sumo = skr_material.untrained(), skr_material.body(), skr_material.body("boris")
+    assert method.supports(ada, ada) is None
+    assert "another" in method.supports(ada, sumo)
+    assert "mesh" in method.unfit(replace(ada, skin=None))
+    for wrong in (
+        {"network": "big"},
+        {"dropout": 1.0},
+        {"fewest": 9, "most": 8},
+        {"direction": "up"},
+        {"sides": 3},
+    ):
+        with pytest.raises(BenchError):
+            SKR(**wrong)
+
+
+def test_facts_make_the_method_again():
+    method = SKR(network="table5", dropout=0.3, fewest=10, most=20, direction="world")
+    assert SKR(**method.facts()).facts() == method.facts()
+    assert set(method.facts()) | {"points", "sides", "weights"} == set(method.card.parameters)
