@@ -12,7 +12,7 @@ from retarget_bench.analysis import statistics, summary
 from retarget_bench.analysis.breakdown import UNKNOWN, By
 from retarget_bench.analysis.selection import BODIES, Selection, of_dataset
 from retarget_bench.analysis.summary import SplitSummary
-from retarget_bench.api import TASKS
+from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import DERIVED, definitions
@@ -180,7 +180,7 @@ def _chapters(
 
     name: what tables call the data set.
     """
-    retargeted = places[0].task.split("-")[0] == TASKS[0]
+    retargeted = places[0].task.split("-")[0] in PAIRED
     found = [replace(each, dataset=name) for each in result_matrix.result_matrices(places)]
     whole = _by_bodies(Selection(variants=True, apart=retargeted).parts(found))
     plain = _by_bodies(Selection(variants=variants or not retargeted, apart=retargeted).parts(found))

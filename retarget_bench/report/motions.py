@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from retarget_bench.errors import BenchError
 from retarget_bench.report.chapters import Chapter, Split
+from retarget_bench.report.flesh import penetration
 from retarget_bench.tables.model import count
 from retarget_bench.viewer import player, scene_builder
 from retarget_bench.viewer.packing import packed
@@ -117,7 +118,8 @@ class PackedScenes:
     reasons: case -> why it has no scene, of those that were to have one.
     gone:    case -> method, status, message of every answer of it that is not to be seen.
     lively:  case -> how much there is to see: speed of the source's joints while it is upright.
-    notes:   sentences for people who look for more.
+    notes:   sentences for people who look for more. flesh: the case with most flesh inside flesh; None
+             where skins are not shown, or no answer has more of it than the reference.
     """
 
     scenes: list[str] = field(default_factory=list)
@@ -126,6 +128,7 @@ class PackedScenes:
     reasons: dict[Chosen, str] = field(default_factory=dict)
     gone: dict[Chosen, list[tuple[str, str, str]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    flesh: Scene | None = None
 
 
 def motions(
@@ -136,7 +139,7 @@ def motions(
     room: bytes. skins: with meshes of bodies that have one.
     """
     found = PackedScenes()
-    used = 0
+    used, most = 0, 0
     bar = tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
     for number, each in enumerate(bar):
         chapter = chapters[each[0]]
@@ -164,6 +167,8 @@ def motions(
         found.places[each] = len(found.scenes)
         found.lively[each] = _liveliness(scene)
         found.scenes.append(text)
+        if (now := penetration(scene)) > most:
+            found.flesh, most = scene, now
         answers = [figure for figure in scene.figures if figure.part == "prediction"]
         given = any(figure.part == scene_builder.REFERENCE for figure in scene.figures)
         answering = [label for label in split.labels if not (given and label == scene_builder.REFERENCE)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -15,6 +16,7 @@ from retarget_bench.figures import method_order, palette
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.svg import elements
 from retarget_bench.report.chapters import Chapter, Split
+from retarget_bench.report.flesh import FleshFigure, flesh_figure
 from retarget_bench.report.index import index
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.report.pictures import pictures
@@ -49,6 +51,7 @@ def page(
         "chapters": [_chapter(chapter, styles) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,
+        "flesh": _flesh(shown, styles),
         "scenes": [Markup(text) for text in shown.scenes],
         "data": Markup(player.data(cases)),
         "thinned": thinned,
@@ -60,6 +63,13 @@ def page(
         "shades": range(palette.SHADES),
     }
     return environment().get_template("report.html").render(context)
+
+
+def _flesh(shown: PackedScenes, styles: Mapping[str, MethodStyle]) -> FleshFigure | None:
+    if shown.flesh is None:
+        return None
+    colours = {label: each.colour for label, each in styles.items()}
+    return flesh_figure(replace(shown.flesh, colours=colours))
 
 
 @cache

@@ -1,6 +1,6 @@
 """Drawn bodies: thickness of bones, and the polygons of a picture."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,7 +9,8 @@ import numpy as np
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part, is_finger, is_tip
 from retarget_bench.viewer.camera import Camera
-from retarget_bench.viewer.colours import Colour, shade, tints
+from retarget_bench.viewer.colours import LIT, Colour, shade, tints
+from retarget_bench.viewer.flesh import lit_faces
 from retarget_bench.viewer.scene import Figure
 
 LIMBS = {
@@ -99,7 +100,10 @@ RIM = 1.5
 FARTHEST = 20.0
 """Pieces that reach farther than so many times the picture's size from it are left out."""
 LEVELS = 24
-"""Shades of a skin."""
+"""Shades of a skin, and of points by their distance."""
+DOT = 0.0035
+"""Radius of a point, in heights."""
+DIAMOND = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
 @dataclass(frozen=True)
@@ -139,12 +143,22 @@ class Solid:
         height = self.body.height
         if np.isfinite(height) and height > 0:
             return float(height)
-        return max(float(np.ptp(self.places, axis=1).max()), 0.1)
+        return max(float(np.ptp(self.extent, axis=1).max()), 0.1)
+
+    @cached_property
+    def extent(self) -> np.ndarray:
+        """``(frames, n, 3)`` metres that have to be in the picture: joints, or a box around points."""
+        points = self.figure.points
+        if points is None or len(self.body.skeleton) > 1:
+            return self.places
+        ends = np.array([[each.min(axis=0), each.max(axis=0)] for each in points])
+        corners = [ends[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+        return np.stack(corners, axis=1)
 
     @cached_property
     def skinned(self) -> bool:
         """True where a skin is drawn, not bones."""
-        return self.skin and self.figure.motion is not None and self.body.mesh is not None
+        return self.skin and self.figure.has_skin
 
     @cached_property
     def _bones(self) -> tuple[np.ndarray, np.ndarray]:
@@ -179,8 +193,36 @@ class Solid:
     def pieces(self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]) -> list[Piece]:
         """The polygons of a frame, in no order. size: of the picture, pixels."""
         limit = FARTHEST * max(size)
+        if self.skin and self.figure.points is not None:
+            return list(self._dots(frame, camera, target, limit))
         draw = self._skinned if self.skinned else self._tubes
         return list(draw(frame, camera, target, limit))
+
+    def lit_pieces(
+        self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]
+    ) -> list[Piece]:
+        """The faces of a skin that are inside flesh, to be drawn over all others."""
+        figure = self.figure
+        if not self.skinned or figure.points is not None or figure.inside is None:
+            return []
+        if not figure.inside[frame].any():
+            return []
+        return list(
+            self._faces(frame, camera, target, FARTHEST * max(size), lit_faces(figure, frame), [LIT])
+        )
+
+    def _dots(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
+        """Points, the near ones darker."""
+        assert self.figure.points is not None
+        pixels, depths, scales = camera.project(self.figure.points[frame], target)
+        good = np.isfinite(pixels).all(axis=1) & (np.abs(pixels).max(axis=1) < limit)
+        near = (depths.max() - depths) / max(float(np.ptp(depths)), 1e-9)
+        levels = np.rint(LEVELS * near).astype(int)
+        shades = [shade(self.colour, 1.7 - 0.9 * k / LEVELS) for k in range(LEVELS + 1)]
+        radius = np.maximum(DOT * self.size * scales, 1.0)
+        corners = pixels[:, None] + radius[:, None, None] * DIAMOND
+        for point in np.flatnonzero(good).tolist():
+            yield Piece(float(depths[point]), corners[point].ravel().tolist(), shades[levels[point]])
 
     def _tubes(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
         ends, radii, sides = self.bones(frame)
@@ -208,13 +250,26 @@ class Solid:
 
     def skin_at(self, frame: int) -> np.ndarray:
         """``(vertices, 3)`` metres of the skin at a frame."""
-        assert self.body.mesh is not None
-        assert self.figure.motion is not None
-        return self.body.mesh.skinned(self.figure.motion.at(slice(frame, frame + 1)))[0]
+        found: np.ndarray = self.figure.skin_at(slice(frame, frame + 1))[0]
+        return found
 
     def _skinned(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
+        every = np.ones(len(self.face_sides), dtype=bool)
+        return self._faces(frame, camera, target, limit, every, tints(self.colour))
+
+    def _faces(
+        self,
+        frame: int,
+        camera: Camera,
+        target: np.ndarray,
+        limit: float,
+        chosen: np.ndarray,
+        colours: Sequence[Colour],
+    ) -> Iterator[Piece]:
+        """Chosen faces of the skin ``(faces,)`` that look towards the eye. colours: one, or by side."""
         assert self.body.mesh is not None
-        corners = self.skin_at(frame)[self.body.mesh.faces]  # (faces, 3, 3)
+        corners = self.skin_at(frame)[self.body.mesh.faces[chosen]]  # (faces, 3, 3)
+        sides = np.minimum(self.face_sides[chosen], len(colours) - 1)
         pixels, depths, _ = camera.project(corners, target)
         first, second = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
         toward = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0  # rows of pixels run down
@@ -223,12 +278,10 @@ class Solid:
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
         lit = normal @ (camera.axes * np.array([[1.0], [1.0], [-1.0]])).T @ LIGHT
         levels = np.rint(LEVELS * np.clip(lit, 0.0, 1.0)).astype(int)
-        shades = [
-            [shade(tint, 0.5 + 0.75 * k / LEVELS) for k in range(LEVELS + 1)] for tint in tints(self.colour)
-        ]
+        shades = [[shade(tint, 0.5 + 0.75 * k / LEVELS) for k in range(LEVELS + 1)] for tint in colours]
         flat, depth = pixels.reshape(len(pixels), -1), depths.mean(axis=1)
         for face in np.flatnonzero(toward).tolist():
-            colour = shades[self.face_sides[face]][levels[face]]
+            colour = shades[sides[face]][levels[face]]
             yield Piece(depth[face], flat[face].tolist(), colour)
 
 

@@ -18,6 +18,9 @@ SHADOW: Colour = (205, 208, 214)
 INK: Colour = (28, 30, 34)
 FAINT: Colour = (96, 101, 110)
 CONTACT: Colour = (255, 190, 0)
+LIT: Colour = (255, 225, 0)
+STRIPE: Colour = (20, 20, 20)
+"""Flesh inside flesh: lighter than every body, and striped, so that it is told without colours, too."""
 TROUBLE: Colour = (170, 30, 30)
 """Words about what went wrong."""
 

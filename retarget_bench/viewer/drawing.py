@@ -8,7 +8,19 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from retarget_bench.errors import BenchError
-from retarget_bench.viewer.colours import FAINT, INK, PAPER, STAGE, TROUBLE, Colour, colours, tints
+from retarget_bench.viewer.colours import (
+    FAINT,
+    INK,
+    LIT,
+    PAPER,
+    STAGE,
+    STRIPE,
+    TROUBLE,
+    Colour,
+    colours,
+    tints,
+)
+from retarget_bench.viewer.flesh import key
 from retarget_bench.viewer.renderer import SMALLEST, DrawingStyle, Stage, stages
 from retarget_bench.viewer.scene import Figure, Scene
 from retarget_bench.viewer.text import Font, font, plain, short, wrapped
@@ -102,7 +114,9 @@ class Drawing:
         picture = Image.new("RGB", self.look.size, PAPER)
         pen = ImageDraw.Draw(picture)
         letters = font(self._letter, bold=True)
-        room = self.look.size[0] - 2 * GAP - font(self._letter).getlength(self._clock(self.scene.frames))
+        room = self.look.size[0] - 2 * GAP - self._clock_room
+        if words := key(self.scene.figures, self.frames) if self.look.skin else "":
+            room = draw_key(pen, room, self._head, self._letter, words)
         pen.text(
             (GAP + 2, self._head / 2),
             short(title(self.scene), letters, room - 20),
@@ -118,6 +132,10 @@ class Drawing:
                 if stage is None:
                     draw_reason(pen, box, figure, self._letter)
         return picture
+
+    @property
+    def _clock_room(self) -> float:
+        return font(self._letter).getlength(self._clock(self.scene.frames))
 
     def _name(self, pen: ImageDraw.ImageDraw, box: Box, figure: Figure, colour: Colour) -> None:
         """A figure's colours, name and message below its panel."""
@@ -170,6 +188,23 @@ class Drawing:
 # ------------------------------------------------------------------------------------- parts of pictures
 def title(scene: Scene) -> str:
     return scene.title + (f" ({scene.kind})" if scene.kind else "")
+
+
+def draw_key(pen: ImageDraw.ImageDraw, right: float, head: int, letter: int, words: str) -> float:
+    """What stripes mean, in the heading up to a place, where it takes less than half of the room; returns
+    the room that is left."""
+    letters = font(letter - 1)
+    chip = 2.2 * letter
+    wide = letters.getlength(words) + chip + 2 * letter
+    if wide > 0.55 * right:
+        return right
+    left, top, low = right - wide, head / 2 - 0.5 * letter, head / 2 + 0.5 * letter
+    pen.rectangle((left, top, left + 1.5 * letter, low), LIT, STRIPE)
+    for share in (0.1, 0.6, 1.1):
+        x = left + share * letter
+        pen.line((x, low, x + 0.4 * letter, top), STRIPE, 2)
+    pen.text((left + chip, head / 2), words, FAINT, letters, anchor="lm")
+    return left
 
 
 def error_text(figure: Figure, frame: int, letters: Font, room: float) -> str:
@@ -254,7 +289,10 @@ def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Imag
     picture = Image.new("RGB", look.size, PAPER)
     pen = ImageDraw.Draw(picture)
     bold, letters = font(letter, bold=True), font(letter)
-    pen.text((GAP + 2, head / 2), short(title(scene), bold, width - 2 * GAP), INK, bold, anchor="lm")
+    room: float = width - 2 * GAP
+    if words := key(scene.figures, frames) if look.skin else "":
+        room = draw_key(pen, room, head, letter, words)
+    pen.text((GAP + 2, head / 2), short(title(scene), bold, room), INK, bold, anchor="lm")
     for column, frame in enumerate(frames):
         middle = names + GAP + column * (wide + GAP) + wide / 2
         words = short(f"{frame / scene.fps:.2f} s", letters, wide)

@@ -16,7 +16,8 @@ from retarget_bench.motion.facing import facing
 from retarget_bench.motion.ground import ground_height
 from retarget_bench.viewer import floor
 from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.colours import CONTACT, FLOOR, colours
+from retarget_bench.viewer.colours import CONTACT, FLOOR, LIT, colours
+from retarget_bench.viewer.flesh import lit_faces
 from retarget_bench.viewer.models import Model
 from retarget_bench.viewer.scene import Scene
 from retarget_bench.viewer.scene_builder import CaseList, dressed
@@ -33,6 +34,8 @@ AWAY = 1.2
 """First distance of the camera, in radii of the figures."""
 REACH = 6.0
 """Metres of a field of heights that are shown around the middle."""
+CLEAR = 0.45
+"""Opacity of a body with flesh inside flesh."""
 NOTHING_YET = "waiting for the first case"
 FILES = "the files"
 
@@ -308,11 +311,19 @@ class Actor:
             for joint in (joints if solid.figure.planted is not None else ())
         ]
         self.label = stage.add_label(f"{name}/label", plain(solid.figure.label), anchor="bottom-center")
+        self.lit: list[Any] = []
+        if solid.skinned and solid.figure.inside is not None and solid.figure.inside.any():
+            points, face = solid.skin_at(0).astype(np.float32), np.zeros((1, 3), dtype=np.uint32)
+            flesh = stage.add_mesh_simple(
+                f"{name}/lit", points, face, color=LIT, side="double", position=tuple(shift), visible=False
+            )
+            self.lit.append(flesh)
 
     def pose(self, frame: int, scene: Scene, labelled: bool) -> None:
         """Move everything to where it is at a frame."""
         for part, points in zip(self.parts, self.model.vertices(frame), strict=True):
             part.vertices = points
+        self._light(frame)
         figure, places = self.solid.figure, self.solid.places[frame]
         for number, ball in enumerate(self.contacts):
             assert figure.joints is not None
@@ -326,8 +337,20 @@ class Actor:
         self.label.visible = labelled
         self.label.position = tuple(self.shift + np.array([middle[0], top, middle[2]]))
 
+    def _light(self, frame: int) -> None:
+        """Flesh inside flesh at a frame, through a body that lets it be seen."""
+        for flesh in self.lit:
+            mesh, faces = self.solid.body.mesh, lit_faces(self.solid.figure, frame)
+            assert mesh is not None
+            flesh.visible = bool(faces.any())
+            for part in self.parts:
+                part.opacity = CLEAR if flesh.visible else None
+            if flesh.visible:
+                flesh.vertices = self.solid.skin_at(frame).astype(np.float32)
+                flesh.faces = mesh.faces[faces].astype(np.uint32)
+
     def remove(self) -> None:
-        for handle in (*self.parts, *self.contacts, self.label):
+        for handle in (*self.parts, *self.contacts, *self.lit, self.label):
             handle.remove()
 
 

@@ -32,6 +32,8 @@ FARTHEST = 1e6
 """Metres: what is farther from the origin is shown here."""
 SKIN_STEP, TURN_STEP = 2.5e-4, 2.0**-11
 """Of skins, metres; of the quaternions that they are turned by."""
+SURFACE_STEP = 2e-3
+"""Metres, of vertices that move by no skeleton."""
 _BITS = 7
 
 
@@ -47,10 +49,15 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
     for figure, colour in zip(scene.figures, names(scene), strict=True):
         head = _head(figure, scene.values.get(figure.label, {}))
         figures.append(head | {"body": _index(bodies, figure.character), "colour": colour})
-    worn = _worn(scene, bodies, figures) if skins else {}
+    worn = _worn(bodies, figures) if skins else {}
     for each in figures:
         each["skin"] = each["skin"] and each["body"] in worn
     kept = [worn.get(each["body"]) if each["skin"] else None for each in figures]
+    for each, figure, skin in zip(figures, scene.figures, kept, strict=True):
+        if skin is not None and figure.surface is not None:
+            each["surface"] = True
+        if skin is not None and figure.inside is not None and (lit := _lit(figure.inside, skin)).any():
+            each["lit"] = int(lit.any(axis=0).sum())
     series = b"".join(_integers(each) for each in _series(scene, kept))
     series += b"".join(_integers(each) for place in worn for each in _skin(bodies[place], worn[place]))
     return {
@@ -65,6 +72,7 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
         "errorStep": ERROR_STEP,
         "skinStep": SKIN_STEP,
         "turnStep": TURN_STEP,
+        "surfaceStep": SURFACE_STEP,
         "ground": _ground(scene.ground),
         "bodies": [_body(each, worn.get(place)) for place, each in enumerate(bodies)],
         "figures": figures,
@@ -72,17 +80,11 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
     }
 
 
-def _worn(scene: Scene, bodies: list[Character], figures: list[dict[str, Any]]) -> dict[int, Skin]:
+def _worn(bodies: list[Character], figures: list[dict[str, Any]]) -> dict[int, Skin]:
     """Place of a body -> its skin, of those that have one and that somebody moves in."""
     moved = sorted({each["body"] for each in figures if each["skin"]})
     known = {place: bodies[place].mesh for place in moved}
-    meshes = {place: mesh for place, mesh in known.items() if mesh is not None and len(mesh.faces)}
-    for place, mesh in meshes.items():
-        if not np.isfinite(mesh.vertices).all() or not np.isfinite(mesh.weights).all():
-            raise BenchError(
-                f"{scene.title}: the skin of {bodies[place].name} has values that are not finite"
-            )
-    return {place: Skin.of(mesh) for place, mesh in meshes.items()}
+    return {place: Skin.of(mesh) for place, mesh in known.items() if mesh is not None and len(mesh.faces)}
 
 
 def _index(bodies: list[Character], body: Character) -> int:
@@ -122,9 +124,14 @@ def _head(figure: Figure, values: dict[str, float]) -> dict[str, Any]:
         "shown": shown,
         "contacts": list(figure.joints) if shown and figure.joints and figure.planted is not None else None,
         "error": shown and figure.error is not None,
-        "skin": shown and figure.motion is not None and len(figure.motion.skeleton) == len(figure.parents),
+        "skin": shown and figure.has_skin and _fits(figure),
         "values": {name: float(value) for name, value in values.items() if math.isfinite(value)},
     }
+
+
+def _fits(figure: Figure) -> bool:
+    """True where a skin can follow: rotations are of the body's own joints."""
+    return figure.motion is None or len(figure.motion.skeleton) == len(figure.parents)
 
 
 def _ground(ground: Ground) -> dict[str, Any]:
@@ -160,10 +167,33 @@ def _series(scene: Scene, skins: list[Skin | None]) -> Iterator[np.ndarray]:
         if figure.error is not None:
             error = np.where(np.isfinite(figure.error), figure.error, -ERROR_STEP)
             yield _changes(_steps(error, ERROR_STEP)[None])
-        if skin is not None and figure.motion is not None:
+        if skin is not None and figure.surface is not None:
+            if not np.isfinite(figure.surface).all():
+                raise BenchError(f"{scene.title}: {figure.label} has vertices that are not finite")
+            corners = skin.middles(figure.surface)
+            yield _changes(_steps(corners, SURFACE_STEP).reshape(scene.frames, -1).T)
+        elif skin is not None and figure.motion is not None:
             yield _changes(_steps(skin.turns(figure.motion), TURN_STEP).reshape(scene.frames, -1).T)
+        if skin is not None and figure.inside is not None:
+            yield from _runs(_lit(figure.inside, skin))
     if scene.ground.heights is not None:
         yield _changes(_steps(scene.ground.heights, STEP))
+
+
+def _lit(inside: np.ndarray, skin: Skin) -> np.ndarray:
+    """``(frames, corners)`` bool: corners of a skin that are lit."""
+    return skin.any(inside)
+
+
+def _runs(chosen: np.ndarray) -> Iterator[np.ndarray]:
+    """Corners that are chosen in any frame, each as far behind the one before; then of each the frames in
+    turn in which it is not chosen, and is, until there is none left."""
+    ever = np.flatnonzero(chosen.any(axis=0))
+    if len(ever):
+        yield np.diff(ever, prepend=0)
+    for corner in ever.tolist():
+        turns = np.flatnonzero(np.diff(chosen[:, corner], prepend=False))
+        yield np.diff(np.concatenate([[0], turns, [len(chosen)]]))
 
 
 def _steps(values: np.ndarray, step: float) -> np.ndarray:

@@ -6,14 +6,14 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFilter
 
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
 from retarget_bench.viewer import floor
 from retarget_bench.viewer.bodies import Piece, Solid
 from retarget_bench.viewer.camera import VIEWS, Camera, axes, fitted, stays, track
-from retarget_bench.viewer.colours import CONTACT, STAGE, colours, shade
+from retarget_bench.viewer.colours import CONTACT, STAGE, STRIPE, colours, shade
 from retarget_bench.viewer.scene import Scene
 
 Following = Literal["auto", "fit", "follow"]
@@ -32,6 +32,8 @@ PAD, SKIN_PAD = 0.1, 0.18
 """Heights that are left free around joints, which bodies are thicker than, and skins go beyond."""
 BALL = 0.014
 """Radius of the mark on a joint that rests, in heights."""
+STRIPES = 6
+"""Pixels from one stripe to the next, on what is lit."""
 REACH = 2.6
 """Radius of the drawn floor, in heights, at least."""
 
@@ -92,7 +94,12 @@ class Stage:
         pieces = [piece for solid in self.solids for piece in self._pieces(solid, frame, size)]
         for piece in sorted(pieces, key=lambda piece: -piece.depth):
             pen.polygon(piece.corners, fill=piece.colour)
-        return picture.reduce(FINER)
+        lit = [
+            each
+            for solid in self.solids
+            for each in solid.lit_pieces(frame, self._fine, self.targets[frame], size)
+        ]
+        return (_striped(picture, lit) if lit else picture).reduce(FINER)
 
     def _ground(self, target: tuple[float, float, float]) -> Image.Image:
         """The floor around where the camera looks; kept as long as it does not move."""
@@ -129,6 +136,21 @@ class Stage:
         """True where any joint of the first figure is in the picture."""
         pixels = self.camera.project(self.solids[0].places[frame], self.targets[frame])[0]
         return bool(((pixels >= 0) & (pixels <= np.array(self.size))).all(axis=1).any())
+
+
+def _striped(picture: Image.Image, lit: list[Piece]) -> Image.Image:
+    """A picture with pieces over all that is in it, striped and with a rim."""
+    mask = Image.new("L", picture.size)
+    flesh, marks = ImageDraw.Draw(picture), ImageDraw.Draw(mask)
+    for piece in lit:
+        marks.polygon(piece.corners, fill=255)
+    picture.paste(STRIPE, mask=mask.filter(ImageFilter.MaxFilter(2 * FINER + 1)))
+    for piece in sorted(lit, key=lambda piece: -piece.depth):
+        flesh.polygon(piece.corners, fill=piece.colour)
+    across, down = np.meshgrid(np.arange(picture.size[0]), np.arange(picture.size[1]))
+    dark = (across + down) % (STRIPES * FINER) < STRIPES * FINER // 3
+    picture.paste(STRIPE, mask=Image.fromarray(np.where(dark, np.asarray(mask), 0).astype(np.uint8)))
+    return picture
 
 
 def stages(
@@ -188,8 +210,8 @@ def _around(group: Sequence[Solid], lead: Solid, frames: list[int], targets: np.
     found = [np.zeros((1, 3))]
     home = _root(lead)[frames]
     for solid in group:
-        near = np.linalg.norm(solid.places[frames] - home[:, None], axis=-1) < ASTRAY * lead.size
+        near = np.linalg.norm(solid.extent[frames] - home[:, None], axis=-1) < ASTRAY * lead.size
         near |= solid is lead
-        found.append((solid.places[frames] - targets[frames][:, None])[near])
+        found.append((solid.extent[frames] - targets[frames][:, None])[near])
     points = np.concatenate(found)
     return points[np.isfinite(points).all(axis=1)]

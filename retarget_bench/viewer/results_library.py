@@ -15,6 +15,7 @@ from retarget_bench.evaluation import plan, predict
 from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.figures import method_order
 from retarget_bench.files import digest
+from retarget_bench.motion import files
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
@@ -175,7 +176,7 @@ def _usual(place: ResultPaths) -> Spec | None:
     return None
 
 
-MOTION_FILES = (".bvh", ".npz")
+MOTION_FILES = (*files.suffixes(), ".npz")
 
 
 def results(
@@ -243,12 +244,13 @@ def _colours(places: tuple[tuple[ResultPaths, int], ...]) -> dict[str, str]:
 
 def are_files(names: Sequence[str]) -> bool:
     """True for names of motion files, false for a case. Raises BenchError for a mixture."""
-    files = [name for name in names if Path(name).suffix.lower() in MOTION_FILES]
-    files += [name for name in names if name not in files and Path(name).is_file()]
-    if files and len(files) < len(names):
-        other = next(name for name in names if name not in files)
-        raise BenchError(f"{other!r} is no motion file, and {files[0]} is; show either files or a case")
-    return bool(files)
+    paths = {name: files.split_take(name)[0] for name in names}
+    motions = [name for name in names if paths[name].suffix.lower() in MOTION_FILES]
+    motions += [name for name in names if name not in motions and paths[name].is_file()]
+    if motions and len(motions) < len(names):
+        other = next(name for name in names if name not in motions)
+        raise BenchError(f"{other!r} is no motion file, and {motions[0]} is; show either files or a case")
+    return bool(motions)
 
 
 def place_of(path: Path) -> tuple[ResultPaths, str] | None:

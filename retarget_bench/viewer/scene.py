@@ -6,12 +6,12 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.api import Ground, Prediction
+from retarget_bench.api import Ground, Source
 from retarget_bench.api.comparison import contact_roles
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import planted
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import Motion, PointSets, Surface
 
 Part = Literal["source", "reference", "prediction", "motion"]
 """``motion``: one that is no part of a case, such as a file."""
@@ -23,12 +23,16 @@ class Figure:
 
     label:     its name for people (a method, ``source``, ``reference``, a file).
     positions: ``(frames, joints, 3)`` metres, Y up; None where there is nothing to show (see ``message``).
-    motion:    with rotations, where they are known: only then a skin can follow.
+    motion:    with rotations, where they are known: a skin can follow these.
     joints:    indices of the joints that contacts are of. planted: ``(frames, len(joints))`` bool, the
                figure's own contacts. Both None where contacts are not known.
     error:     ``(frames,)`` % of height off the reference in the world; None where there is no reference.
     joint_error: ``(joints,)`` the same, mean over frames, NaN for joints that are not scored.
     status:    as in results: ok, unsupported, invalid, failed, missing.
+    surface:   ``(frames, V, 3)`` metres, the vertices of the body's mesh, where they are known without
+               rotations. points: of each frame ``(n, 3)`` metres, where a body is known by points.
+    inside:    ``(frames, V)`` bool, vertices of the mesh to be lit: flesh inside flesh (``flesh.lit``);
+               None where it was not looked for.
     """
 
     label: str
@@ -42,6 +46,23 @@ class Figure:
     joint_error: np.ndarray | None = None
     status: str = "ok"
     message: str = ""
+    surface: np.ndarray | None = None
+    points: tuple[np.ndarray, ...] | None = None
+    inside: np.ndarray | None = None
+
+    @property
+    def has_skin(self) -> bool:
+        """True where the body has a mesh and it is known where that is."""
+        known = self.surface is not None or self.motion is not None
+        return known and self.character.mesh is not None
+
+    def skin_at(self, frames: slice) -> np.ndarray:
+        """``(frames, V, 3)`` metres: the vertices of the body's mesh, of a figure that has them."""
+        if self.surface is not None:
+            return self.surface[frames]
+        assert self.motion is not None
+        assert self.character.mesh is not None
+        return self.character.mesh.skinned(self.motion.at(frames))
 
     @property
     def parents(self) -> np.ndarray:
@@ -89,7 +110,7 @@ Labels = tuple[tuple[int, ...] | None, np.ndarray | None]
 """Contact joints, and ``(frames, joints)`` bool, true where planted; both None where not known."""
 
 
-def figure_of(label: str, part: Part, motion: Prediction, labels: Labels | None = None) -> Figure:
+def figure_of(label: str, part: Part, motion: Source, labels: Labels | None = None) -> Figure:
     """A motion as a figure. labels: its contacts; None: they are found by speed, where the body has contact
     joints and a height."""
     body = motion.character
@@ -98,8 +119,17 @@ def figure_of(label: str, part: Part, motion: Prediction, labels: Labels | None 
         labels = None, None
         if joints and body.height > 0:
             labels = joints, planted(motion.positions[:, joints], body.height, motion.fps)
-    rotations = motion if isinstance(motion, Motion) else None
-    return Figure(label, part, body, motion.positions, rotations, *labels)
+    return Figure(
+        label,
+        part,
+        body,
+        motion.positions,
+        motion=motion if isinstance(motion, Motion) else None,
+        surface=motion.vertices if isinstance(motion, Surface) else None,
+        points=motion.points if isinstance(motion, PointSets) else None,
+        joints=labels[0],
+        planted=labels[1],
+    )
 
 
 def distinct(labels: Sequence[str], taken: Sequence[str] = ()) -> list[str]:

@@ -18,6 +18,7 @@ from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.figures import method_order
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character, Positions
+from retarget_bench.motion.files import split_take, suffixes
 from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.motion import resampled_frames
 from retarget_bench.plugins import registry
@@ -25,6 +26,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import results_library
+from retarget_bench.viewer.flesh import lit
 from retarget_bench.viewer.results_library import (
     StoredResults,
     listed,
@@ -75,14 +77,17 @@ def of_stored(
     return _scene(case, answers, [each.values(case_id) for each in having], colours or {})
 
 
-def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Sequence[Spec]) -> Scene:
+def of_case_asked(
+    dataset: Spec, split: str | None, case_id: str, methods: Sequence[Spec], *, task: str = RETARGET
+) -> Scene:
     """A case of a data set with predictions made now; nothing is stored.
 
-    split: None looks in every split. Raises BenchError for an unknown case or method.
+    split: None looks in every split. task: as in ``bench task``.
+    Raises BenchError for an unknown case or method.
     """
-    data = plan.dataset(registry.canonical("datasets", dataset))
+    data = plan.dataset(registry.canonical("datasets", dataset), task)
     splits = data.card.splits if split is None else (split,)
-    infos = {info.id: info for each in splits for info in data.cases(RETARGET, each)}
+    infos = {info.id: info for each in splits for info in data.cases(Spec.parse(task).name, each)}
     if case_id not in infos:
         raise _unknown(case_id, list(infos), f"{data.label} has")
     case = _loaded(data, infos[case_id])
@@ -95,16 +100,18 @@ def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Seque
 
 
 def dressed(scene: Scene) -> Scene:
-    """The scene with rotations for every figure whose body has a skin and that is known by positions alone.
+    """The scene with rotations for every figure whose body has a skin and that is known by positions
+    alone, and with flesh inside flesh to be lit (``flesh.lit``).
 
-    They are fitted to the positions (``motion.fitting``), which stay as they are; the figure's ``message``
-    says how far the fitted joints are from them. Raises BenchError where a position is not finite.
+    Rotations are fitted to the positions (``motion.fitting``), which stay as they are; the figure's
+    ``message`` says how far the fitted joints are from them. Raises BenchError where a position is not
+    finite.
     """
-    return replace(scene, figures=tuple(_dressed(each, scene.fps) for each in scene.figures))
+    return replace(scene, figures=tuple(lit(_dressed(each, scene.fps)) for each in scene.figures))
 
 
 def _dressed(figure: Figure, fps: float) -> Figure:
-    if figure.positions is None or figure.motion is not None or figure.character.mesh is None:
+    if figure.positions is None or figure.character.mesh is None or figure.has_skin:
         return figure
     fitted = fit(Positions(figure.character, figure.positions, fps))
     said = f"skin by rotations fitted to positions: {fitted}"
@@ -143,6 +150,14 @@ def _answer(label: str, case: Case, outcome: Outcome) -> Figure:
     return replace(drawn, error=shares.mean(axis=1), joint_error=by_joint)
 
 
+def _source(case: Case) -> Figure:
+    """The source; of points, also the motion that they are of, where it is known."""
+    drawn = figure_of("source", "source", case.source)
+    if case.source_motion is None or drawn.points is None:
+        return drawn
+    return replace(figure_of("source", "source", case.source_motion), points=drawn.points)
+
+
 def _compared(case: Case, motion: Prediction) -> Comparison | None:
     """A motion of the target beside its case; None where the target has no height to measure by."""
     return Comparison(case, motion) if case.target.height > 0 else None
@@ -158,7 +173,7 @@ def _scene(
 
     The control of that name answers with the reference, which is shown once.
     """
-    figures = [figure_of("source", "source", case.source)]
+    figures = [_source(case)]
     if case.reference is not None:
         compared = _compared(case, case.reference)
         schedule = compared.contact_labels if compared else None
@@ -196,16 +211,16 @@ SAME_RATE = 1e-3
 def of_files(
     paths: Sequence[str | Path], labels: Sequence[str] | None = None, *, body: Character | None = None
 ) -> Scene:
-    """BVH files and prediction files (``.npz``) as one scene, at the rate of the first, as long as the
+    """Motion files and prediction files (``.npz``) as one scene, at the rate of the first, as long as the
     shortest; the ``message`` of every figure that was changed says how.
 
     labels: of the files; their names by default. A prediction file holds no bones: it is of ``body``, or of
-    the first BVH file given here that has its joints.
+    the first motion file given here that has its joints.
     Raises FileError for files that cannot be read, and BenchError where there is no frame or no file.
     """
     files = [Path(path) for path in paths]
     if not files:
-        raise BenchError("there is no file to show; give BVH or prediction files")
+        raise BenchError("there is no file to show; give motion or prediction files")
     return of_motions(_read(files, body), labels if labels is not None else [path.stem for path in files])
 
 
@@ -224,13 +239,17 @@ def of_motions(motions: Sequence[Prediction], labels: Sequence[str]) -> Scene:
 
 
 def _read(files: Sequence[Path], body: Character | None) -> list[Prediction]:
-    """Every file's motion, in their order; BVH files first, since predictions need their bodies."""
+    """Every file's motion, in their order; predictions last, since they need the bodies of the others."""
     found: dict[Path, Prediction] = {}
     for path in files:
-        if path.suffix.lower() == ".bvh":
+        ending = split_take(path)[0].suffix.lower()
+        if ending in suffixes():
             found[path] = importer.load(path).motion
-        elif path.suffix.lower() != ".npz":
-            raise FileError(path, "is no motion file that can be shown; give .bvh, or .npz of a prediction")
+        elif ending != ".npz":
+            known = ", ".join(suffixes())
+            raise FileError(
+                path, f"is no motion file that can be shown; give {known}, or .npz of a prediction"
+            )
     bodies = [body] if body is not None else [motion.character for motion in found.values()]
     for path in files:
         if path not in found:
@@ -254,7 +273,7 @@ def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
             return found
     raise FileError(
         path,
-        "is a prediction, which holds no bones: give the BVH file of its body beside it, or show the case "
+        "is a prediction, which holds no bones: give a motion file of its body beside it, or show the case "
         "that it is of",
     )
 

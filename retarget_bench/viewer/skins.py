@@ -28,17 +28,20 @@ class Skin:
     mesh:   of at most ``MOST`` triangles, which are all that its corners are for.
     joints: ``(used,)`` those that are followed. followed: ``(vertices, FOLLOWED)`` places among them, the
             largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``WHOLE``.
+    place:  of each vertex of the whole mesh its corner here, -1 for those that no face is left of.
     """
 
     mesh: Mesh
     joints: np.ndarray
     followed: np.ndarray
     shares: np.ndarray
+    place: np.ndarray
 
     @classmethod
     def of(cls, mesh: Mesh) -> Skin:
         """The compact skin of a mesh. Where shares are left out, the others grow by as much."""
-        small = _in_order(thinned(mesh, MOST))
+        merged, into = _merged(mesh, MOST)
+        small, number = _in_order(merged)
         order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
         weights = np.take_along_axis(small.weights, order, axis=1)
         shares = _whole(weights / weights.sum(axis=1, keepdims=True))
@@ -48,7 +51,24 @@ class Skin:
             order = np.pad(order, ((0, 0), (0, pad)), mode="edge")
             shares = np.pad(shares, ((0, 0), (0, pad)))
         joints, followed = np.unique(order, return_inverse=True)
-        return cls(small, joints, followed.reshape(order.shape), shares)
+        return cls(small, joints, followed.reshape(order.shape), shares, number[into])
+
+    def middles(self, vertices: np.ndarray) -> np.ndarray:
+        """``(frames, corners, 3)``: of a whole mesh with vertices ``(frames, V, 3)``."""
+        order = np.argsort(self.place, kind="stable")
+        order = order[self.place[order] >= 0]
+        _, first, count = np.unique(self.place[order], return_index=True, return_counts=True)
+        sums = np.add.reduceat(vertices[:, order], first, axis=1)
+        found: np.ndarray = sums / count[:, None]
+        return found
+
+    def any(self, chosen: np.ndarray) -> np.ndarray:
+        """``(frames, corners)`` bool: where any vertex of a corner is chosen ``(frames, V)``."""
+        kept = self.place >= 0
+        found = np.zeros((len(chosen), len(self.mesh.vertices)), dtype=bool)
+        frame, vertex = np.nonzero(chosen & kept)
+        found[frame, self.place[vertex]] = True
+        return found
 
     def back(self) -> np.ndarray:
         """``(faces * 3,)``: how far every corner is behind the first number that no face has had yet."""
@@ -68,20 +88,25 @@ def thinned(mesh: Mesh, most: int) -> Mesh:
     most become one in their middle (vertex clustering, Rossignac and Borrel 1993); the cells are as small
     as they can be.
     """
+    return _merged(mesh, most)[0]
+
+
+def _merged(mesh: Mesh, most: int) -> tuple[Mesh, np.ndarray]:
+    """The thinned mesh, and ``(vertices,)`` the vertex that each vertex of the mesh became part of."""
     if len(mesh.faces) <= most:
-        return mesh
+        return mesh, np.arange(len(mesh.vertices))
     high = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0
     low, best = high / 1000.0, _clustered(mesh, high)
     for _ in range(_TRIES):
         tried = _clustered(mesh, middle := (low * high) ** 0.5)
-        if len(tried.faces) > most:
+        if len(tried[0].faces) > most:
             low = middle
         else:
             high, best = middle, tried
     return best
 
 
-def _clustered(mesh: Mesh, step: float) -> Mesh:
+def _clustered(mesh: Mesh, step: float) -> tuple[Mesh, np.ndarray]:
     cells = np.floor(mesh.vertices / step + _SHIFT).astype(np.int64)
     keys = np.column_stack([cells, mesh.weights.argmax(axis=1)])
     _, place, held = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
@@ -94,17 +119,20 @@ def _clustered(mesh: Mesh, step: float) -> Mesh:
         np.add.at(sums, place, values)
         return sums / held[:, None]
 
-    return Mesh(middles(mesh.vertices), faces[whole], middles(mesh.weights), mesh.pose)
+    return Mesh(middles(mesh.vertices), faces[whole], middles(mesh.weights), mesh.pose), place
 
 
-def _in_order(mesh: Mesh) -> Mesh:
-    """The same surface; its vertices are numbered as its faces come to them, the rest are gone."""
+def _in_order(mesh: Mesh) -> tuple[Mesh, np.ndarray]:
+    """The same surface; its vertices are numbered as its faces come to them, the rest are gone. And the new
+    number of each vertex, -1 for the rest."""
     used, first, place = np.unique(mesh.faces, return_index=True, return_inverse=True)
     order = np.argsort(first)
     number = np.empty(len(order), dtype=np.int64)
     number[order] = np.arange(len(order))
     faces = number[place].reshape(mesh.faces.shape)
-    return Mesh(mesh.vertices[used[order]], faces, mesh.weights[used[order]], mesh.pose)
+    numbers = np.full(len(mesh.vertices), -1)
+    numbers[used] = number
+    return Mesh(mesh.vertices[used[order]], faces, mesh.weights[used[order]], mesh.pose), numbers
 
 
 def _whole(weights: np.ndarray) -> np.ndarray:

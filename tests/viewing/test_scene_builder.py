@@ -163,7 +163,7 @@ def test_a_prediction_file_borrows_the_bones_of_a_file_that_has_its_joints(tmp_p
     assert scene.figures[0].character.skeleton.names == tuple(PERSON)
     assert scene.figures[0].motion is None
     assert np.allclose(scene.figures[0].positions, np.load(answer)["positions"][:5])
-    with pytest.raises(FileError, match="holds no bones: give the BVH file"):
+    with pytest.raises(FileError, match="holds no bones: give a motion file"):
         scene_builder.of_files([answer, dog])
 
 
@@ -183,7 +183,7 @@ def test_files_that_cannot_be_shown_are_told_in_words(tmp_path):
 def test_skins_of_positions_follow_rotations_that_are_fitted_to_them():
     made = clad_scene()
     clad, places, bare = scene_builder.dressed(made).figures
-    assert clad is made.figures[0]
+    assert clad.motion is made.figures[0].motion
     assert bare is made.figures[2]
     assert np.array_equal(places.positions, made.figures[1].positions)
     # these places are those of a motion of the same body: the fit finds them again, and the skin with them

@@ -170,6 +170,10 @@ function drawBodies(player, list, thin, sheet, part) {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
   };
   if (!part) return draw(all);
+  if (!list.some((figure) => wears(player, figure))) { // all there is on the sheet is seen through the body
+    draw(all);
+    return drawSkins(context, sheet, part);
+  }
   draw(all.filter((piece) => behind(piece, sheet, part)));
   drawSkins(context, sheet, part);
   draw(all.filter((piece) => !behind(piece, sheet, part)));

@@ -21,6 +21,7 @@ const TOGGLES = [
   ["follow", "Follow", "F", "the view goes with the figures"],
 ];
 const SKINS = ["skins", "Skins", "K", "the surface of bodies that have one, in place of bones"];
+const LIT = ["lit", "Flesh inside", "X", "striped, and seen through the skin: limbs inside the rest of the body"];
 const KEYS = [
   ["Space", "play or pause"],
   ["← →", "one frame; with Shift, ten"],
@@ -36,7 +37,8 @@ const KEYS = [
 
 /* What can be switched in a scene. */
 function togglesOf({ figures }) {
-  return figures.some((each) => each.turns) ? [...TOGGLES, SKINS] : TOGGLES;
+  const some = (held) => figures.some((each) => held(each));
+  return [...TOGGLES, ...(some(hasSkin) ? [SKINS] : []), ...(some((each) => each.lit) ? [LIT] : [])];
 }
 
 function node(name, attributes, ...children) {

@@ -29,7 +29,7 @@ function reach(figure, frames, ground) {
   const { positions, path } = figure;
   const joints = figure.body.parents.length;
   const thick = thickness(figure.body);
-  const around = figure.turns ? figure.body.skin.around : new Map();
+  const around = hasSkin(figure) ? figure.body.skin.around : new Map();
   let up = 0, down = 0, wide = 0, worn = 0;
   for (let frame = 0; frame < frames; frame++) {
     for (let joint = 0; joint < joints; joint++) {

@@ -1,7 +1,7 @@
 /* The player itself: what it knows, how that changes, and when it is drawn. */
 
 const SHOWN = { overlay: false, align: false, ghost: false, heat: false, trails: false, contacts: true, marks: true,
-  size: false, follow: true, skins: false };
+  size: false, follow: true, skins: false, lit: true };
 const CONTRAST = 3; // WCAG 2, of what is no text
 
 function listen(player, target, name, action, passive) {

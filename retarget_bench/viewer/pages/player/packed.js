@@ -27,6 +27,18 @@ function series(next, rows, columns, step, out) {
   return out;
 }
 
+/* Runs of frames in which some corners are not lit, and are, in turn: out[frame * corners + corner]. */
+function runs(next, count, frames, corners) {
+  const out = new Uint8Array(corners * frames), ever = [];
+  for (let i = 0, corner = 0; i < count; i++) ever.push((corner += next()));
+  for (const corner of ever) {
+    for (let frame = 0, on = 0; frame < frames; on = 1 - on) {
+      for (let left = next(); left > 0; left--, frame++) out[frame * corners + corner] = on;
+    }
+  }
+  return out;
+}
+
 async function inflated(text) {
   if (typeof DecompressionStream === "undefined") {
     throw new Error("This browser is too old to unpack motions; open the page in a newer one.");
@@ -39,14 +51,16 @@ async function inflated(text) {
 }
 
 /* A scene with typed arrays: positions [frame][joint][xyz] metres, planted [frame][contact], error [frame],
-   and where there are skins turns [frame][joint of the skin][wxyz]. */
+   where there are skins turns [frame][joint of the skin][wxyz], or moved [frame][corner of the skin][xyz] metres,
+   and where flesh is inside flesh lit [frame][corner of the skin]. */
 async function decode(packed) {
   if (packed.schema !== 1) throw new Error("This scene was packed by another version of the program.");
   const next = integers(await inflated(packed.data));
   const frames = packed.frames;
   const bodies = packed.bodies.map((told) => ({ ...told }));
   const figures = packed.figures.map((told) => {
-    const figure = { ...told, body: bodies[told.body], positions: null, planted: null, error: null, turns: null };
+    const figure = { ...told, body: bodies[told.body], positions: null, planted: null, error: null, turns: null,
+      moved: null, lit: null };
     if (!told.shown) return figure;
     const rows = figure.body.parents.length * 3;
     figure.positions = series(next, rows, frames, packed.step, new Float32Array(rows * frames));
@@ -55,10 +69,14 @@ async function decode(packed) {
       figure.planted = series(next, count, frames, 1, new Uint8Array(count * frames));
     }
     if (told.error) figure.error = series(next, 1, frames, packed.errorStep, new Float32Array(frames));
-    if (told.skin) {
+    if (told.skin && told.surface) {
+      const rows = 3 * figure.body.skin.vertices;
+      figure.moved = series(next, rows, frames, packed.surfaceStep, new Float32Array(rows * frames));
+    } else if (told.skin) {
       const turned = figure.body.skin.joints.length * 4;
       figure.turns = series(next, turned, frames, packed.turnStep, new Float32Array(turned * frames));
     }
+    if (told.lit) figure.lit = runs(next, told.lit, frames, figure.body.skin.vertices);
     return figure;
   });
   const ground = { ...packed.ground };

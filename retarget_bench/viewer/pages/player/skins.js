@@ -76,7 +76,7 @@ function clustered(skin, step) {
   const middles = Float32Array.from(sums.flatMap(([x, y, z, count]) => [x / count, y / count, z / count]));
   const kept = (values) => values.constructor.from(
     first.flatMap((i) => Array.from(values.subarray(FOLLOWED * i, FOLLOWED * (i + 1)))));
-  return { ...skin, corners: middles, faces: Uint32Array.from(left), followed: kept(followed), shares: kept(shares),
+  return { ...skin, place, corners: middles, faces: Uint32Array.from(left), followed: kept(followed), shares: kept(shares),
     normals: normalsOf(middles, left) };
 }
 
@@ -85,7 +85,7 @@ function dress(figures) {
   const many = figures.reduce((sum, each) => sum + each.body.skin.faces.length / 3, 0) > MOST;
   for (const figure of figures) {
     const { skin } = figure.body;
-    const worn = many ? skin.coarse || (skin.coarse = coarser(skin)) : skin, count = worn.corners.length / 3;
+    const worn = many && !figure.moved ? skin.coarse || (skin.coarse = coarser(skin)) : skin, count = worn.corners.length / 3;
     if (figure.worn === worn) continue;
     Object.assign(figure, { worn, surface: new Float32Array(3 * count), onSheet: new Float32Array(4 * count) });
   }
@@ -113,7 +113,20 @@ function highest(places) {
 }
 
 function wears(player, figure) {
-  return player.show.skins && figure.turns !== null;
+  return player.show.skins && hasSkin(figure);
+}
+
+function hasSkin(figure) {
+  return figure.turns !== null || figure.moved !== null;
+}
+
+/* The corners of a figure's skin that are lit now, [corner]; null where none is. */
+function litNow(player, figure) {
+  if (!player.show.lit || !figure.lit) return null;
+  const count = figure.body.skin.corners.length / 3;
+  const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
+  const now = figure.lit.subarray(frame * count, (frame + 1) * count);
+  return now.includes(1) ? now : null;
 }
 
 /* Room for figures that reach so high and wide by their joints: heads of skins are above them, snouts before them. */
@@ -167,9 +180,41 @@ function blended({ corners, followed, shares }, bound, out) {
 /* Corners of a figure's skin at a time between frames, [vertex][xyz] metres. */
 function surfaceAt(figure, time, frames) {
   const { skin, parents } = figure.body;
+  if (figure.moved) return movedAt(figure, time, frames, new Float32Array(skin.corners.length));
   if (!figure.now) figure.now = new Float32Array(3 * parents.length);
   placeAt(figure, time, frames);
   return blended(skin, bindings(figure, time, frames), new Float32Array(skin.corners.length));
+}
+
+/* The same of a figure that moves by no skeleton. */
+function movedAt({ moved }, time, frames, out) {
+  const frame = Math.min(Math.floor(time), frames - 1), next = Math.min(frame + 1, frames - 1), share = time - frame;
+  for (let i = 0, a = frame * out.length, b = next * out.length; i < out.length; i++, a++, b++) {
+    out[i] = moved[a] + (moved[b] - moved[a]) * share;
+  }
+  return out;
+}
+
+/* The same for the eye, and how bright it is at each corner, into the fourth of tones[vertex]. */
+function movedTo({ target, cy, sy, cp, sp }, surface, faces, tones) {
+  const axes = [[cy, 0, -sy], [-sy * sp, cp, -cy * sp], [sy * cp, sp, cy * cp]];
+  for (let i = 0; i < surface.length; i += 3) {
+    const [x, y, z] = [surface[i] - target[0], surface[i + 1] - target[1], surface[i + 2] - target[2]];
+    axes.forEach((axis, row) => (surface[i + row] = axis[0] * x + axis[1] * y + axis[2] * z));
+  }
+  const normals = normalsOf(surface, faces);
+  for (let i = 0, n = 0; n < normals.length; i++, n += 3) {
+    const bright = normals[n] * LIGHT[0] + normals[n + 1] * LIGHT[1] + normals[n + 2] * LIGHT[2];
+    tones[4 * i + 3] = TONES * Math.min(Math.max(bright, 0), 1);
+  }
+  return surface;
+}
+
+/* Corners of a skin that bones move, for the eye, and their tones likewise. */
+function followedTo(player, figure, view, tones) {
+  const bound = turnedTo(view, bindings(figure, player.time, player.scene.frames));
+  toned(figure.worn, bound, tones);
+  return blended(figure.worn, bound, figure.surface);
 }
 
 /* The same for the eye: to its right, up, and towards it from the middle of what it sees, metres. */
@@ -207,15 +252,15 @@ function toned({ normals, followed, shares, joints }, bound, out) {
 /* Corners of a figure on a sheet, [vertex][x, y, nearness, tone]: nearness in pixels per metre. */
 function cornersOn(player, figure, view, fine) {
   const { worn, onSheet: out } = figure;
-  const bound = turnedTo(view, bindings(figure, player.time, player.scene.frames));
-  const surface = blended(worn, bound, figure.surface);
+  const surface = figure.moved
+    ? movedTo(view, movedAt(figure, player.time, player.scene.frames, figure.surface), worn.faces, out)
+    : followedTo(player, figure, view, out);
   for (let i = 0; 3 * i < surface.length; i++) {
     const near = view.strength / Math.max(view.eye - surface[3 * i + 2], 0.05 * view.eye);
     out[4 * i] = fine * (view.middleX + surface[3 * i] * near);
     out[4 * i + 1] = fine * (view.middleY - surface[3 * i + 1] * near);
     out[4 * i + 2] = near;
   }
-  toned(worn, bound, out);
   return out;
 }
 
@@ -230,10 +275,45 @@ function fillSkin(player, sheet, part, figure) {
   }
 }
 
+const OVER = 1e6; // pixels per metre: nearer than all that is not lit
+const STRIPES = 9, DARK = 3; // pixels of the sheet from one stripe to the next, and those that are dark
+const STRIPE = 0xff141414;
+
+/* Flesh inside flesh, over all that hides it, striped. */
+function fillLit(player, sheet, part, figure, now) {
+  const { worn: { faces, place }, onSheet: at } = figure;
+  const lit = place ? new Uint8Array(at.length / 4) : now;
+  if (place) now.forEach((on, corner) => (lit[place[corner]] |= on));
+  const ink = player.ink(player.theme.lit), over = at.slice();
+  for (let i = 2; i < over.length; i += 4) over[i] += OVER;
+  for (let i = 0; i < faces.length; i += 3) {
+    if (!lit[faces[i]] && !lit[faces[i + 1]] && !lit[faces[i + 2]]) continue;
+    const a = 4 * faces[i], b = 4 * faces[i + 1], c = 4 * faces[i + 2];
+    const turn = (at[b] - at[a]) * (at[c + 1] - at[a + 1]) - (at[c] - at[a]) * (at[b + 1] - at[a + 1]);
+    if (turn < 0) fill(sheet, part, ink, over, a, b, c);
+  }
+}
+
+/* Stripes on what is lit: it is told without its colour, too. */
+function stripe({ inks: pixels, depths }, { left, top, right, bottom, wide, start }) {
+  for (let y = top; y < bottom; y++) {
+    for (let x = left, at = start + y * wide + left; x < right; x++, at++) {
+      if (depths[at] > OVER / 2 && (x + y) % STRIPES < DARK) pixels[at] = STRIPE;
+    }
+  }
+}
+
 /* All skins of all panels, on the sheet. It is written before any of it is copied to the canvas, since a browser
    would keep what it was for every copy that it has not made yet. */
 function plotSkins(player, plan) {
-  const clad = plan.groups.flat().filter((figure) => wears(player, figure));
+  const lit = new Map();
+  for (const figure of plan.groups.flat()) {
+    const now = litNow(player, figure);
+    if (now) lit.set(figure, now);
+  }
+  const drawn = (figure) => wears(player, figure) || lit.has(figure);
+  const clad = plan.groups.flat().filter(drawn);
+  if (plan.sheet) plan.sheet.parts = [];
   if (!clad.length) return;
   dress(clad);
   const sheet = plan.sheet || (plan.sheet = newSheet(player.width, player.height));
@@ -241,13 +321,16 @@ function plotSkins(player, plan) {
   sheet.parts = plan.groups.map((group, place) => {
     let wanted = null;
     group.forEach((figure, i) => {
-      if (!wears(player, figure)) return;
+      if (!drawn(figure)) return;
       const corners = cornersOn(player, figure, plan.seen[place].views[i], sheet.fine);
       wanted = joined(wanted, covered(corners, plan.boxes[place], sheet.fine));
     });
     if (!wanted) return null;
     const part = blank(sheet, wanted);
     for (const figure of group) if (wears(player, figure)) fillSkin(player, sheet, part, figure);
+    const striped = group.filter((figure) => lit.has(figure));
+    for (const figure of striped) fillLit(player, sheet, part, figure, lit.get(figure));
+    if (striped.length) stripe(sheet, part);
     return part;
   });
   for (const part of sheet.parts) if (part) put(sheet, part);

@@ -6,7 +6,7 @@ const TITLE = 40; // pixels above a figure, for its name and numbers
 function themeOf(root) {
   const style = getComputedStyle(root);
   const names = ["stage", "stage-far", "band", "ink", "faint", "grid", "shadow", "contact", "contact-edge",
-    "slide", "sunk", "line", "ghost"];
+    "slide", "sunk", "line", "ghost", "lit"];
   const theme = {};
   for (const name of names) {
     const key = name.replace(/-(.)/g, (_, letter) => letter.toUpperCase());
