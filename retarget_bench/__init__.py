@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from retarget_bench.python.results import Results as Results
     from retarget_bench.python.results import load_results as load_results
     from retarget_bench.python.running import run as run
+    from retarget_bench.python.scans import retarget_scans as retarget_scans
     from retarget_bench.python.views import ListFrame
 
 __version__ = "0.1.0"
@@ -42,6 +43,7 @@ _OFFERED = {
     "load_motion": "python.motions",
     "load_results": "python.results",
     "retarget": "python.motions",
+    "retarget_scans": "python.scans",
     "run": "python.running",
 }
 """Name -> the module of this package that has it."""

@@ -4,6 +4,10 @@ import os
 
 DATASET = "puppets[size=tiny]"
 METHOD = "ik"
+SCAN_METHOD = "correspondence_free"
+"""Of scanned motion, whose source has no skeleton."""
+WEIGHTS = "puppets"
+"""The name of the weights that learned methods ship, after the data set that they were trained on."""
 PAPERS_DATASET = "mixamo"
 """The data set that published tables are about: their pairs are of its characters."""
 TASK_METRICS = ("position", "smoothness")

@@ -9,8 +9,9 @@ import pytest
 
 from retarget_bench import cli
 from retarget_bench.commands.plugins import plugin_source
-from retarget_bench.motion import bvh, importer
+from retarget_bench.motion import bvh, files, importer
 from retarget_bench.plugins import registry
+from tests.motion.gltf_files import person
 
 
 @pytest.fixture(autouse=True)
@@ -129,6 +130,57 @@ def test_what_is_understood_is_said_with_what_to_override(bench, figures):
         assert told in out
     told = bench("doctor", figures["large"], "--unit", "m")[1]
     assert "m = 1 m (as told)" in told
+
+
+def test_files_of_both_formats_mix_and_results_keep_the_target_s_format(bench, figures):
+    made = person(np.random.default_rng(0), frames=10, size=100.0)
+    made.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
+    made.save(Path("person.glb"))
+    units = ("-m", "copy_rotations", "--quiet")
+    small, glb = figures["small"], "person.glb"
+    for source, target, out in (
+        (small, glb, "into.glb"),
+        (glb, small, "text.bvh"),
+        (glb, small, "new.glb"),
+        (glb, glb, "own.glb"),
+        (glb, glb, "own.bvh"),
+        ("person.glb#act", "into.glb", "again.glb"),
+    ):
+        code, printed, err = bench("retarget", source, "--target", target, "-o", out, *units)
+        assert (code, printed) == (0, ""), err
+    assert files.takes("into.glb") == ("into", "act", "nod")
+    assert files.takes("again.glb") == ("again", "into", "act", "nod")
+    assert importer.load("into.glb").findings.unit[0] == "cm"
+    assert importer.load("into.glb").motion.character.mesh is not None
+    assert bvh.parse("text.bvh").hierarchy.names == bvh.parse(small).hierarchy.names
+    own = importer.load(glb).motion
+    for out in ("own.glb", "own.bvh"):
+        found = importer.load(out).motion
+        np.testing.assert_allclose(found.positions, own.positions, atol=2e-5)
+    done = bench("retarget", glb, "--take", "nod", "--target", glb, "-o", "nod.glb", "-m", "copy_rotations")
+    assert "31 frames of person" in done[1]
+    assert "unit cm, y up" in done[1]
+    done = bench("retarget", glb, "--target", glb, "-o", "nod.bvh", "-m", "copy_rotations")
+    assert "unit m, y up" in done[1]
+
+
+def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):
+    person(np.random.default_rng(0), frames=4).save(Path("person.glb"))
+    code, out, _ = bench("doctor", "person.glb")
+    assert code == 0
+    for told in ("m = 1 m (as the format says)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
+        assert told in out
+    assert "no animation 'run'; it has 1 'act'" in bench("doctor", "person.glb", "--take", "run")[2]
+    assert "no body 'Bob'" in bench("doctor", "person.glb", "--body", "Bob")[2]
+    asked = ("retarget", figures["small"], "--target", "person.glb", "-o")
+    assert "would overwrite person.glb" in bench(*asked, "person.glb")[2]
+    assert "ends in .bvh or .glb" in bench(*asked, "out.fbx")[2]
+    assert "ends in .bvh or .glb" in bench(*asked, "out.gltf")[2]
+    Path("person.glb").write_bytes(Path("person.glb").read_bytes()[:999])
+    code, out, err = bench(*asked, "out.glb")
+    assert (code, out) == (2, "")
+    assert "person.glb: is cut off" in err
+    assert not Path("out.glb").exists()
 
 
 def bare(name: str = "Hips", root: str = "0 0 0", tip: str = "0 0 0", row: str = "0 1 0 0 0 0") -> str:

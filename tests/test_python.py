@@ -178,6 +178,10 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
         (lambda r: rb.run([1]), r"run: methods is \[1\], of type list; it takes text or .* a list of such"),
         (lambda r: rb.run("ik", overwrite="yes"), "overwrite is 'yes', .* 'missing' or 'failed'"),
         (lambda r: rb.run("ik", seeds=0), "seeds is 0; at least 1"),
+        (lambda r: rb.run("ik", limit=0), "limit is 0; at least 1"),
+        (lambda r: rb.run("ik", limit="3"), "run: limit is '3', of type str; it takes a whole number"),
+        (lambda r: rb.run("ik", clips=3), "run: clips is 3, of type int; it takes text"),
+        (lambda r: rb.run("ik", clips=["walk", " , "]), "' , ' names no clip; leave it out for all"),
         (lambda r: rb.load_results("a", 2), "load_results: folders is 2"),
         (lambda r: r.compare(1, 2), "compare: first is 1, of type int; it takes text"),
         (lambda r: r.table(by="colour"), "table: by is 'colour'"),
@@ -276,6 +280,9 @@ def test_an_empty_list_of_methods_is_not_all_of_them():
 def test_folders_without_results_are_told():
     with pytest.raises(rb.BenchError, match=r"in nowhere; the command bench task joint-completion"):
         rb.load_results("nowhere", task="upsample")
+    run("toy_method", limit=1, out="look")
+    with pytest.raises(rb.BenchError, match=r"no finished results in look; rb.run"):
+        rb.load_results("look")
     with pytest.raises(rb.BenchError, match=r"no results in nowhere; rb.run.*out='nowhere'.* makes some"):
         rb.load_results("nowhere")
 
@@ -288,6 +295,32 @@ def test_commands_and_python_share_results(found, capsys):
     with pytest.raises(SystemExit):
         main(["table", "runs"])
     assert str(rb.load_results("runs").table()) == capsys.readouterr().out
+
+
+def test_a_quick_look_is_that_of_the_command(found, capsys):
+    """Its clips, its table, also beside a whole run; a run without limits does the rest."""
+    shutil.copytree(found.places[0].root, "runs")
+    look = run("toy_method", "toy_method[does=shaken]", "copy_rotations", limit=1)
+    assert look.rows[look.rows.method == "copy_rotations"]["clip"].nunique() == 1
+    assert "(a quick look: 1 of 3 clips)" in str(look.table())
+    plugins = [word for file in FILES for word in ("--plugin", str(file))]
+    names = ["toy_method", "toy_method[does=shaken]", "copy_rotations"]
+    with pytest.raises(SystemExit):
+        main(["run", *names, "-d", "toy_cases", "-m", "position", "--limit", "1", *plugins, "-j", "1"])
+    said = capsys.readouterr().out
+    assert str(look.table()) == said[: len(str(look.table()))]
+    assert len(look.problems) == 0
+    with pytest.raises(rb.BenchError, match="copy_rotations is not finished, as after a quick look"):
+        look.save("kept")
+    assert not Path("kept").exists()
+    named = run("copy_rotations", clips=("CLIP 0", "clip 2"), splits="intra")
+    assert set(named.rows["clip"]) >= {"clip 0", "clip 2"}
+    assert look.only("copy_rotations").table().frame.value.notna().all()
+    with pytest.raises(rb.BenchError, match=r"no clip fits 'walk\*'; there are clip 0"):
+        run("copy_rotations", clips="walk*")
+    whole = run("copy_rotations")
+    assert whole.rows["clip"].nunique() == found.rows["clip"].nunique()
+    assert "quick look" not in str(whole.table())
 
 
 def test_a_method_file_that_changes_in_a_session_is_run_anew():

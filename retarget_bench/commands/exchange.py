@@ -25,15 +25,15 @@ def data() -> None:
 @click.argument("folder", metavar="DIR", type=options.PATH)
 @click.option(
     "--format",
-    type=click.Choice(["bvh"]),
+    "form",
+    type=click.Choice(["bvh", "glb"]),
     default="bvh",
     show_default=True,
-    expose_value=False,
     help="How motions are written.",
 )
 @options.root_option
 @options.plugin_option
-def export_data(dataset: str, folder: Path, root: str | None) -> None:
+def export_data(dataset: str, folder: Path, form: str, root: str | None) -> None:
     """Write a whole data set, references, labels and training clips included, as files.
 
     DIR/manifest.json lists characters, cases and files, DIR/SHA256SUMS their check sums. Interrupted, the
@@ -44,7 +44,8 @@ def export_data(dataset: str, folder: Path, root: str | None) -> None:
 
     spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
     with progress_bar("bench data export", "clips") as progress:
-        for done, total in dataset_export.export(registry.create("datasets", spec), str(spec), folder):
+        data = registry.create("datasets", spec)
+        for done, total in dataset_export.export(data, str(spec), folder, form):
             progress(done, total)
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6

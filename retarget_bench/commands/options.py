@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -18,7 +18,6 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
-    from retarget_bench.motion.importer import Imported
     from retarget_bench.results.store import ResultPaths
 
 Decorator = Callable[[Any], Any]
@@ -63,6 +62,7 @@ TASKS = {
     "reconstruct": "reconstruct",
     "denoise": "denoise",
     "joint-completion": "upsample",
+    "points": "points",
 }
 """Name of a task on the command line -> its id, which results are stored under."""
 
@@ -77,6 +77,17 @@ class TaskChoice(click.Choice[str]):
         if value in TASKS.values():
             return str(value)
         return TASKS[super().convert(value.replace("_", "-"), param, ctx)]
+
+
+RUN_TASKS = ("retarget", "points")
+"""Tasks of ``bench run``; the others are those of ``bench task``."""
+
+
+def maker(task: str) -> str:
+    """The command that makes results of a task."""
+    if task == RUN_TASKS[0]:
+        return "bench run"
+    return f"bench run --task {task}" if task in RUN_TASKS else f"bench task {task_name(task)}"
 
 
 def task_name(task: str) -> str:
@@ -291,36 +302,6 @@ def format_option(*forms: str) -> Decorator:
     kind = FormatChoice(forms)
     usual = f"Format.  [default: by the ending of -o, else {forms[0]}]"
     return click.option("-f", "--format", "form", type=kind, callback=form, help=usual)
-
-
-def reading_options(side: str = "") -> Decorator:
-    """Reading of a motion file: ``--unit``, ``--up``, ``--root-place`` and ``--roles``; with a side
-    ``--target-unit`` and so on."""
-    prefix, of = (f"--{side}-", f" of the {side}") if side else ("--", "")
-    unit = f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit."
-    root = f"Whether places of the root{of} add to its OFFSET."
-    roles = f'A TOML file of "joint" = "role"{of}, over what is found.'
-    places = click.Choice(["auto", "absolute", "relative"])
-    return together(
-        click.option(f"{prefix}unit", default="auto", metavar="UNIT", help=unit),
-        click.option(f"{prefix}up", default="auto", metavar="AXIS", help=f"Up axis{of}: y, z, x, -y, ..."),
-        click.option(f"{prefix}root-place", type=places, default="auto", help=root),
-        click.option(f"{prefix}roles", metavar="FILE", help=roles),
-    )
-
-
-def imported(
-    path: Path, reading: Mapping[str, Any], side: str = "", fps: float | None = None, quiet: bool = False
-) -> Imported:
-    """A motion file, read as the ``reading_options`` of a side say; its warnings are printed, or not."""
-    from retarget_bench.motion import importer
-
-    prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
-    unit, up, root, roles = (reading[f"{prefix}{name}"] for name in ("unit", "up", "root_place", "roles"))
-    found = importer.load(path, unit=unit, up=up, root=root, roles=roles, fps=fps)
-    for warning in () if quiet else found.findings.warnings:
-        click.echo(f"{path}: {warning.replace('--', option)}", err=True)
-    return found
 
 
 def ids(text: str) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands import options
+from retarget_bench.commands import motion_files, options
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 
@@ -312,11 +312,11 @@ COMMANDS = (
 @click.argument("method", metavar="METHOD", shell_complete=options.plugin_names("methods"))
 @click.option("-o", "--output", required=True, type=options.FILE)
 @click.option("--case", "case_id", metavar="ID", help="The source of this case of DATASET.")
-@click.option("--source", metavar="FILE", type=options.PATH, help="Or this BVH file.")
+@click.option("--source", metavar="FILE", type=options.PATH, help="Or this motion file.")
 @options.dataset_option
 @options.root_option
 @click.option("--at", metavar="SECONDS,...", help="When to show the body. [default: five times]")
-@options.reading_options()
+@motion_files.reading_options()
 @options.plugin_option
 def attention(
     method: str,
@@ -347,7 +347,7 @@ def attention(
     spec = Spec.parse(method).alone
     looked = registry.create("methods", spec)
     if source is not None:
-        motion, title = options.imported(source, reading).motion, source.name
+        motion, title = motion_files.imported(source, reading).motion, source.name
     else:
         motion, title = _of_case(options.dataset_spec(dataset, root), str(case_id)), str(case_id)
     found = asking.ask(looked, motion, spec.name)

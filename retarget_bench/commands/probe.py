@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 @options.dataset_option
 @options.root_option
 @options.split_option
-@click.option("--source", type=options.PATH, metavar="FILE", help="A BVH file instead of a data set.")
-@click.option("--target", type=options.PATH, metavar="FILE", help="BVH file of the target.")
+@click.option("--source", type=options.PATH, metavar="FILE", help="A motion file instead of a data set.")
+@click.option("--target", type=options.PATH, metavar="FILE", help="Motion file of the target.")
 @click.option("--cases", type=click.IntRange(1), default=24, show_default=True, help="Number of cases.")
 @click.option("--only", metavar="ID,ID", default="", help="Only these probes.")
 @click.option("--strict", is_flag=True, help="Exit 1 if a probe fails.")

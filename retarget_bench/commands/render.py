@@ -118,7 +118,7 @@ def command(
     """Write a clip, a still or a sheet of a case of stored results, or of motion files; no display needed.
 
     CASE is a case's id, or a part of it that no other case has (in quotes: > means something to a shell).
-    FILE: BVH files, or predictions with the BVH file of their body.
+    FILE: motion files (walk.bvh, Fox.glb#Walk), or predictions with a motion file of their body.
 
     \b
     bench render 'rex>fox/dog_sit' -m ik -m copy_rotations -o sit.mp4
@@ -238,7 +238,7 @@ def scene_of(
     elif len(names) != 1:
         raise BenchError("one case is shown at a time; give one, or motion files")
     elif ask:
-        found = _asked(names[0], methods, dataset, root)
+        found = _asked(names[0], methods, dataset, root, task)
     else:
         roots = results or (Path("runs"),)
         places = results_library.results(roots, task, dataset, methods)
@@ -262,9 +262,10 @@ def _of_files(names: Sequence[str], root: str | None) -> Scene:
     return scene_builder.of_files(paths)
 
 
-def _asked(name: str, methods: Sequence[str], dataset: str | None, root: str | None) -> Scene:
+def _asked(
+    name: str, methods: Sequence[str], dataset: str | None, root: str | None, task: str = "retarget"
+) -> Scene:
     """A case of a data set with what methods answer now."""
-    from retarget_bench.api import TASKS
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.viewer import results_library, scene_builder
@@ -272,10 +273,11 @@ def _asked(name: str, methods: Sequence[str], dataset: str | None, root: str | N
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
     spec = options.dataset_spec(dataset or defaults.DATASET, root)
-    data = plan.dataset(registry.canonical("datasets", spec))
-    ids = [info.id for split in data.card.splits for info in data.cases(TASKS[0], split)]
+    asked = Spec.parse(task)
+    data = plan.dataset(registry.canonical("datasets", spec), str(asked))
+    ids = [info.id for split in data.card.splits for info in data.cases(asked.name, split)]
     return scene_builder.of_case_asked(
-        spec, None, results_library.matching(ids, name), [Spec.parse(m) for m in methods]
+        spec, None, results_library.matching(ids, name), [Spec.parse(m) for m in methods], task=task
     )
 
 

@@ -47,7 +47,8 @@ metric_option = click.option(
     multiple=True,
     metavar="NAME",
     shell_complete=options.plugin_names("metrics"),
-    help="Metrics to compute, by name or by a value of theirs (MPJPE); may be repeated. [default: all]",
+    help="Metrics to compute, by name or by a value of theirs (MPJPE), or `default`: those of a plain run; "
+    "may be repeated. [default: default]",
 )
 
 
@@ -73,8 +74,12 @@ overwrite_option = click.option(
 
 
 def _patterns(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
-    del ctx, param
-    return tuple(pattern for each in given for pattern in options.ids(each))
+    from retarget_bench.evaluation import quick_looks
+
+    try:
+        return quick_looks.patterns(given)
+    except BenchError as error:
+        raise click.BadParameter(str(error), ctx, param) from error
 
 
 clip_options = options.together(
@@ -95,8 +100,18 @@ clip_options = options.together(
 )
 
 
+_pairs_option = click.option(
+    "--task",
+    type=click.Choice(options.RUN_TASKS),
+    default=options.RUN_TASKS[0],
+    show_default=True,
+    help="points: the source is known by points on its surface alone, of data sets with meshes.",
+)
+
+
 common_options = options.together(
     suite_option,
+    _pairs_option,
     options.dataset_option,
     options.root_option,
     options.split_option,
@@ -115,6 +130,8 @@ common_options = options.together(
 
 def _show(places: list[Any], root: Path, *, variants: bool) -> None:
     """The first table, and where there is more, or after a quick look how to go on."""
+    task = places[0].task if places else options.RUN_TASKS[0]
+    of = "" if task == options.RUN_TASKS[0] else f" --task {task}"
     from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import text
@@ -124,13 +141,15 @@ def _show(places: list[Any], root: Path, *, variants: bool) -> None:
     if any(place.look for place in places):
         options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
-    more = options.command("bench table", root, "-s cross")
+    more = options.command("bench table", root, f"-s cross{of}")
     options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
     if len(ranked) > 1:
         two = " ".join(shlex.quote(label) for label in ranked[:2])
-        compared = options.command("bench compare", two, "--results", root)
-        options.say(f"Two methods: {compared}. A method: {options.command('bench info METHOD')}.")
+        compared = (
+            "" if of else f"Two methods: {options.command('bench compare', two, '--results', root)}. "
+        )
+        options.say(f"{compared}A method: {options.command('bench info METHOD')}.")
     options.say(f"A page with charts and motion: {options.command('bench report', root)}.")
 
 
@@ -149,8 +168,8 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     plan = make_plan(methods, **given)
     places = carry_out(plan, "bench run", timed=True)
     _show(plans.existing(places, plan.root), plan.root, variants=bool(methods))
-    if not methods and (apart := plans.left_apart()):
-        options.say(f"Not in plain runs: {apart}; bench run METHOD.")
+    if not methods and plan.task != "points" and (apart := plans.left_apart()):
+        options.say(f"Not in plain runs: {apart}. They run by name: bench run METHOD.")
 
 
 @click.command("predict")

@@ -65,8 +65,8 @@ def _asked_splits(ctx: click.Context, param: click.Parameter, given: tuple[str, 
     "--paper",
     metavar="TABLE",
     help="Print a published table with these results beside it, variants too: humot-table2, -3, -4, -5, "
-    "pan-table1, -2, -3, -4 or correspondence-free-table4; PAPER-text: numbers outside tables. With -m and "
-    "--bodies: these.",
+    "pan-table1, -2, -3, -4 or correspondence-free-table2 to -7; PAPER-text: numbers outside tables. With "
+    "-m and --bodies: these.",
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--notes", is_flag=True, help="Print all notes, and how numbers are made in full.")
@@ -103,14 +103,14 @@ def command(
         )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
-    maker = "bench run" if task == "retarget" else f"bench task {options.task_name(task)}"
+    maker = options.maker(task)
     if probes:
         task, maker = "probe", "bench probe METHOD"
     elif paper is not None:
         from retarget_bench.tables.published.published_tables import published
 
         if (wanted := published(paper).task) != "retarget":
-            task, maker = wanted, f"bench task {wanted}"
+            task, maker = wanted, options.maker(wanted)
     what = "results of probes" if probes else "results"
     places = options.results(roots or (Path("runs"),), dataset, task, maker, what, unfinished=not paper)
     if paper is not None:
@@ -154,7 +154,7 @@ def _request(
 ) -> Any:
     from retarget_bench.tables.requested import Request
 
-    plain = task == "retarget"
+    plain = task in options.RUN_TASKS
     return Request(
         columns=None if columns is None else options.ids(columns),
         everything=everything,

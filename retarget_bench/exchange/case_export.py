@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import __version__
-from retarget_bench.api import CaseInfo, Dataset, Prediction
+from retarget_bench.api import CaseInfo, Dataset, PointSets, Source
 from retarget_bench.exchange.dataset_export import standing
 from retarget_bench.files import atomic, slug, write_text
 from retarget_bench.motion import bvh
@@ -62,12 +62,14 @@ def export(data: Dataset, name: str, infos: Sequence[CaseInfo], folder: Path) ->
     write_text(folder / MANIFEST, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
 
 
-def write_source(folder: Path, name: str, source: Prediction) -> dict[str, Any]:
+def write_source(folder: Path, name: str, source: Source) -> dict[str, Any]:
     """Write a source motion; its file without suffix, relative to the folder, and its length."""
     file = f"sources/{slug(name)}"
     if isinstance(source, Motion):
         data = {"rotations": source.rotations, "root": source.root}
         bvh.write(folder / f"{file}.bvh", source)
+    elif isinstance(source, PointSets):
+        data = {"points": np.concatenate(source.points), "counts": source.counts}
     else:
         data = {"positions": source.positions}
     _save(folder / f"{file}.npz", source.character, **data, fps=source.fps)

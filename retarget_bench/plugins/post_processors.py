@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 from retarget_bench.api import (
     BatchMethod,
@@ -21,12 +21,13 @@ from retarget_bench.api import (
     Method,
     MethodCard,
     Prediction,
+    Source,
     optional,
 )
 from retarget_bench.api.optional import takes_batches
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import kind_of
 from retarget_bench.plugins.prediction_check import Invalid, verified
 
 
@@ -34,7 +35,7 @@ from retarget_bench.plugins.prediction_check import Invalid, verified
 class PostCard:
     """Description of a post-processor, and the answers that it works on.
 
-    accepts:    the kinds of answer that it takes: ``motion`` (rotations) and/or ``positions``.
+    accepts:    the kinds of answer that it takes: ``motion`` (rotations), ``positions`` and/or ``surface``.
     stochastic: the result depends on ``context.seed``.
     """
 
@@ -57,10 +58,11 @@ class Post(Protocol):
     def supports(self, source: Character, target: Character) -> str | None:
         """None, or the reason why answers of this pair cannot be worked on, as a sentence."""
 
-    def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Prediction:
+    def process(self, prediction: Prediction, source: Any, *, context: Context) -> Prediction:
         """A motion of ``prediction.character``, the target: same frames, same rate.
 
-        context: the method's, with ``ground`` and without anything privileged.
+        source: what the method was given, a ``Source``. context: the method's, with ``ground`` and without
+        anything privileged.
         """
 
 
@@ -96,20 +98,18 @@ class Composed:
         each = ((post.card.name, post.supports(source, target)) for post in self.posts)
         return next((f"{name}: {reason}" for name, reason in each if reason), None)
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
+    def retarget(self, source: Source, target: Character, *, context: Context) -> Prediction:
         answer = self.method.retarget(source.copy(), target, context=replace(context, ground=None))
         return self._processed(answer, source, target, context)
 
-    def _processed(
-        self, answer: object, source: Prediction, target: Character, context: Context
-    ) -> Prediction:
+    def _processed(self, answer: object, source: Source, target: Character, context: Context) -> Prediction:
         """The answer after every post-processor. Raises NotSupported, and Invalid naming the plug-in."""
         case = Case(_NO_CASE, source, target)
         bare = Context(context.seed, context.device, context.precision, context.ground)
         found, before = verified(answer, case), self.method.card.name
         for post in self.posts:
             name = post.card.name
-            kind, takes = "motion" if isinstance(found, Motion) else "positions", post.card.accepts
+            kind, takes = kind_of(found), post.card.accepts
             if kind not in takes:
                 raise NotSupported(f"{name} takes {' or '.join(takes)}, but {before} gives {kind} only")
             answer = post.process(found.copy(), source.copy(), context=bare)
@@ -122,7 +122,7 @@ class Composed:
     def _batch(
         self,
         method: BatchMethod,
-        sources: Sequence[Prediction],
+        sources: Sequence[Source],
         targets: Sequence[Character],
         *,
         contexts: Sequence[Context],

@@ -1,13 +1,14 @@
 """The first import of a plug-in file is made in a process of its own, so that code at the level of a module
 that hangs, or ends the process it is in, costs no command."""
 
+import os
+import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
-import psutil
-
-from retarget_bench.errors import BenchError
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import cache_folder, digest, write_text
 from retarget_bench.plugins.own_files import own_files
 
@@ -41,9 +42,12 @@ def try_import(path: str | Path) -> None:
     mark = cache_folder() / "plugins" / digest(f"{sys.version}\0{code}", 24)
     if mark.exists():
         return
-    asked = [sys.executable, "-c", _CODE, str(path)]
     with subprocess.Popen(
-        asked, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        [sys.executable, "-c", _CODE, str(path)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
     ) as importing:
         try:
             said = importing.communicate(timeout=LONGEST)[0].decode(errors="replace")
@@ -52,24 +56,19 @@ def try_import(path: str | Path) -> None:
                 f"{path}: importing it takes more than {LONGEST:g} s; nothing was run"
             ) from None
         finally:
-            _end(importing.pid)
+            _end(importing)
     if not said.endswith(_DONE):
         how = importing.returncode
         raise BenchError(
             f"{path}: importing it ends the process that does (exit code {how}); nothing was run"
         )
-    write_text(mark, "")
+    with suppress(FileError):  # a cache that cannot be written: it is tried again the next time
+        write_text(mark, "")
 
 
-def _end(pid: int) -> None:
+def _end(importing: "subprocess.Popen[bytes]") -> None:
     """Kill a process, if it lives, and what it started."""
-    try:
-        process = psutil.Process(pid)
-        family = [*process.children(recursive=True), process]
-    except psutil.Error:
-        return
-    for each in family:
-        try:
-            each.kill()
-        except psutil.Error:
-            continue
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(importing.pid, signal.SIGKILL)
+    importing.kill()

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from retarget_bench import defaults
-from retarget_bench.api import TASKS
+from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.api.optional import method_card, metric_tasks
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.plan import Plan
@@ -26,12 +26,15 @@ from retarget_bench.tables import names
 Named = str | PathLike[str] | ModuleType | Callable[..., Any]
 """A method by its spec (``"ik"``), by the file of its plug-in, or by that file's module or ``plugin``."""
 Tell = Callable[[str], None]
+BY_DEFAULT = "default"
+"""Stands for all metrics that take part in a task by default."""
 
 
 def make_plan(
     methods: Sequence[Spec], datasets: Sequence[Spec], metrics: Sequence[str], tell: Tell, **others: Any
 ) -> Plan:
-    """A plan. Without methods or metrics: those that take part in the task by default.
+    """A plan. Without methods or metrics: those that take part in the task by default. The metric
+    ``default`` stands for all of these, beside which others may be named.
 
     tell: is given a sentence for every broken plug-in that is left out. others: fields of the plan.
     """
@@ -39,18 +42,24 @@ def make_plan(
     return Plan(
         methods=tuple(methods) or default_methods(task, tell),
         datasets=tuple(datasets),
-        metrics=metric_names(metrics) or default_metrics(task, tell),
+        metrics=_metrics(metrics, task, tell),
         **others,
     )
+
+
+def _metrics(asked: Sequence[str], task: str, tell: Tell) -> tuple[str, ...]:
+    others = metric_names([each for each in asked if each != BY_DEFAULT])
+    usual = default_metrics(task, tell) if BY_DEFAULT in asked or not asked else ()
+    return tuple(dict.fromkeys([*usual, *others]))
 
 
 def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
     """The methods that take part in a task by default, with the variants that their cards name.
 
-    Derived tasks leave out methods with privileged inputs; where their sources are positions, also methods
-    that do not accept positions.
+    Tasks whose sources are positions or points leave out methods that do not accept them, and derived tasks
+    of one body methods with privileged inputs.
     """
-    kind = "motion" if task in ("retarget", "reconstruct") else "positions"
+    kind = {"denoise": "positions", "upsample": "positions", "points": "points"}.get(task, "motion")
     specs = []
     for name, each in _working("methods", tell).items():
         card = method_card(each)
@@ -61,7 +70,7 @@ def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
                 tell(str(problem))
                 continue
             specs += [Spec(name), *(Spec(name, changes) for changes in card.variants)]
-    if task != TASKS[0]:
+    if task not in PAIRED:
         specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
     return tuple(specs)
 
@@ -77,15 +86,17 @@ def left_apart() -> str:
 
 
 def default_metrics(task: str, tell: Tell) -> tuple[str, ...]:
-    """All metrics of a task, and for derived tasks ``defaults.TASK_METRICS``. A metric with a value id that
-    another one declares is left out; built-in ones come first."""
+    """All metrics of a task, for those of one body also ``defaults.TASK_METRICS``. A metric with a value id
+    that another one declares is left out; built-in ones come first."""
     kept: dict[str, Any] = {}
     working = _working("metrics", tell)
     for name in sorted(
         working, key=lambda each: registry.find("metrics", each).origin != registry.BUILT_IN
     ):
         each = working[name]
-        if task not in metric_tasks(each) and (task == TASKS[0] or name not in defaults.TASK_METRICS):
+        tasks = metric_tasks(each)
+        taken = TASKS[0] in tasks or task in tasks if task in PAIRED else task in tasks
+        if not taken and (task in PAIRED or name not in defaults.TASK_METRICS):
             continue
         try:
             declared_values([*kept.values(), each])

@@ -18,8 +18,8 @@ import pandas as pd
 from retarget_bench import defaults
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies
-from retarget_bench.api import TASKS
+from retarget_bench.analysis.selection import Selection, bodies_of_cases, is_look, of_bodies
+from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.figures import method_order
@@ -47,12 +47,12 @@ class Results:
     ``rb.run``, or from a folder by ``rb.load_results``.
 
     places: paths of the results. variants: tables show variants of methods, such as copied rotations with
-    other root rules, as after a run that names its methods. Raises BenchError where there are no results,
-    or of several tasks.
+    other root rules, as after a run that names its methods. looks: tables show quick looks beside whole
+    results. Raises BenchError where there are no results, or of several tasks.
     """
 
-    def __init__(self, places: Sequence[ResultPaths], variants: bool = False) -> None:
-        self.places, self.variants = tuple(places), variants
+    def __init__(self, places: Sequence[ResultPaths], variants: bool = False, looks: bool = False) -> None:
+        self.places, self.variants, self.looks = tuple(places), variants, looks
         if not self.places:
             raise BenchError("there are no such results")
         if len(tasks := sorted({place.task for place in places})) > 1:
@@ -68,7 +68,8 @@ class Results:
         found: list[ResultPaths] = []
         for folder in map(Path, folders or (defaults.OUT,)):
             if not (here := store.find_results(folder, task)):
-                raise BenchError(f"no results in {folder}; {_maker(task, folder)} makes some")
+                lack = "finished " * bool(store.find_unfinished(folder, task))
+                raise BenchError(f"no {lack}results in {folder}; {_maker(task, folder)} makes some")
             found += here
         return cls(found)
 
@@ -102,9 +103,8 @@ class Results:
         if unknown := [each for each in wanted if each not in self.splits]:
             raise BenchError(f"no results of split {unknown[0]!r} here; there are {', '.join(self.splits)}")
         places = [place for place in self.places if not wanted or place.split in wanted]
-        return Results(
-            method_order.of_methods(places, names) if names else places, self.variants or bool(names)
-        )
+        chosen = method_order.of_methods(places, names) if names else places
+        return Results(chosen, self.variants or bool(names), self.looks or bool(names))
 
     # ------------------------------------------------------------------------------------------ numbers
     @property
@@ -128,7 +128,7 @@ class Results:
             facts = [_facts(matrix, name) for name in CASE]
             for row in matrix.rows:
                 for paths, run in zip(row.all_paths, row.runs, strict=True):
-                    seeds = store.read_header(paths.header).seeds or (0,)
+                    seeds = store.read_header(paths.any_header).seeds or (0,)
                     for (value, index), numbers in run.items():
                         there = matrix.own & ~np.isnan(numbers)
                         told = (matrix.dataset, matrix.split, row.label, seeds[0])
@@ -144,12 +144,14 @@ class Results:
     @property
     def problems(self) -> pd.DataFrame:
         """The cases that a method did not answer: ``dataset``, ``split``, ``method``, ``case``, ``status``
-        (``unsupported``, ``invalid``, ``failed``, ``missing``) and ``message``."""
+        (``unsupported``, ``invalid``, ``failed``, ``missing``) and ``message``; not those that a quick look
+        leaves out."""
         found = [
             (matrix.dataset, matrix.split, row.label, case, each.status, each.message)
             for matrix in self._matrices
             for row in matrix.rows
             for each in row.header.problems
+            if not (is_look(row) and each.status == "missing")
             for case in each.cases
         ]
         return pd.DataFrame(found, columns=["dataset", "split", "method", "case", "status", "message"])
@@ -213,14 +215,14 @@ class Results:
         bodies:     ``people``, ``four-legged``, ``mixed`` or ``all``; people, where there are any.
         Raises BenchError for values and bodies that no result has.
         """
-        plain = self.places[0].task == TASKS[0]
+        plain = self.places[0].task in PAIRED
         asked = Request(
             columns=[columns] if isinstance(columns, str) else columns,
             everything=everything,
             by=by,
             at_least=at_least,
             bodies=bodies,
-            select=Selection(variants=self.variants or not plain, apart=plain),
+            select=Selection(variants=self.variants or not plain, apart=plain, looks=self.looks),
         )
         return TableView(lambda form: requested.tables(self.places, asked, form))
 
@@ -292,9 +294,14 @@ class Results:
         """Copy these results, and nothing else, to a new folder, predictions included; returns its path.
 
         The folder appears when all is there. overwrite: replace results that are there. Raises BenchError
-        where the folder exists, or two of these results would have one name.
+        where the folder exists, two of these results would have one name, or one is not finished.
         """
         folder = Path(folder)
+        if unfinished := [place.method for place in self.places if place.any_header == place.begun]:
+            raise BenchError(
+                f"{unfinished[0]} is not finished, as after a quick look; a run without clips and limit "
+                "does the rest, and then it can be saved"
+            )
         inside = [place.header.relative_to(place.root) for place in self.places]
         if len(set(inside)) < len(inside):
             raise BenchError("these are results of one method in several folders; save them one by one")
@@ -320,7 +327,9 @@ class Results:
 
 def _maker(task: str, folder: Path) -> str:
     """What makes results of a task."""
-    if (kind := task.split("-")[0]) not in DERIVED:
+    if (kind := task.split("-")[0]) == PAIRED[1]:
+        return f"the command bench run --task {kind} --out {shlex.quote(str(folder))}"
+    if kind not in DERIVED:
         return f"rb.run(..., out={str(folder)!r})"
     name = "joint-completion" if kind == "upsample" else kind
     return f"the command bench task {name} --out {shlex.quote(str(folder))}"

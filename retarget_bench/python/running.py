@@ -11,7 +11,7 @@ from retarget_bench import defaults
 from retarget_bench.api import SPLITS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans_
-from retarget_bench.evaluation import runner
+from retarget_bench.evaluation import quick_looks, runner
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import plans
@@ -28,6 +28,8 @@ def run(
     dataset: str = defaults.DATASET,
     splits: str | Sequence[str] = SPLITS,
     metrics: str | Sequence[str] = (),
+    clips: str | Sequence[str] = (),
+    limit: int | None = None,
     out: str | PathLike[str] = defaults.OUT,
     root: str | PathLike[str] | None = None,
     plugins: Sequence[str | PathLike[str]] = (),
@@ -51,6 +53,8 @@ def run(
     dataset:   its spec. root: folder of its files, short for ``DATASET[root=DIR]``.
     splits:    out of ``self``, ``intra`` (same structure) and ``cross`` (another structure).
     metrics:   by name, or by what they compute (``"MPJPE"``); none: all.
+    clips:     a quick look: only clips of these names (``"walk*"``). A later run without it does the rest.
+    limit:     a quick look: only so many clips of each split, evenly spread.
     plugins:   files of your own metrics, data sets and post-processors, to be named like built-in ones.
     overwrite: what to compute: ``never`` nothing, ``missing``, ``failed`` (also failed cases), ``always``.
     workers:   number of processes; one per core by default, at most eight.
@@ -65,12 +69,12 @@ def run(
     BenchError for whatever is unknown or broken. A method that fails on a case costs that case alone: see
     ``Results.problems``.
     """
-    for name, number in (("workers", workers), ("seeds", seeds)):
+    for name, number in (("workers", workers), ("seeds", seeds), ("limit", limit)):
         if number is not None and number < 1:
             raise BenchError(f"{name} is {number}; at least 1 is needed")
-    for name, limit in (("timeout", timeout), ("memory", memory)):
-        if limit is not None and not 0 < limit < plans_.MOST:
-            raise BenchError(f"{name} is {limit:g}; it must be above 0 and below {plans_.MOST:g}")
+    for name, most in (("timeout", timeout), ("memory", memory)):
+        if most is not None and not 0 < most < plans_.MOST:
+            raise BenchError(f"{name} is {most:g}; it must be above 0 and below {plans_.MOST:g}")
     if not isinstance(methods, tuple) and not len(list(_several(methods))):
         raise BenchError(
             "methods is empty, so that nothing is to be run; name some, or leave it out for all that are "
@@ -95,10 +99,12 @@ def run(
         seeds=seeds,
         timeout=timeout or 0.0,
         memory=memory or 0.0,
+        clips=quick_looks.patterns((clips,) if isinstance(clips, str) else clips),
+        limit=limit or 0,
     )
     with progress_bar("run", "answers", progress) as told:
         places = runner.run(plan, told, timed=timed)
-    return Results(plans.existing(places, plan.root), variants=bool(methods))
+    return Results(plans.existing(places, plan.root), variants=bool(methods), looks=bool(plan.only))
 
 
 def _several(methods: Named | Sequence[Named]) -> Sequence[Named]:

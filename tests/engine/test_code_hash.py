@@ -9,7 +9,13 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.code_hash import code_hash, package_code, relative_to, statements
+from retarget_bench.evaluation.code_hash import (
+    code_hash,
+    package_code,
+    reached_code,
+    relative_to,
+    statements,
+)
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
@@ -142,8 +148,8 @@ NOT_SHARED = (
 )
 
 
-def without_a_layer(name: str) -> list[tuple[str, Path]]:
-    return list(package_code(name))[name == plan.LAYERS :]
+def without_a_layer(package: str, paths) -> list[tuple[str, Path]]:
+    return sorted(reached_code(package, paths))[1:]
 
 
 @pytest.mark.parametrize("text", [SHARED, *OTHER_WAYS, *NOT_SHARED])
@@ -151,7 +157,7 @@ def test_shared_layers_count_for_methods_that_import_from_them(own, monkeypatch,
     path = own / "own_method.py"
     path.write_text(path.read_text(encoding="utf-8") + text, encoding="utf-8")
     first = method_code()
-    monkeypatch.setattr(plan, "package_code", without_a_layer)
+    monkeypatch.setattr(plan, "reached_code", without_a_layer)
     assert (method_code() != first) == (text not in NOT_SHARED)
 
 
@@ -162,10 +168,48 @@ def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeyp
     alone, composed = Spec("own_method"), Spec("own_method", posts=(Spec("own_post"),))
     plan.method_code.cache_clear()
     first = plan.method_code(alone), plan.method_code(composed)
-    monkeypatch.setattr(plan, "package_code", without_a_layer)
+    monkeypatch.setattr(plan, "reached_code", without_a_layer)
     plan.method_code.cache_clear()
     assert plan.method_code(alone) == first[0]
     assert plan.method_code(composed) != first[1]
+
+
+def reached(kind: registry.Kind, name: str) -> set[str]:
+    own = [path for _, path in registry.code_files(kind, name)]
+    return {each for each, _ in reached_code(plan.LAYERS, own)}
+
+
+@pytest.mark.parametrize(
+    ("name", "some", "none"),
+    [
+        ("san", "skeletal/structure", "kinematic/features"),
+        ("pan", "skeletal/windows", "kinematic/__init__"),
+        ("nkn", "kinematic/features", "skeletal/structure"),
+        ("nkn_cross", "kinematic/many_structures", "skeletal/__init__"),
+        ("pmnet", "twist", "kinematic/many_structures"),
+        ("r2et", "twist", "kinematic/__init__"),
+    ],
+)
+def test_a_method_is_known_by_the_layers_that_it_reaches_and_by_no_others(name, some, none):
+    found = reached("methods", name)
+    assert {"layers/__init__.py", f"layers/{some}.py"} <= found
+    assert f"layers/{none}.py" not in found
+
+
+def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_count():
+    """Against what Python itself imports, also late."""
+    code = (
+        "import sys; from retarget_bench.evaluation import plan; "
+        "from retarget_bench.plugins.spec import Spec; "
+        "plan.method(Spec('san')).structures; import retarget_bench.methods.san.training; "
+        "head = 'retarget_bench.training.'; "
+        "print(*(m.removeprefix(head) for m in sys.modules if m.startswith(head + 'layers')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.replace(".", "/") for name in done.stdout.split()}
+    assert len(loaded) > 10
+    known = {name.removesuffix(".py").removesuffix("/__init__") for name in reached("methods", "san")}
+    assert loaded <= known
 
 
 def test_code_is_hashed_without_importing_it():

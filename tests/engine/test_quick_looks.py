@@ -154,6 +154,14 @@ def test_a_pattern_that_fits_no_clip_is_an_error(tmp_path):
         run(tmp_path, clips=("clip 1", "walk*"))
 
 
+def test_no_clip_at_all_is_refused_by_the_command(tmp_path, capsys):
+    """Not taken for all of them."""
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "ik", "--clips", ",", "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert "',' names no clip; leave it out for all of them" in capsys.readouterr().err
+
+
 def test_the_commands(tmp_path, capsys):
     toys = [word for name in ("cases", "method") for word in ("--plugin", HERE / "toys" / f"toy_{name}.py")]
     common = ("-d", "toy_cases", "-s", "cross", "--out", tmp_path, "-j", "1", *toys)

@@ -1,77 +1,27 @@
-"""Submissions: made, filled in, checked, tampered with, and shown together."""
+"""Submissions: made, filled in, checked, and shown together."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-import os
 import shutil
-import socket
-import zipfile
-from collections.abc import Callable
-from dataclasses import asdict, fields
 from pathlib import Path
 
 import pytest
 from stored import unchecked
+from submitted import TOYS, bench, errors, filled_in, predictions, rewrite, some
 
-from retarget_bench.analysis import summary
-from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import timing
 from retarget_bench.exchange.submission.board import board
-from retarget_bench.exchange.submission.checking import check, mistakes
-from retarget_bench.exchange.submission.making import FILL_IN, make
+from retarget_bench.exchange.submission.checking import check
+from retarget_bench.exchange.submission.making import make
 from retarget_bench.exchange.submission.manifest import CARD_SECTIONS, read
-from retarget_bench.results import checksums, store
-from retarget_bench.results.header import ResultHeader
+from retarget_bench.results import store
 from retarget_bench.tables.rendering import RENDERERS
-from tests.in_process import without_processes
 
 pytestmark = pytest.mark.usefixtures("in_process")
-
-TOYS = Path(__file__).parent / "toys"
-
-
-def bench(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as stop:
-        main(list(arguments))
-    return int(stop.value.code or 0)
-
-
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two methods on six toy cases."""
-    out = tmp_path_factory.mktemp("submitted") / "runs"
-    plugins = ("--plugin", str(TOYS / "toy_cases.py"))
-    with without_processes():
-        assert bench("run", "copy_rotations", "ik", "-d", "toy_cases", "--out", str(out), *plugins) == 0
-    return out
-
-
-def filled_in(folder: Path) -> Path:
-    for name in ("submission.toml", "CARD.md"):
-        text = (folder / name).read_text(encoding="utf-8")
-        (folder / name).write_text(text.replace(FILL_IN, "A. Author"), encoding="utf-8")
-    return folder
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, runs: Path) -> Path:
-    """A submission of ik, with what is left to fill in."""
-    folder = tmp_path_factory.mktemp("made") / "ik"
-    make(folder, runs, "ik")
-    return folder
-
-
-@pytest.fixture
-def sound(tmp_path: Path, made: Path) -> Path:
-    return filled_in(shutil.copytree(made, tmp_path / "all" / "ik"))
-
-
-def errors(folder: Path) -> list[str]:
-    return [finding.text for finding in check(folder) if finding.level == "error"]
 
 
 def test_what_is_left_to_fill_in_is_found_and_nothing_else(made: Path, sound: Path) -> None:
@@ -91,17 +41,6 @@ def test_the_speed_is_measured_where_the_results_have_none(tmp_path: Path, runs:
     shutil.copytree(runs, tmp_path / "runs", ignore=shutil.ignore_patterns("*.timing.csv"))
     make(tmp_path / "ik", tmp_path / "runs", "ik")
     assert read(tmp_path / "ik").cost.frames_per_second > 100
-
-
-def rewrite(path: Path, old: str, new: str) -> None:
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-
-
-def some(folder: Path, split: str, suffix: str) -> Path:
-    (path,) = folder.glob(f"results/*/retarget/{split}/ik{suffix}")
-    return path
 
 
 def test_every_mistake_in_the_manifest_is_said_at_once(sound: Path) -> None:
@@ -183,249 +122,6 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
     else:
         rewrite(manifest, 'dataset = "toy_cases"', 'dataset = "toy_csaes"')
     assert any(told in text for text in errors(sound)), errors(sound)
-
-
-# ------------------------------------------------------------------------------------ hostile and broken
-def link(sound: Path) -> None:
-    (sound / "secret.txt").symlink_to("/etc/hostname")
-
-
-def linked_manifest(sound: Path) -> None:
-    (sound / "submission.toml").unlink()
-    (sound / "submission.toml").symlink_to("/etc/passwd")
-
-
-def linked_folder(sound: Path) -> None:
-    (sound / "predictions").symlink_to("/etc", target_is_directory=True)
-
-
-def fifo(sound: Path) -> None:
-    (sound / "CARD.md").unlink()
-    os.mkfifo(sound / "CARD.md")
-
-
-def listening(sound: Path) -> None:
-    where = Path.cwd()
-    os.chdir(sound)  # the path of a socket has to be short
-    with socket.socket(socket.AF_UNIX) as one:
-        one.bind("results/a.json")
-    os.chdir(where)
-
-
-def large_manifest(sound: Path) -> None:
-    (sound / "submission.toml").write_text("# " + "x" * 1_000_000)
-
-
-def bomb(sound: Path) -> None:
-    with zipfile.ZipFile(sound / "results" / "bomb.npz", "w") as archive:
-        archive.writestr("a.npy", b"")
-        archive.infolist()[0].file_size = 2_000_000_000
-
-
-def deep_folders(sound: Path) -> None:
-    (sound / "a/b/c/d/e/f/g").mkdir(parents=True)
-    (sound / "a/b/c/d/e/f/g/h.txt").write_text("")
-
-
-def deep_toml(sound: Path) -> None:
-    rewrite(sound / "submission.toml", "trained_on = []", "trained_on = " + "[" * 9999 + "]" * 9999)
-
-
-def many_digits(sound: Path) -> None:
-    rewrite(sound / "submission.toml", "parameters = 0", "parameters = " + "9" * 5000)
-
-
-def endless(sound: Path) -> None:
-    rewrite(sound / "submission.toml", "training_hours = 0.0", "training_hours = inf")
-
-
-def deep_header(sound: Path) -> None:
-    rewrite(some(sound, "intra", ".json"), '"notes": []', '"notes": ' + "[" * 99999 + "]" * 99999)
-
-
-def header_field(sound: Path) -> None:
-    rewrite(some(sound, "intra", ".json"), '"schema"', '"own": 1, "schema"')
-
-
-def direction(sound: Path) -> None:
-    rewrite(some(sound, "intra", ".json"), '"better": "lower"', '"better": "higher"')
-
-
-def other_split(sound: Path) -> None:
-    rewrite(some(sound, "intra", ".json"), '"split": "intra"', '"split": "self"')
-
-
-def other_name(sound: Path) -> None:
-    for suffix in (".csv", ".json", ".npz"):
-        path = some(sound, "intra", suffix)
-        path.rename(path.with_name(f"copy_rotations{suffix}"))
-
-
-def huge_cell(sound: Path) -> None:
-    rewrite(some(sound, "intra", ".csv"), "\n", "\n" + "x" * 200_000 + ",a,,1\n")
-
-
-def first_row(sound: Path, value_id: str) -> tuple[Path, list[str], int]:
-    path = some(sound, "intra", ".csv")
-    lines = path.read_text().splitlines()
-    return path, lines, next(n for n, line in enumerate(lines) if f",{value_id}," in line)
-
-
-def row_twice(sound: Path) -> None:
-    path, lines, at = first_row(sound, "mpjpe_h.world")
-    path.write_text("\n".join([*lines[: at + 1], *lines[at:], ""]))
-
-
-def row_gone(sound: Path) -> None:
-    path, lines, at = first_row(sound, "mpjpe_h.world")
-    path.write_text("\n".join([*lines[:at], *lines[at + 1 :], ""]))
-
-
-def value_gone(sound: Path) -> None:
-    path, lines, _ = first_row(sound, "ee_h.world")
-    path.write_text("\n".join([line for line in lines if ",ee_h.world," not in line] + [""]))
-
-
-def metric_gone(sound: Path) -> None:
-    header = some(sound, "intra", ".json")
-    facts = json.loads(header.read_text(encoding="utf-8"))
-    del facts["metrics"]["ground"]
-    header.write_text(json.dumps(facts), encoding="utf-8")
-
-
-def number(value_id: str, text: str) -> Callable[[Path], None]:
-    def change(sound: Path) -> None:
-        path, lines, at = first_row(sound, value_id)
-        lines[at] = f"{lines[at].rpartition(',')[0]},{text}"
-        path.write_text("\n".join([*lines, ""]))
-
-    change.__name__ = f"{value_id} {text}"
-    return change
-
-
-def case_twice(sound: Path) -> None:
-    path = some(sound, "intra", ".csv").with_name("cases.csv")
-    path.write_text(path.read_text() + path.read_text().splitlines()[1] + "\n")
-
-
-def other_clip(sound: Path) -> None:
-    path = some(sound, "intra", ".csv").with_name("cases.csv")
-    lines = path.read_text().splitlines()
-    cells = lines[1].split(",")
-    path.write_text("\n".join([lines[0], ",".join([*cells[:3], "another", *cells[4:]]), *lines[2:], ""]))
-
-
-def other_parts(sound: Path) -> None:
-    path = some(sound, "intra", ".csv").with_name("cases.structures.csv")
-    path.write_text(path.read_text().replace(",", ",other", 2))
-
-
-def no_sets(sound: Path) -> None:
-    some(sound, "intra", ".sets.csv").unlink()
-
-
-HOSTILE = [
-    *((link, "secret.txt is a link"), (linked_manifest, "is a link"), (linked_folder, "is a link")),
-    *((fifo, "is no ordinary file"), (listening, "is no ordinary file")),
-    *((large_manifest, "more than the 1,000,000"), (bomb, "more than the 1,000,000,000")),
-    (deep_folders, "folders deep"),
-    *((deep_toml, "is not TOML"), (many_digits, "is not TOML"), (endless, "cost.training_hours")),
-    *((deep_header, "is not a result header"), (header_field, "own: no field of a header")),
-    *((direction, "declares another better"), (other_split, "the rows are of retarget self")),
-    (other_name, "copy_rotations.csv is no file of ik"),
-    *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "stands twice")),
-    *((row_gone, "has no mpjpe_h.world"), (value_gone, "has no ee_h.world")),
-    *((metric_gone, "no values of ground"), (no_sets, "are left out")),
-    *((other_clip, "told otherwise"), (other_parts, "cases.structures.csv is not what")),
-    *((number("mpjpe_h.world", "-3"), "is -3"), (number("plant_recall", "7"), "is 7, which is not")),
-    (number("mpjpe_h.world", "1e308"), "is 1e+308"),
-]
-
-
-def sealed(sound: Path) -> None:
-    """Checksums that fit again, as whoever changes a file on purpose makes them."""
-    for path in sound.rglob("retarget/*/*.json"):
-        try:
-            facts = json.loads(path.read_text(encoding="utf-8"))
-        except RecursionError:
-            continue
-        paths = store.ResultPaths(path.parents[3], *path.relative_to(path.parents[3]).parts[:3], path.stem)
-        there = [end for end in facts["files"] if paths.file(end).is_file()]
-        facts["files"] |= {end: asdict(checksums.stored_file(paths.file(end))) for end in there}
-        path.write_text(json.dumps(facts), encoding="utf-8")
-
-
-@pytest.mark.parametrize(("change", "told"), HOSTILE, ids=lambda each: getattr(each, "__name__", ""))
-def test_hostile_files_are_findings(sound: Path, change: Callable[[Path], None], told: str) -> None:
-    change(sound)
-    sealed(sound)
-    found = check(sound)
-    assert any(told in finding.text for finding in found if finding.level == "error"), found
-    assert all(str(finding).isprintable() and "root:" not in str(finding) for finding in found)
-
-
-def test_a_bad_submission_never_stops_the_board(sound: Path, runs: Path, monkeypatch) -> None:
-    root = sound.parent
-    for change in (fifo, deep_header, row_twice):
-        change(shutil.copytree(sound, root / change.__name__))
-    (root / "linked").symlink_to(sound, target_is_directory=True)
-    other = filled_in(shutil.copytree(sound, root / "twin"))
-    rewrite(other / "submission.toml", 'label = "ik"', 'label = "mine"')
-    for header in other.glob("results/*/retarget/*/ik.json"):
-        rewrite(header, '"label": "ik"', '"label": "mine"')
-        for path in header.parent.glob("ik.*"):
-            path.rename(path.with_name(path.name.replace("ik.", "mine.", 1)))
-    (made,), left_out = board(root)
-    assert {row.label for group in made.groups for row in group.rows} == {"ik"}
-    assert [text.partition(" is left out: ")[0] for text in left_out] == [
-        "deep_header", "fifo", "linked", "row_twice", "twin",
-    ]  # fmt: skip
-    assert "its rows are those of ik" in left_out[-1]
-    make(root / "zz", runs, "copy_rotations")
-    filled_in(root / "zz")
-    drawn = summary.split_summaries
-
-    def breaks(places):
-        if "zz" in str(places[0].root):
-            raise ZeroDivisionError
-        return drawn(places)
-
-    monkeypatch.setattr("retarget_bench.exchange.submission.board.summary.split_summaries", breaks)
-    (made,), left_out = board(root)
-    assert left_out[-1] == "zz is left out: ZeroDivisionError"
-
-
-def predictions(runs: Path, folder: Path) -> None:
-    """The stored predictions of ik, as a submission has them."""
-    (folder / "predictions").mkdir()
-    for path in runs.glob("*/retarget/*/ik/*.npz"):
-        shutil.copy(path, folder / "predictions")
-
-
-FIELDS = [each.name for each in fields(ResultHeader) if each.name != "extra"]
-WRONG = (None, [], {}, "x", 3, [{}], {"a": 1})
-
-
-def test_a_header_of_any_shape_is_a_finding_and_no_traceback(sound: Path) -> None:
-    """What the check lets through, the leaderboard can draw."""
-    header = some(sound, "intra", ".json")
-    facts = json.loads(header.read_text(encoding="utf-8"))
-    learned = {**facts["method"], "trained_on": {"characters": ["small"]}, "stochastic": True}
-    assert mistakes({**facts, "method": learned}) == []
-    odd = {"status": "fine", "message": "", "cases": ["a"]}
-    assert "problems.0.status" in mistakes({**facts, "problems": [odd]})[0]
-    drawn = 0
-    for name in FIELDS:
-        for wrong in WRONG:
-            changed = {**facts, name: wrong}
-            if not mistakes(changed):
-                header.write_text(json.dumps(changed), encoding="utf-8")
-                if not errors(sound):
-                    board(sound.parent)
-                    drawn += 1
-    assert 0 < drawn < 0.5 * len(FIELDS) * len(WRONG)
-    header.write_text(json.dumps({**facts, "counts": None}), encoding="utf-8")
-    assert any("the header is not one: counts" in text for text in errors(sound))
 
 
 def test_predictions_alone_are_scored_to_the_same_rows(sound: Path, runs: Path) -> None:
@@ -569,3 +265,17 @@ def test_paper_and_licence_are_copied_from_the_card(tmp_path: Path) -> None:
     about = read(tmp_path / "made").method
     assert (about.paper, about.licence) == ("Toys, 2026", "MIT")
     assert left[0] == "method.authors"
+
+
+def test_a_quick_look_is_no_submission(tmp_path: Path) -> None:
+    runs = str(tmp_path / "runs")
+    asked = ("-d", "toy_cases", "-s", "intra", "-m", "position", "--out", runs)
+    plugin = ("--plugin", str(TOYS / "toy_cases.py"))
+    assert bench("run", "copy_rotations", "--limit", "1", *asked, *plugin) == 0
+    with pytest.raises(
+        BenchError, match=r"no finished results in .*runs: a quick look .* is no submission"
+    ):
+        make(tmp_path / "made", Path(runs), "copy_rotations")
+    assert not (tmp_path / "made").exists()
+    with pytest.raises(BenchError, match="has no results of 'ik'; there are none"):
+        make(tmp_path / "made", Path(runs), "ik")

@@ -13,7 +13,7 @@ from retarget_bench.evaluation.plan import metric_versions, metrics
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import Motion, Surface
 from retarget_bench.plugins import registry
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import DeclaredValue
@@ -168,8 +168,9 @@ def _always(ours: tuple[Any, ...], case: Case) -> set[str]:
 
 def _jumping(right: Prediction, height: float) -> Prediction:
     """A motion that is somewhere else in every frame."""
-    frames = right.root.shape[0] if isinstance(right, Motion) else right.positions.shape[0]
-    away = np.random.default_rng(0).normal(scale=height, size=(frames, 3))
+    away = np.random.default_rng(0).normal(scale=height, size=(right.frames, 3))
     if isinstance(right, Motion):
         return replace(right, root=right.root + away)
+    if isinstance(right, Surface):
+        return replace(right, vertices=right.vertices + away[:, None])
     return replace(right, positions=right.positions + away[:, None])

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
-from retarget_bench.api import Case, Dataset, Prediction
+from retarget_bench.api import TASKS, Case, Dataset, Prediction
 from retarget_bench.errors import BenchError, one_line
 from retarget_bench.plugins import parameters, registry
 from retarget_bench.plugins.spec import Spec
@@ -81,11 +81,11 @@ class Trial(Generic[P]):
         return f"card.parameters has no line for {', '.join(missing)}" if missing else None
 
 
-def sample(data: Dataset, frames: int = 40) -> list[Case]:
+def sample(data: Dataset, frames: int = 40, task: str = TASKS[0]) -> list[Case]:
     """The first case of every split of a data set, brought to a length by ``resized``."""
     found = []
     for split in data.card.splits:
-        found += [resized(data.load(info), frames) for info in data.cases("retarget", split)[:1]]
+        found += [resized(data.load(info), frames) for info in data.cases(task, split)[:1]]
     if not found:
         raise BenchError(f"data set {data.card.name!r} has no case to try a plug-in on")
     return found
@@ -106,6 +106,7 @@ def resized(case: Case, frames: int) -> Case:
         reference=case.reference and case.reference.at(part),
         alternative=case.alternative and case.alternative.at(part),
         contacts=contacts,
+        source_motion=case.source_motion and case.source_motion.at(part),
         touches=case.touches and tuple(replace(touch, rests=touch.rests[part]) for touch in case.touches),
     )
 

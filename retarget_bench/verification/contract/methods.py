@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import defaults
-from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction
+from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction, Source
 from retarget_bench.api.optional import method_card, takes_batches
 from retarget_bench.evaluation import predict
+from retarget_bench.evaluation.tasks import points
+from retarget_bench.evaluation.tasks.points import PointsTask
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
@@ -28,8 +30,8 @@ from retarget_bench.verification.contract.common import (
     snapshot,
 )
 
-KINDS_OF_SOURCE = ("motion", "positions")
-PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
+KINDS_OF_SOURCE = ("motion", "positions", "points", "surface")
+PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips", "source_motion")
 BATCH_FRAMES = (40, 25, 1)
 """Lengths of the cases that are asked in one batch."""
 BATCH_TOLERANCE = 1e-5
@@ -45,6 +47,9 @@ class MethodTrial(Trial[Method]):
         super().__init__(spec)
         self.data = data
         self.cases = sample(data)
+        self.points = PointsTask(data)
+        if points.NAME in method_card(self.plugin).accepts:
+            self.cases += sample(self.points, task=points.NAME)
 
     @demand("its card says what it is and what it takes")
     def card(self) -> str | None:
@@ -81,6 +86,7 @@ class MethodTrial(Trial[Method]):
                 source=replace(case.source, fps=50.0),
                 reference=case.reference and replace(case.reference, fps=50.0),
                 alternative=case.alternative and replace(case.alternative, fps=50.0),
+                source_motion=case.source_motion and replace(case.source_motion, fps=50.0),
             )
             for case in self.cases
         ]
@@ -125,7 +131,13 @@ class MethodTrial(Trial[Method]):
                 continue
             honest = self._context(case)
             motions = [case.reference]
-            inputs = case.reference, case.alternative or case.reference, motions, motions
+            inputs = (
+                case.reference,
+                case.alternative or case.reference,
+                motions,
+                motions,
+                case.source_motion,
+            )
             named: dict[str, Any] = dict(zip(PRIVILEGED, inputs, strict=True))
             leaks = {name: value for name, value in named.items() if name not in declared}
             answers = [
@@ -165,7 +177,8 @@ class MethodTrial(Trial[Method]):
         return predict.predict(self.plugin, case, self._context(case, seed))
 
     def _context(self, case: Case, seed: int = 0) -> Context:
-        return predict.context_for(self.plugin, self.data, case, seed)
+        data = self.points if case.info.task == points.NAME else self.data
+        return predict.context_for(self.plugin, data, case, seed)
 
     def _answers(self, cases: Sequence[Case], seed: int = 0) -> list[Prediction | None]:
         return [self._ask(case, seed).prediction for case in cases]
@@ -186,7 +199,7 @@ class MethodTrial(Trial[Method]):
         return None
 
 
-def _by_positions(motion: Prediction) -> Positions:
+def _by_positions(motion: Source) -> Positions:
     if isinstance(motion, Positions):
         return motion
     return motion.character.positions(motion.positions, motion.fps)

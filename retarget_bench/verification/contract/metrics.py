@@ -18,12 +18,13 @@ from retarget_bench.api import (
     SetMetric,
     Value,
 )
-from retarget_bench.api.comparison import Comparison
+from retarget_bench.api.comparison import Comparison, vertices
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import score
 from retarget_bench.evaluation.set_metrics.files import Arrays, collect
+from retarget_bench.evaluation.tasks.points import points_of
 from retarget_bench.motion import rotation
-from retarget_bench.motion.motion import Positions
+from retarget_bench.motion.motion import Motion, PointSets, Positions, Surface
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import Values
 from retarget_bench.verification.contract.common import Trial, changed, demand, resized, sample, snapshot
@@ -134,6 +135,18 @@ class MetricTrial(_Scored[Metric]):
                     )
         return None
 
+    @demand("a source known by points and an answer known by vertices are measured or left out")
+    def skins(self) -> str | None:
+        for case in self.cases:
+            motion, wrong = case.source, _disturbed(case)
+            if not isinstance(motion, Motion) or motion.character.mesh is None:
+                continue
+            asked = replace(case, source=points_of(motion, case.info.id), source_motion=motion)
+            self.measured(asked, wrong)
+            if (skin := vertices(wrong, case.target)) is not None:
+                self.measured(asked, case.target.surface(skin, wrong.fps))
+        return None
+
     @demand("a prediction known by positions only is measured or left out")
     def positions(self) -> str | None:
         for case in self.cases:
@@ -162,7 +175,9 @@ class SetMetricTrial(_Scored[SetMetric]):
     @demand("a body either has a network or a reason why not")
     def networks(self) -> str | None:
         for case in self.all:
-            self.measured(case, case.reference or case.source)
+            motion = case.reference or case.source
+            assert not isinstance(motion, PointSets)
+            self.measured(case, motion)
         return None if self.cases else "applies to no body of the data set it is tried on"
 
     def measured(self, case: Case, prediction: Prediction) -> Arrays:
@@ -215,6 +230,9 @@ def _disturbed(case: Case) -> Prediction:
     if isinstance(case.reference, Positions):
         noise = random.normal(scale=0.03, size=case.reference.positions.shape)
         return replace(case.reference, positions=case.reference.positions + noise)
+    if isinstance(case.reference, Surface):
+        noise = random.normal(scale=0.03, size=case.reference.vertices.shape)
+        return replace(case.reference, vertices=case.reference.vertices + noise)
     turn = rotation.from_rotation_vector(
         random.normal(scale=0.2, size=(*case.reference.rotations.shape[:2], 3))
     )

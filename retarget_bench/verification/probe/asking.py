@@ -6,13 +6,13 @@ from itertools import combinations
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
+from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction, Source
 from retarget_bench.api.optional import method_card
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.predict import Outcome, predict
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import Motion, kind_of
 from retarget_bench.results import store
 from retarget_bench.verification.probe.probes import PROBES, Probe, ProbeCase, deviation
 
@@ -121,10 +121,10 @@ class Reply:
     dependence: dict[str, float] = field(default_factory=dict)
 
 
-def subject(info: CaseInfo, source: Prediction, target: Character) -> Subject | str:
+def subject(info: CaseInfo, source: Source, target: Character) -> Subject | str:
     """A plain question at 30 frames per second, or why there is none."""
     if not isinstance(source, Motion):
-        return "the source is known by joint positions only; probes need rotations"
+        return f"the source is known by {kind_of(source)} only; probes need rotations"
     return Subject(info, ProbeCase(source if source.fps == RATE else source.resample(RATE), target))
 
 

@@ -1,0 +1,191 @@
+"""``bench retarget`` on scans: a folder of meshes or points in, a folder of the target's mesh out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import retarget_bench as rb
+from retarget_bench import cli
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.scans.writing import ply, write_frames
+from retarget_bench.plugins import registry
+from tests.motion.tubes import fleshed, hand_to_belly
+
+trimesh = pytest.importorskip("trimesh")
+
+METHOD = '''
+import numpy as np
+from retarget_bench.api import MethodCard
+
+class Follow:
+    """The target's mesh goes where the middle of the points goes."""
+
+    card = MethodCard(name="follow", summary="follows", version="1", accepts=("points",))
+
+    def supports(self, source, target):
+        return None if target.mesh is not None else "needs a mesh"
+
+    def retarget(self, source, target, *, context):
+        way = source.root - source.root[0]
+        return target.surface(target.mesh.vertices + way[:, None], source.fps)
+
+plugin = Follow
+'''
+JOINTS = METHOD.replace("follow", "joints").replace(
+    "target.surface(target.mesh.vertices + way[:, None], source.fps)",
+    "target.positions(np.zeros((source.frames, len(target.skeleton), 3)), source.fps)",
+)
+FRAMES = 12
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(registry, "_FILES", {})
+
+
+@pytest.fixture
+def files(tmp_path) -> Path:
+    """A walk of 12 frames in centimetres with Z up, and a larger body as OBJ; methods that take points."""
+    person = fleshed()
+    moved = hand_to_belly(person, FRAMES)
+    way = np.linspace(0, 0.6, FRAMES)[:, None, None] * np.array([0.0, 0.0, 1.0])
+    walk = person.mesh.skinned(moved) + way
+    lying = 100.0 * walk @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # y is z now, z is -y
+    write_frames(tmp_path / "walk", lying, person.mesh.faces, [f"scan{k}" for k in range(FRAMES)])
+    trimesh.Trimesh(1.2 * person.mesh.vertices, person.mesh.faces, process=False).export("body.obj")
+    for name, text in (("follow", METHOD), ("joints", JOINTS)):
+        (tmp_path / f"{name}.py").write_text(text)
+        registry.add_file(tmp_path / f"{name}.py")
+    return tmp_path
+
+
+@pytest.fixture
+def bench(capsys):
+    def run(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["retarget", *(str(each) for each in arguments)])
+        return int(stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+def seen(folder: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices ``(frames, V, 3)`` and faces of a folder, by another reader."""
+    meshes = [trimesh.load(each, process=False) for each in sorted(folder.iterdir(), key=order)]
+    return np.stack([each.vertices for each in meshes]), np.asarray(meshes[0].faces)
+
+
+def order(path: Path) -> int:
+    return int("".join(sign for sign in path.stem if sign.isdigit()))
+
+
+def test_the_targets_mesh_moves_in_metres_y_up(bench, files):
+    done = bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow", "--fps", "25")
+    assert done[0] == 0, done[2]
+    assert done[1].count("\n") == 1
+    for said in ("12 frames of walk at 25 per second", "mesh of body.obj", "unit cm, z up", "unit m, y up"):
+        assert said in done[1]
+    vertices, faces = seen(files / "out")
+    person = fleshed()
+    np.testing.assert_array_equal(faces, person.mesh.faces)
+    assert sorted(each.name for each in (files / "out").iterdir()) == sorted(
+        f"scan{k}.ply" for k in range(FRAMES)
+    )
+    shifts = vertices - 1.2 * person.mesh.vertices
+    np.testing.assert_allclose(shifts, shifts[:, :1].repeat(shifts.shape[1], 1), atol=1e-4)  # rigid
+    assert shifts[-1, 0, 2] == pytest.approx(0.6, abs=0.05)  # forward, in metres
+    assert abs(shifts[-1, 0, :2]).max() < 0.05
+
+
+def test_points_without_faces_move_it_alike(bench, files):
+    (files / "dots").mkdir()
+    for number, each in enumerate(seen(files / "walk")[0]):
+        (files / "dots" / f"{number}.ply").write_bytes(ply(each, np.zeros((0, 3), dtype=int)))
+    assert bench("dots", "--target", "body.obj", "-o", "a", "-m", "follow")[0] == 0
+    assert bench("walk", "--target", "body.obj", "-o", "b", "-m", "follow", "--quiet") == (0, "", "")
+    apart = seen(files / "a")[0] - seen(files / "b")[0]
+    assert np.abs(apart).max() < 0.12  # the middle of vertices is not that of the surface
+
+
+def test_python_gives_what_the_command_writes(bench, files):
+    person = fleshed()
+    (files / "open.ply").write_bytes(ply(person.mesh.vertices, person.mesh.faces[1:]))
+    done = bench("walk", "--target", "open.ply", "-o", "out", "-m", "follow")
+    assert done[0] == 0
+    assert "open.ply: the mesh is open: 3 edges" in done[2]
+    with pytest.warns(UserWarning, match="open.ply: the mesh is open: 3 edges"):
+        found = rb.retarget_scans("walk", "open.ply", "follow")
+    assert repr(found).startswith("<Surface of open: 12 frames")
+    np.testing.assert_allclose(found.vertices, seen(files / "out")[0], atol=1e-6)
+    assert found.save("again") == Path("again")
+    names = sorted(each.name for each in (files / "out").iterdir())
+    assert all(
+        (files / "again" / each).read_bytes() == (files / "out" / each).read_bytes() for each in names
+    )
+    with pytest.raises(BenchError, match="is there"):
+        found.save("again")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("walk", "--target", "me.bvh", "-o", "out"), "me.bvh: is no mesh file"),
+        (("walk.bvh", "--target", "body.obj", "-o", "out"), "without a rig"),
+        (("walk", "--target", "body.obj", "-o", "out.bvh"), "folder of .ply files"),
+        (("walk", "--target", "body.obj", "-o", "walk"), "is there"),
+        (("none.ply", "--target", "body.obj", "-o", "out"), "is not there"),
+        (("walk", "--target", "body.obj", "-o", "out", "--roles", "r.toml"), "no joints"),
+        (("walk", "--target", "body.obj", "-o", "out", "--unit", "ell"), "unit='ell' is not known"),
+        (("walk", "--target", "body.obj", "-o", "out", "-m", "copy_rotations"), "gave no motion"),
+        (("walk", "--target", "body.obj", "-o", "out", "-m", "joints"), "joints alone"),
+        (("empty", "--target", "body.obj", "-o", "out"), "has no frames"),
+        (("walk", "--target", "broken.ply", "-o", "out"), "cannot be read as a mesh"),
+        (("walk", "--target", "nan.ply", "-o", "out"), "not finite"),
+        (("walk", "--target", "dots.ply", "-o", "out"), "has no faces"),
+        (("walk", "--target", "twins.ply", "-o", "out"), "2 bodies"),
+    ],
+)
+def test_what_cannot_be_is_a_sentence_and_leaves_nothing(bench, files, arguments, said):
+    import re
+
+    (files / "empty").mkdir()
+    person = fleshed()
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    bad = person.mesh.vertices.copy()
+    bad[3] = np.nan
+    twins = np.concatenate([ball.vertices, ball.vertices + np.array([3.0, 0, 0])])
+    (files / "broken.ply").write_text("hello")
+    (files / "nan.ply").write_bytes(ply(bad, person.mesh.faces))
+    (files / "dots.ply").write_bytes(ply(person.mesh.vertices, np.zeros((0, 3), dtype=int)))
+    both = np.concatenate([ball.faces, ball.faces + len(ball.vertices)])
+    (files / "twins.ply").write_bytes(ply(twins, both))
+    before = sorted(each.name for each in files.iterdir())
+    code, out, error = bench(*arguments, *(() if "-m" in arguments else ("-m", "follow")))
+    assert code == 2, out
+    assert re.search(said, error), error
+    assert "Traceback" not in error
+    assert sorted(each.name for each in files.iterdir()) == before
+
+
+def test_a_command_that_is_killed_leaves_nothing_half_written(bench, files, monkeypatch):
+    from retarget_bench.motion.scans import writing
+
+    kept = writing.ply
+    count = iter(range(5))
+
+    def failing(*arguments):
+        if next(count) == 4:
+            raise KeyboardInterrupt
+        return kept(*arguments)
+
+    monkeypatch.setattr(writing, "ply", failing)
+    before = {each.name for each in files.iterdir()}
+    assert bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] != 0
+    assert {each.name for each in files.iterdir()} == before
+    monkeypatch.setattr(writing, "ply", kept)
+    assert bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] == 0
+    assert len(list((files / "out").iterdir())) == FRAMES
