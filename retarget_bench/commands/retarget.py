@@ -2,53 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
-from retarget_bench import defaults
 from retarget_bench.commands import motion_files, options
+from retarget_bench.commands.retargeting import options as retarget_options
 from retarget_bench.errors import BenchError
 
 
 @click.command("retarget")
 @click.argument("source", metavar="SOURCE", type=options.PATH)
-@click.option(
-    "--target",
-    required=True,
-    metavar="FILE",
-    type=options.PATH,
-    help="File of the target character; for scans its mesh in T-pose.",
-)
-@click.option(
-    "-o",
-    "--out",
-    required=True,
-    metavar="FILE",
-    type=options.PATH,
-    help="Output file: .bvh or .glb; for scans a new folder, of PLY files.",
-)
-@click.option(
-    "-m",
-    "--method",
-    default=None,
-    show_default=f"{defaults.METHOD}; for scans {defaults.SCAN_METHOD}",
-    metavar="METHOD",
-    shell_complete=options.plugin_names("methods"),
-    help="The method, with parameters in brackets.",
-)
-@click.option(
-    "--fps",
-    type=click.FloatRange(1, 1000),
-    help="Frames per second. [default: the source's; of scans 30]",
-)
+@retarget_options.target_option
+@retarget_options.out_option
+@retarget_options.method_option
+@retarget_options.fps_option
 @motion_files.reading_options()
 @motion_files.reading_options("target")
 @options.seed_option
 @options.plugin_option
-@click.option("--quiet", is_flag=True, help="Print errors only.")
+@retarget_options.quiet_option
 def command(
     source: Path,
     target: Path,
@@ -57,7 +31,7 @@ def command(
     fps: float | None,
     seed: int,
     quiet: bool,
-    **reading: Any,
+    **asked: Any,
 ) -> None:
     """Retarget the motion of SOURCE, a BVH, GLB or glTF file or a folder of scans, to another
     character.
@@ -71,86 +45,11 @@ def command(
     file, and the result a folder of PLY files with its vertices and faces, in metres, Y up. Options of root
     places and roles are of files with a skeleton.
     """
-    from retarget_bench.python import scans
+    from retarget_bench.commands.retargeting import job, scans
+    from retarget_bench.python.scans import check_pair
 
-    if scans.check_pair(source, target):
-        _scans(source, target, out, method or defaults.SCAN_METHOD, fps or scans.FPS, seed, quiet, reading)
-    else:
-        _skeletons(source, target, out, method or defaults.METHOD, fps, seed, quiet, reading)
-
-
-def _scans(
-    source: Path,
-    target: Path,
-    out: Path,
-    method: str,
-    fps: float,
-    seed: int,
-    quiet: bool,
-    reading: Mapping[str, Any],
-) -> None:
-    """A folder of PLY files of scans and a mesh."""
-    from retarget_bench.motion.scans.importing import load_body, load_scan
-    from retarget_bench.python import scans
-    from retarget_bench.python.progress import progress_bar
-
-    scans.check_folder(out)
-    for side in ("", "target_"):
-        if reading[f"{side}roles"] is not None or reading[f"{side}root_place"] != "auto":
-            raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
-    body = load_body(target, unit=reading["target_unit"], up=reading["target_up"])
-    with progress_bar("reading", "files", not quiet) as progress:
-        scan = load_scan(source, unit=reading["unit"], up=reading["up"], fps=fps, progress=progress)
-    for findings, option in ((scan.findings, "--"), (body.findings, "--target-")):
-        for warning in () if quiet else findings.warnings:
-            click.echo(f"{findings.path}: {warning.replace('--', option)}", err=True)
-    moved = scans.answer(scan.motion, body.character, method, seed, scan.findings.frames)
-    moved.save(out)
-    if not quiet:
-        click.echo(
-            f"{out}: {moved.frames} frames of {source.name} at {fps:g} per second on the mesh of "
-            f"{target.name}, by {method}; {source.name}: {scans.facts(scan.findings)}; "
-            f"{target.name}: {scans.facts(body.findings)}"
-        )
-
-
-def _skeletons(
-    source: Path,
-    target: Path,
-    out: Path,
-    method: str,
-    fps: float | None,
-    seed: int,
-    quiet: bool,
-    reading: Mapping[str, Any],
-) -> None:
-    """A motion file of two motion files."""
-    from retarget_bench.motion import files as formats
-    from retarget_bench.motion.transfer import correspondence
-    from retarget_bench.python import motions
-
-    motions.check_output(out, source, target)
-    performer = motion_files.imported(source, reading, fps=fps, quiet=quiet)
-    body = motion_files.imported(target, reading, "target", quiet=quiet)
-    moved, target_body = performer.motion, motions.imported(body).character
-    answer = motions.answer(moved, target_body, method, seed)
-    lost = motions.write(out, answer)
-    if quiet:
-        return
-    for caution in motions.cautions(method, moved.character, target_body):
-        click.echo(f"bench: {caution}", err=True)
-    for note in answer.notes:
-        click.echo(note)
-    for note in lost:
-        click.echo(f"{out}: {note}", err=True)
-    kept = formats.format_of(target) is formats.format_of(out)
-    unit, up = (body.findings.unit[0], body.findings.up) if kept else ("m", "y")
-    followed = int((correspondence(moved.character, target_body) >= 0).sum())
-    click.echo(
-        f"{out}: {moved.frames} frames of {moved.character.name} at {moved.fps:g} per second on the "
-        f"body of {target_body.name}, by {method}; {followed} of {len(target_body.skeleton)} joints follow "
-        f"it; unit {unit}, {up} up"
-    )
+    asked_for = job.Job(source, target, out, method, seed, fps, asked)
+    (scans if check_pair(source, target) else job).retarget(asked_for, quiet)
 
 
 @click.command("doctor")
