@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from retarget_bench.commands import motion_files, options
+from retarget_bench.commands import editing_options, motion_files, options
 from retarget_bench.commands.retargeting import options as retarget_options
 from retarget_bench.errors import BenchError
 
@@ -20,6 +20,7 @@ from retarget_bench.errors import BenchError
 @retarget_options.fps_option
 @motion_files.reading_options()
 @motion_files.reading_options("target")
+@editing_options.editing_options()
 @options.seed_option
 @options.plugin_option
 @retarget_options.quiet_option
@@ -39,11 +40,12 @@ def command(
     A result of the target file's format keeps all of it: joints, names, channels, unit and axes, in a GLB
     also mesh, materials and other animations. A result of another format is in metres, Y up. bench doctor
     shows how files are read. Joint positions are converted to rotations by a fit, whose residual is
-    printed. A line warns where the method is known to be worse than the default one on bodies like these.
+    printed. A line warns where the method is known to be worse than the default one on bodies like these,
+    and where the source begins with something else than its motion. Loops stay loops.
 
     Scans are mesh or point files, one for each frame (PLY, OBJ, GLB, STL, OFF). The target is then a mesh
     file, and the result a folder of PLY files with its vertices and faces, in metres, Y up. Options of root
-    places and roles are of files with a skeleton.
+    places, roles, start, path and hands are of files with a skeleton.
     """
     from retarget_bench.commands.retargeting import job, scans
     from retarget_bench.python.scans import check_pair

@@ -34,6 +34,8 @@ LAYERS, FEATURES = "training.layers", "training.features"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
 SETS = "evaluation.set_metrics"
 """The package that draws sets and evaluates metrics of them."""
+APART = ("motion/files/", "motion/editing/")
+"""Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
 
 
 @dataclass(frozen=True)
@@ -348,12 +350,12 @@ def forget() -> None:
 # ---------------------------------------------------------------------------------------------- hashes
 @cache
 def method_code(spec: Spec) -> str:
-    """A hash of the plug-in's own files, of those of its post-processors, of ``motion/`` without the
-    formats in ``motion/files/``, and of what these files reach of the layers that learned methods share.
-    A data set that reads such formats has their code in its own ``content``."""
+    """A hash of the plug-in's own files, of those of its post-processors, of ``motion/`` without
+    ``APART``, and of what these files reach of the layers that learned methods share.
+    A data set that reads formats of motion files has their code in its own ``content``."""
     own = list(_own_code("methods", spec.name))
     own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    motion = (each for each in package_code("motion") if not each[0].startswith("motion/files/"))
+    motion = (each for each in package_code("motion") if not each[0].startswith(APART))
     layers = reached_code(LAYERS, (path for _, path in own))
     return code_hash([*own, *motion, *layers])
 

@@ -8,12 +8,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import character, files, importer
+from retarget_bench.motion.editing import edits as editing
+from retarget_bench.motion.editing import legs, loops
+from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.importer import Imported
 from retarget_bench.plugins import registry
@@ -23,8 +26,6 @@ from retarget_bench.python.plans import Named, method_spec
 
 if TYPE_CHECKING:
     from retarget_bench.python.views import Player
-
-FOUR_LEGS = "one body has four legs and the other two: what each limb should do is a guess"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,7 +54,12 @@ class Motion(character.Motion):
     """
 
     notes: tuple[str, ...] = ()
-    resample = checked(character.Motion.resample)
+
+    @checked
+    def resample(self, fps: float) -> Motion:
+        """The same motion at another rate: slerp for rotations, linear for places. A loop stays one: its
+        length is rounded to whole frames."""
+        return cast(Motion, loops.resampled(self, fps))
 
     def __repr__(self) -> str:
         lasts = f"{self.frames} frames at {self.fps:g} per second, {self.frames / self.fps:.1f} s"
@@ -140,10 +146,11 @@ def load_character(path: str | PathLike[str], **options: Any) -> Character:
 def _loaded(path: str | PathLike[str], **options: Any) -> Motion:
     """A file's motion; options are those of ``importer.load``. Warnings point at the caller of its caller,
     which is ``checked``."""
+    fps = options.pop("fps", None)
     found = importer.load(Path(path), **options)
     for warning in found.findings.warnings:
         warnings.warn(f"{path}: {_in_python(warning)}", stacklevel=4)
-    return imported(found)
+    return imported(found) if fps is None else imported(found).resample(fps)
 
 
 @checked
@@ -153,44 +160,77 @@ def retarget(
     method: Named = defaults.METHOD,
     *,
     seed: int = 0,
+    start: str = "keep",
+    root_motion: str = "keep",
+    hands: str = "relaxed",
 ) -> Motion:
     """Retarget a motion to another character: as many frames as the source, at its rate.
 
     source: a motion, or a file. target: a character, a motion of it, or a file of it.
     method: a spec such as ``"ik"`` or ``"nkn+footfix"``, or the file of your own method.
-    The notes of the result say where rotations were fitted to positions. A warning says where the method is
-    known to be worse than the default one. Raises BenchError with the reason where it gives no answer.
+    start:  of a source that begins with a T-pose or elsewhere: ``keep``, ``cut`` (fewer frames), ``ease``.
+    root_motion: ``keep``, ``in-place``, or the axis to travel along: ``x``, ``-x``, ``z``, ``-z``.
+    hands:  ``relaxed`` or ``open``, where the source shows no fingers and the target has them.
+    The notes of the result say where rotations were fitted to positions, and what was edited unasked. A
+    warning says where the source begins with something else than its motion, and where the method is known
+    to be worse than the default one. Raises BenchError with the reason where it gives no answer.
     """
+    wanted = Edits(start, root_motion, hands)
     moved = _loaded(source) if isinstance(source, str | PathLike) else source
     named = _loaded(target) if isinstance(target, str | PathLike) else target
     body = named.character if isinstance(named, character.Motion) else named
-    found = answer(moved, body, method, seed)
-    for caution in cautions(method, moved.character, body):
-        warnings.warn(caution, stacklevel=3)
+    found = answer(moved, body, method, seed, wanted)
+    for caution in (*cautions(method, moved.character, body), *doubts(moved, wanted)):
+        warnings.warn(_in_python(caution), stacklevel=3)
     return found
 
 
 def cautions(method: Named, source: character.Character, target: character.Character) -> tuple[str, ...]:
     """Sentences on what not to expect of a method on two bodies."""
     told = known.caution(method_spec(method), source, target)
-    between = FOUR_LEGS if source.four_legged != target.four_legged else ""
-    return tuple(filter(None, (between, told)))
+    return tuple(filter(None, (legs.guess(source, target), told)))
+
+
+def doubts(source: character.Prediction, wanted: Edits) -> tuple[str, ...]:
+    """Sentences on a source that begins with something else than its motion, with the option for it."""
+    found = editing.doubt(source, wanted)
+    return (f"{found}: say --start cut or --start ease",) if found else ()
 
 
 def answer(
-    source: character.Prediction, target: character.Character, method: Named, seed: int = 0
+    source: character.Prediction,
+    target: character.Character,
+    method: Named,
+    seed: int = 0,
+    wanted: Edits = editing.USUAL,
 ) -> Motion:
     """``retarget`` without warnings."""
+    spec = method_spec(method)
+    asked = registry.create("methods", spec)
+    learned = bool(getattr(asked, "weights_hash", ""))  # raises where weights are missing or do not fit
+    notes: list[tuple[str, ...]] = []
+
+    def plain(one: character.Prediction, body: character.Character) -> Motion:
+        found = _answer(asked, str(spec), one, body, seed)
+        notes.append(found.notes)
+        return found
+
+    found, done = editing.edited(source, target, wanted, plain, posed=not learned)
+    return Motion(target, found.rotations, found.root, found.fps, (*notes[-1], *done))
+
+
+def _answer(
+    asked: Any, spec: str, source: character.Prediction, target: character.Character, seed: int
+) -> Motion:
+    """What a method gives, with rotations. Raises BenchError with the reason where it gives nothing."""
     from retarget_bench.evaluation.predict import predict
 
-    asked = registry.create("methods", spec := method_spec(method))
-    getattr(asked, "weights_hash", "")  # weights that are not there, or do not fit, are told as such
     names = (source.character.name, target.name)
     case = Case(CaseInfo("file", "retarget", "cross", *names, clip=names[0]), source, target)
     outcome = predict(asked, case, Context(seed=seed))
     if (found := outcome.prediction) is None:
         raise BenchError(f"{spec} gave no motion ({outcome.status}): {outcome.message}")
-    return with_rotations(found, target, source)
+    return with_rotations(found, source=source)
 
 
 def with_rotations(
@@ -237,5 +277,5 @@ def check_output(path: Path, *given: Path) -> None:
 
 def _in_python(warning: str) -> str:
     """A warning of a file's findings with arguments instead of options."""
-    said = re.sub(r"--(unit|up|take|body) (\S+)", r'\1="\2"', warning)
+    said = re.sub(r"--(unit|up|take|body|start) (\S+)", r'\1="\2"', warning)
     return said.replace("--roles", 'roles="roles.toml"')
