@@ -8,7 +8,7 @@ import numpy as np
 
 from retarget_bench.motion.hinges import FOLDED
 from retarget_bench.verification.verdict.defects import Defect, local_maximum, stretches
-from retarget_bench.verification.verdict.pair import Pair
+from retarget_bench.verification.verdict.pair import Pair, joint_name
 
 FASTER = 1.5
 """Times the source's fastest turn nearby that still passes."""
@@ -18,7 +18,6 @@ STRAIGHT, BENT = 4.0, 25.0
 """Degrees: a limb bent less is straight; one bent more is clearly bent."""
 LASTING = 0.1
 """Seconds that a limb has to be straight for."""
-_NAMES = {"leg": "knee", "forearm": "elbow"}
 
 
 def bends(pair: Pair) -> Iterator[Defect]:
@@ -29,8 +28,7 @@ def bends(pair: Pair) -> Iterator[Defect]:
         theirs, ours = (
             bend(*limb) for limb in zip(*(pair.paths(r) for r in (top, middle, end)), strict=True)
         )
-        side, _, joint = middle.partition("_")
-        name = f"{side} {_NAMES[joint]}"
+        name = joint_name(middle)
         yield from _snaps(pair, name, theirs, ours)
         yield from _straight(pair, name, theirs, ours)
 

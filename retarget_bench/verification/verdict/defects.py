@@ -49,7 +49,7 @@ class Defect:
         return f"{frames} ({self.first / fps:.1f} s): {self.reason}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verdict:
     """What there is to look at in a motion.
 
@@ -79,14 +79,27 @@ class Verdict:
         count = len(self.defects)
         return "nothing to look at" if not count else f"{count} place{'s' * (count > 1)} to look at"
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """A line for each of the worst, and one that counts the others."""
+        lines = [f"look at: {each.text(self.fps)}" for each in self.worst]
+        left = len(self.defects) - len(self.worst)
+        return (*lines, *([f"look at: {left} more, none of them worse"] if left else []))
+
+    @property
+    def followers(self) -> str:
+        """A sentence on the undriven joints, "" where there are none."""
+        if not (count := len(self.undriven)):
+            return ""
+        follow = "joint that nothing drives follows its parent"
+        if count > 1:
+            follow = "joints that nothing drives follow their parents"
+        return f"{count} {follow}: {_some(self.undriven)}"
+
     def text(self) -> str:
         """All of it for a terminal, the summary last."""
-        lines = [f"look at: {each.text(self.fps)}" for each in self.worst]
-        if left := len(self.defects) - len(self.worst):
-            lines.append(f"look at: {left} more that {'is' if left == 1 else 'are'} no worse")
-        if self.undriven:
-            lines.append(f"follow their parents: {_some(self.undriven)}")
-        return "\n".join([*lines, self.summary])
+        followers = [self.followers] if self.undriven else []
+        return "\n".join([*self.lines, *followers, self.summary])
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON: frames are counted from 1, as in ``text``."""
@@ -110,6 +123,9 @@ class Verdict:
 
     def __str__(self) -> str:
         return self.text()
+
+    def __repr__(self) -> str:
+        return f"<Verdict on {self.frames} frames: {self.summary}>"
 
 
 def stretches(wrong: np.ndarray, fps: float) -> list[slice]:

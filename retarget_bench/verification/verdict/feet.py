@@ -16,7 +16,7 @@ from retarget_bench.verification.verdict.pair import Pair
 
 DEEP = 0.02
 """Body heights that a foot may be deeper than the source's at this size."""
-LASTING = 0.05
+LASTING = 0.1
 """Seconds that a foot has to be in the floor for."""
 SLID = 0.025
 """Body heights that a foot may slide beyond ``FARTHER`` times what the source's does at this size."""

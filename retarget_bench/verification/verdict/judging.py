@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character, Prediction
 from retarget_bench.motion.transfer import FOLLOW, correspondence, reason
@@ -42,15 +44,11 @@ def verdict(source: Prediction, result: Prediction) -> Verdict:
 
 
 def undriven(source: Character, target: Character) -> tuple[str, ...]:
-    """The target's joints that nothing of the source corresponds to, but for its root."""
-    answer = correspondence(source, target)
-    return tuple(
-        name
-        for name, joint, parent in zip(
-            target.skeleton.names, answer, target.skeleton.parents.tolist(), strict=True
-        )
-        if joint == FOLLOW and parent >= 0
-    )
+    """The target's joints that nothing of the source corresponds to, but for its root; first those that
+    have no role either (capes, hair, props, helpers), then others such as fingers."""
+    left = np.flatnonzero((correspondence(source, target) == FOLLOW) & (target.skeleton.parents >= 0))
+    ordered = sorted(left.tolist(), key=lambda joint: target.roles[joint] is not None)
+    return tuple(target.skeleton.names[joint] for joint in ordered)
 
 
 def _caused(defect: Defect, found: Sequence[Defect]) -> bool:

@@ -8,12 +8,22 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.motion.character import Character, Prediction
-from retarget_bench.motion.roles import bones
+from retarget_bench.motion.roles import SIDES, bones
 
 NEAR = 0.1
 """Seconds: how far before or after a frame the source may do what the result does in it."""
 _BRIEF = 1 / 30
 """Seconds in which changes are measured, so that limits mean the same at any rate."""
+
+
+_JOINTS = {
+    "shoulder": "collar bone",
+    "arm": "shoulder",
+    "forearm": "elbow",
+    "up_leg": "hip",
+    "leg": "knee",
+    "foot": "ankle",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,3 +78,11 @@ class Pair:
         """``(frames, 3)`` metres each: the joint of a role in source and result."""
         theirs, ours = (body.joint_of[role] for body in self.bodies)
         return self.source.positions[:, theirs], self.result.positions[:, ours]
+
+
+def joint_name(role: str) -> str:
+    """The joint of a role in the words of people: ``left knee`` for ``left_leg``, where its bone begins."""
+    side, _, part = role.partition("_")
+    if side not in SIDES:
+        return role.replace("_", " ")
+    return f"{side} {_JOINTS.get(part, part.replace('_', ' '))}"

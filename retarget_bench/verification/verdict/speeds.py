@@ -8,11 +8,11 @@ import numpy as np
 
 from retarget_bench.motion.roles import is_finger, is_tip
 from retarget_bench.verification.verdict.defects import Defect, local_maximum, stretches
-from retarget_bench.verification.verdict.pair import Pair
+from retarget_bench.verification.verdict.pair import Pair, joint_name
 
 FASTER = 1.5
 """Times the source's fastest nearby, at the size of this body, that still passes."""
-SLACK = 0.8
+SLACK = 1.0
 """Leg lengths per second beyond that, which still pass."""
 
 
@@ -34,7 +34,7 @@ def speeds(pair: Pair) -> Iterator[Defect]:
         others = int((share[part] > 1.0).any(axis=0).sum()) - 1
         amount, source = float(ours[worst, joint]), float(usual[worst, joint])
         also = f", and {others} more joint{'s' * (others > 1)}" if others else ""
-        name = role.replace("_", " ")
+        name = joint_name(role)
         yield Defect(
             "speed",
             name,
