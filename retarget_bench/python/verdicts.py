@@ -15,7 +15,7 @@ from retarget_bench.verification.verdict import Verdict
 def verdict(source: Prediction | str | PathLike[str], result: Prediction | str | PathLike[str]) -> Verdict:
     """Frames of a retargeted motion to look at and why, told from its source; ``print`` shows them.
 
-    source, result: motions, or files, with as many frames at one rate. Of the Verdict, ``defects`` are worst
+    source, result: motions, or files, with as many frames at one rate. The Verdict has ``defects``, worst
     first, each with ``first``, ``last`` and ``worst`` frame, counted from 0, and a ``reason``;
     ``as_dict()`` is what ``bench retarget --report`` writes. Hands in the body are looked for where the
     result's character has a mesh. Raises BenchError where frames or rates differ.

@@ -84,7 +84,7 @@ class Verdict:
         """A line for each of the worst, and one that counts the others."""
         lines = [f"look at: {each.text(self.fps)}" for each in self.worst]
         left = len(self.defects) - len(self.worst)
-        return (*lines, *([f"look at: {left} more, none of them worse"] if left else []))
+        return (*lines, *([f"look at: {left} more like these"] if left else []))
 
     @property
     def followers(self) -> str:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from retarget_bench.motion.character import Motion, Prediction
+from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.penetration import inside, inside_at_rest, limbs
 from retarget_bench.motion.penetration.limbs import below
 from retarget_bench.motion.roles import SIDES
@@ -57,10 +57,11 @@ def hands(pair: Pair) -> Iterator[Defect]:
             )
 
 
-def shares(motion: Motion, frames: np.ndarray) -> dict[str, np.ndarray]:
+def shares(motion: Motion, frames: np.ndarray, body: Character | None = None) -> dict[str, np.ndarray]:
     """Side -> ``(frames,)`` share of the hand's surface that is inside the body and was not in the
-    reference pose, at some frames of a motion with a mesh."""
-    body = coarse_body(motion.character)
+    reference pose, at some frames of a motion with a mesh. body: the character with the mesh to look at, a
+    coarse one by default."""
+    body = body or coarse_body(motion.character)
     motion = replace(motion, character=body)
     assert body.mesh is not None
     found: dict[str, list[np.ndarray]] = {}

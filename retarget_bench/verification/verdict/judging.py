@@ -8,6 +8,7 @@ import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character, Prediction
+from retarget_bench.motion.roles import explain
 from retarget_bench.motion.transfer import FOLLOW, correspondence, reason
 from retarget_bench.verification.verdict.bends import bends
 from retarget_bench.verification.verdict.defects import Defect, Verdict
@@ -18,6 +19,8 @@ from retarget_bench.verification.verdict.speeds import speeds
 
 SAME_RATE = 1e-3
 """Share by which two rates may differ and still count as one: frame times in files are rounded."""
+_FIRST = {kind: rank for rank, kind in enumerate(("extra", "not understood", "helper", "above the hips"))}
+"""Why a joint has no role (``roles.explain``) -> its place in lists."""
 CAUSED = {"snap": ("speed", "slide"), "speed": ("slide",)}
 """Kind -> kinds that follow from it in the same frames, and are not told again."""
 
@@ -44,10 +47,11 @@ def verdict(source: Prediction, result: Prediction) -> Verdict:
 
 
 def undriven(source: Character, target: Character) -> tuple[str, ...]:
-    """The target's joints that nothing of the source corresponds to, but for its root; first those that
-    have no role either (capes, hair, props, helpers), then others such as fingers."""
+    """The target's joints that nothing of the source corresponds to, but for its root; first capes, hair
+    and props, then what else has no role, then others such as fingers."""
     left = np.flatnonzero((correspondence(source, target) == FOLLOW) & (target.skeleton.parents >= 0))
-    ordered = sorted(left.tolist(), key=lambda joint: target.roles[joint] is not None)
+    meaning = explain(target.skeleton, target.roles)
+    ordered = sorted(left.tolist(), key=lambda joint: _FIRST.get(meaning[joint], len(_FIRST)))
     return tuple(target.skeleton.names[joint] for joint in ordered)
 
 
