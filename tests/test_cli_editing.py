@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from pathlib import Path
 
@@ -49,8 +50,10 @@ def test_a_start_is_said_and_kept_cut_or_eased(bench, files):
     asked = ("retarget", files["late"], "--target", files["full"], "-m", "copy_rotations", *METRES)
     code, out, err = bench(*asked, "-o", "kept.bvh")
     assert code == 0, err
-    assert "late: the first frame is in a T-pose, and joints are 4." in err
-    assert "m away a frame later: say --start cut or --start ease" in err
+    told = (
+        r"late: the first frame is in a T-pose, and joints are 5\.0\d m away a frame later: say --start cut"
+    )
+    assert re.search(told, err), err
     assert "41 frames of late" in out
     for option, frames in (("cut", 40), ("ease", 41)):
         code, out, err = bench(*asked, "-o", f"{option}.bvh", "--start", option)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from retarget_bench.errors import BenchError
 
 
 @click.command("retarget")
-@click.argument("source", metavar="SOURCE", type=options.PATH)
+@click.argument("sources", metavar="SOURCE...", nargs=-1, required=True, type=options.PATH)
 @retarget_options.target_option
 @retarget_options.out_option
 @retarget_options.method_option
@@ -21,20 +22,21 @@ from retarget_bench.errors import BenchError
 @motion_files.reading_options()
 @motion_files.reading_options("target")
 @editing_options.editing_options()
+@retarget_options.folder_options
+@retarget_options.look_options
 @options.seed_option
 @options.plugin_option
 @retarget_options.quiet_option
 def command(
-    source: Path,
-    target: Path,
+    sources: tuple[Path, ...],
+    targets: tuple[Path, ...],
     out: Path,
     method: str | None,
     fps: float | None,
     seed: int,
-    quiet: bool,
     **asked: Any,
-) -> None:
-    """Retarget the motion of SOURCE, a BVH, GLB or glTF file or a folder of scans, to another
+) -> int:
+    """Retarget the motion of SOURCE, a motion file, a folder of them or a folder of scans, to another
     character.
 
     A result of the target file's format keeps all of it: joints, names, channels, unit and axes, in a GLB
@@ -43,15 +45,30 @@ def command(
     printed. A line warns where the method is known to be worse than the default one on bodies like these,
     and where the source begins with something else than its motion. Loops stay loops.
 
+    The verdict at the end lists frames to look at: knees and elbows that snap, feet in the floor or
+    sliding, joints beyond the source's speed, hands in the body.
+
+    Several sources or targets give OUT/TARGET/SOURCE.ext, of one target OUT/SOURCE.ext. The same command
+    again does what is new or has changed, and goes on where it was interrupted.
+
     Scans are mesh or point files, one for each frame (PLY, OBJ, GLB, STL, OFF). The target is then a mesh
     file, and the result a folder of PLY files with its vertices and faces, in metres, Y up. Options of root
     places, roles, start, path and hands are of files with a skeleton.
-    """
-    from retarget_bench.commands.retargeting import job, scans
-    from retarget_bench.python.scans import check_pair
 
-    asked_for = job.Job(source, target, out, method, seed, fps, asked)
-    (scans if check_pair(source, target) else job).retarget(asked_for, quiet)
+    \b
+    bench retarget walk.bvh --target me.glb -o out.glb --preview out.mp4
+    bench retarget mocap/ --target me.glb --target you.bvh -o out/ --jobs 4
+    """
+    from retarget_bench.commands.retargeting import plan, runs
+    from retarget_bench.commands.retargeting.job import Job
+
+    wanted = runs.Wanted(**{each.name: asked.pop(each.name) for each in fields(runs.Wanted)})
+    like = Job(sources[0], targets[0], out, method, seed, fps, asked)
+    if plan.are_scans(sources, targets):
+        return runs.scans(like, wanted)
+    if plan.is_many(sources, targets, out):
+        return runs.many(sources, targets, like, wanted)
+    return runs.one(like, wanted)
 
 
 @click.command("doctor")

@@ -9,18 +9,22 @@ from retarget_bench.commands import options
 
 target_option = click.option(
     "--target",
+    "targets",
     required=True,
-    metavar="FILE",
+    multiple=True,
+    metavar="FILE|FOLDER",
     type=options.PATH,
-    help="File of the target character; for scans its mesh in T-pose.",
+    help="File of the target character, or a folder of such files; may be repeated. For scans its mesh in "
+    "T-pose.",
 )
 out_option = click.option(
     "-o",
     "--out",
     required=True,
-    metavar="FILE",
+    metavar="FILE|FOLDER",
     type=options.PATH,
-    help="Output file: .bvh or .glb; for scans a new folder, of PLY files.",
+    help="Output file, whose ending is its format; the folder of several results; for scans a new folder "
+    "of PLY files.",
 )
 method_option = click.option(
     "-m",
@@ -37,3 +41,37 @@ fps_option = click.option(
     help="Frames per second. [default: the source's; of scans 30]",
 )
 quiet_option = click.option("--quiet", is_flag=True, help="Print errors only.")
+folder_options = options.together(
+    click.option(
+        "--format",
+        "ending",
+        metavar="FORMAT",
+        help="Of results in a folder: bvh, glb, ... [default: the target's own, where it can be written]",
+    ),
+    options.jobs_option,
+    click.option("--overwrite", is_flag=True, help="Redo results that are up to date, too."),
+)
+"""Options of several results."""
+look_options = options.together(
+    click.option(
+        "--preview",
+        metavar="FILE",
+        type=options.PATH,
+        help="Also draw source and result side by side: a clip (.mp4, .gif, .webp) or a sheet (.png). An "
+        "ending alone, such as mp4, is for a file beside each result.",
+    ),
+    click.option(
+        "--report",
+        metavar="FILE",
+        type=options.FILE,
+        help="Also write the verdict as JSON.",
+    ),
+    click.option(
+        "--save-map",
+        metavar="FILE",
+        type=options.FILE,
+        help="Also save what joints were taken for: FILE.toml for --roles, FILE.target.toml for "
+        "--target-roles.",
+    ),
+)
+"""Options of what is written beside results."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import get_args
+from typing import cast, get_args
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import transfer
@@ -44,6 +44,11 @@ def begun(source: Prediction, edits: Edits) -> Prediction:
     if edits.start == "keep" or (found := start.find(source)) is None:
         return source
     return start.cut(source, found) if edits.start == "cut" else start.eased(source, found)
+
+
+def compared(source: Motion, edits: Edits) -> Motion:
+    """The source with the start and the path of its results, to be shown or compared with these."""
+    return path.edited(cast(Motion, begun(source, edits)), edits.root_motion)
 
 
 def doubt(source: Prediction, edits: Edits) -> str:
