@@ -96,7 +96,7 @@ def _lifted(answer: Motion, limb: Limb, joints: list[int]) -> Motion:
     body = answer.character
     for _ in range(_SMOOTH):
         needed = (-tips(answer, joints)[..., 1]).max(axis=1).clip(0.0)
-        if needed.max() < _NEAR:
+        if needed.max(initial=0.0) < _NEAR:
             break
         pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
         goal = answer.positions[:, limb.end] + _eased(needed, answer.fps)[:, None] * UP

@@ -39,7 +39,7 @@ def along(motion: Motion, axis: str) -> Motion:
 
 def edited(motion: Motion, wanted: str) -> Motion:
     """The motion with the path that ``RootMotion`` names."""
-    if wanted == "keep":
+    if wanted == "keep" or not motion.frames:
         return motion
     return in_place(motion) if wanted == "in-place" else along(motion, wanted)
 
