@@ -43,7 +43,7 @@ def bench(capsys):
 
 @pytest.fixture
 def folders(tmp_path) -> None:
-    """``mocap/`` with clips of 20 and 10 frames, and ``bodies/`` with a figure in BVH and a person in GLB."""
+    """``mocap/`` with clips of 20 and 10 frames, ``bodies/`` with a figure in BVH and a person in GLB."""
     file = tmp_path / "bows.py"
     file.write_text(plugin_source("dataset", "bows"))
     registry.add_file(file)
