@@ -49,7 +49,8 @@ def one(like: Job, wanted: Wanted) -> int:
     shown = previews.path_of(wanted.preview, like.out, several=False)
     job = replace(like, preview=shown)
     _save_maps([job], wanted)
-    verdict = retarget(job, wanted.quiet)
+    judged = not wanted.quiet or wanted.report is not None or shown is not None
+    verdict = retarget(job, wanted.quiet, judged)
     if verdict is not None and not wanted.quiet:
         click.echo(verdict.text())
     _report(wanted, [_entry(job, "done", None if verdict is None else verdict.as_dict())])
