@@ -16,6 +16,7 @@ from PIL import Image
 from retarget_bench import cli
 from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.commands.retargeting import batch, records, role_maps
+from retarget_bench.evaluation.process_pool import Done
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.roles import load_overrides
 from retarget_bench.plugins import registry
@@ -159,6 +160,19 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     assert len(Path("out", records.NAME).read_text().splitlines()) == 2
 
 
+def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
+    class Died(InThisProcess):
+        def run(self, function, payloads, workers=None):
+            for done in super().run(function, payloads, workers):
+                yield done if done.job else Done(0, error="the worker process died")
+
+    monkeypatch.setattr(batch, "LocalPool", Died)
+    code, out, err = bench("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert code == 2
+    assert "out/back.bvh was not made: the worker process died" in err
+    assert "1 retargeted, 0 up to date, 1 failed" in out
+
+
 FALLS = """
 import os
 from retarget_bench.api import MethodCard
@@ -179,6 +193,7 @@ plugin = Falls
 """
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_a_job_that_ends_its_process_costs_its_own_line(bench, folders):
     Path("falls.py").write_text(FALLS)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import retarget_bench as rb
-from retarget_bench.api import Case
+from retarget_bench.api import Case, Context
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import rotation, transfer
+from retarget_bench.motion import importer, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
@@ -70,7 +70,7 @@ def bent(motion: Motion, role: str, degrees: float, frames: slice) -> Motion:
 
 
 # ------------------------------------------------------------------------------------ nothing to look at
-@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [30, pytest.param(1, marks=pytest.mark.slow)])
 def test_right_answers_of_other_bodies_have_nothing_to_look_at(every):
     """Puppets' references are solved for each body, keep contacts, and never come from a method."""
     data = registry.create("datasets", "puppets[size=tiny]")
@@ -79,7 +79,7 @@ def test_right_answers_of_other_bodies_have_nothing_to_look_at(every):
     for info in infos[::every]:
         given = data.load(info)
         judged[info.id] = verdict(given.source, given.reference).defects
-    assert len(judged) >= 4
+    assert len(judged) >= 3
     assert judged == dict.fromkeys(judged, ())
 
 
@@ -90,6 +90,18 @@ def test_a_motion_beside_itself_has_nothing_to_look_at(name):
         judged = verdict(motion, motion.copy())
         assert (judged.defects, judged.undriven) == ((), ())
         assert judged.text() == "nothing to look at"
+
+
+def test_real_motion_held_by_ik_is_not_drowned_and_a_copy_slides(real_data):
+    """LAFAN1's dance on a Mixamo character: ``ik`` holds its feet, and in copied poses they slide."""
+    dance = importer.load(real_data / "lafan1/dance1_subject1.bvh").motion.at(slice(600))
+    body = importer.load(next((real_data / "mixamo_san/Aj").glob("*.bvh"))).motion.character
+    judged = {}
+    for method in ("ik", "copy_rotations"):
+        asked = registry.create("methods", method)
+        judged[method] = verdict(dance, asked.retarget(dance, body, context=Context(seed=0)))
+    assert len(judged["ik"].defects) <= 2
+    assert sum(each.kind == "slide" for each in judged["copy_rotations"].defects) >= 5
 
 
 # ---------------------------------------------------------------------------------- defects put in

@@ -50,9 +50,9 @@ class Job:
     preview: Path | None = None
 
 
-def retarget(job: Job, quiet: bool = False) -> Verdict | None:
+def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | None:
     """Carry out a job, print warnings, notes and a summary, and return the verdict; None where there can be
-    none. quiet: print nothing. Raises BenchError."""
+    none, or it is not to be ``judged``. quiet: print nothing. Raises BenchError."""
     method = job.method or defaults.METHOD
     motions.check_output(job.out, job.source, job.target)
     source = motion_files.imported(job.source, job.options, quiet=quiet).motion
@@ -78,7 +78,7 @@ def retarget(job: Job, quiet: bool = False) -> Verdict | None:
             f"it; {_units(job, body)}"
         )
     source = compared(source, edits)
-    found = _judged(source, answer, quiet)
+    found = _judged(source, answer, quiet) if judged else None
     if job.preview is not None:
         previews.write(job.preview, source, answer, found)
         if not quiet:

@@ -10,13 +10,16 @@ from typing import Any
 
 import click
 
+from retarget_bench import defaults
 from retarget_bench.commands import motion_files
 from retarget_bench.commands.retargeting import batch, plan, previews, role_maps
 from retarget_bench.commands.retargeting.job import Job, retarget
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.motion.findings import Findings
+from retarget_bench.plugins import registry
 from retarget_bench.python import motions
+from retarget_bench.python.plans import method_spec
 
 FAILED = 2
 """Exit code where any result could not be made."""
@@ -49,7 +52,8 @@ def one(like: Job, wanted: Wanted) -> int:
     shown = previews.path_of(wanted.preview, like.out, several=False)
     job = replace(like, preview=shown)
     _save_maps([job], wanted)
-    verdict = retarget(job, wanted.quiet)
+    judged = not wanted.quiet or wanted.report is not None or shown is not None
+    verdict = retarget(job, wanted.quiet, judged)
     if verdict is not None and not wanted.quiet:
         click.echo(verdict.text())
     _report(wanted, [_entry(job, "done", None if verdict is None else verdict.as_dict())])
@@ -58,6 +62,7 @@ def one(like: Job, wanted: Wanted) -> int:
 
 def many(sources: Sequence[Path], targets: Sequence[Path], like: Job, wanted: Wanted) -> int:
     """Every source onto every target, into a folder. Raises BenchError where nothing can be done."""
+    registry.canonical("methods", method_spec(like.method or defaults.METHOD))  # one error, not one a job
     jobs = plan.jobs(sources, targets, like, wanted.ending, wanted.preview)
     _save_maps(jobs, wanted)
     answers = batch.retarget_all(

@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.motion import rotation, transfer
+from retarget_bench.motion import rotation
 from retarget_bench.motion.body import DOWN
 from retarget_bench.motion.character import Character, Motion, Prediction
-from retarget_bench.motion.editing.orientations import with_orientations
+from retarget_bench.motion.editing.orientations import orientation, with_orientations
 from retarget_bench.motion.role_aliases import NUMBERED_FINGERS as FINGERS
 from retarget_bench.motion.roles import SIDES
 
@@ -54,17 +54,16 @@ def shown(source: Prediction, side: str) -> frozenset[str]:
     found = fingers(source.character, side)
     long = [finger for finger in found if finger in LONG]
     if len(long) == 1 and isinstance(source, Motion):
-        turned = transfer.relative(source)
-        hand, finger = turned[:, source.character.joint_of[f"{side}_hand"]], turned[:, found[long[0]]]
-        bend = rotation.multiply(rotation.conjugate(hand)[:, None], finger)
-        if rotation.angle(bend, bend[:1]).max() > _MOVES:
+        hand = rotation.conjugate(orientation(source, source.character.joint_of[f"{side}_hand"]))
+        bends = [rotation.multiply(hand, orientation(source, joint)) for joint in found[long[0]]]
+        if any(rotation.angle(bend, bend[:1]).max(initial=0.0) > _MOVES for bend in bends):
             return frozenset(found)
     return frozenset(found) if len(long) > 1 else frozenset()
 
 
 def followed(answer: Motion, source: Prediction) -> Motion:
     """The answer with fingers that the source lacks as their nearest neighbours are that it has."""
-    body, turned = answer.character, transfer.relative(answer)
+    body = answer.character
     orientations: dict[int, np.ndarray] = {}
     for side in SIDES:
         ours, theirs = fingers(body, side), shown(source, side)
@@ -72,7 +71,7 @@ def followed(answer: Motion, source: Prediction) -> Motion:
         for finger in [each for each in ours if known and each in LONG and each not in theirs]:
             near = ours[min(known, key=lambda each: abs(FINGERS.index(each) - FINGERS.index(finger)))]
             for rank, joint in enumerate(ours[finger]):
-                orientations[joint] = turned[:, near[min(rank, len(near) - 1)]]
+                orientations[joint] = orientation(answer, near[min(rank, len(near) - 1)])
     return with_orientations(answer, orientations)
 
 
@@ -86,7 +85,7 @@ def relaxed(answer: Motion, source: Prediction) -> Motion:
     for side in bare:
         for joint, local in curl(body, side).items():
             rotations[:, joint] = local
-    return body.motion(rotation.continuous(rotations), answer.root, answer.fps)
+    return body.motion(rotations, answer.root, answer.fps)
 
 
 # -------------------------------------------------------------------------------------- a hand at rest

@@ -11,9 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from retarget_bench.motion import rotation, transfer
+from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion
-from retarget_bench.motion.editing.orientations import with_orientations
+from retarget_bench.motion.editing.orientations import orientation, with_orientations
 from retarget_bench.motion.role_aliases import read
 from retarget_bench.motion.roles import SIDES, ancestors
 
@@ -93,20 +93,20 @@ def shared(answer: Motion, free: np.ndarray) -> Motion:
 
     free: ``(joints,)`` bool, of which joints the source tells nothing; others stay as they are.
     """
-    body, turned = answer.character, transfer.relative(answer)
+    body = answer.character
     orientations: dict[int, np.ndarray] = {}
     for each in find(body):
         if not free[each.joint]:
             continue
-        first, last = (turned[:, joint] for joint in each.bone)
+        first, last = (orientation(answer, joint) for joint in each.bone)
         if each.end:
             angle = each.share * twist(first, last, each.axis)
         else:
-            angle = (each.share - 1.0) * twist(turned[:, each.above], first, each.axis)
+            angle = (each.share - 1.0) * twist(orientation(answer, each.above), first, each.axis)
         turn = rotation.about(np.broadcast_to(each.axis, (len(angle), 3)), angle)
         orientations[each.joint] = rotation.multiply(first, turn)
         if each.joint in ancestors(body.skeleton, each.bone[1]):
-            orientations[each.bone[1]] = turned[:, each.bone[1]]
+            orientations[each.bone[1]] = last
     return with_orientations(answer, orientations)
 
 
