@@ -1,4 +1,4 @@
-"""World orientations of single joints relative to the reference pose, read from motions and put into them."""
+"""World orientations of joints relative to the reference pose, read from motions and put into them."""
 
 from collections.abc import Mapping
 
