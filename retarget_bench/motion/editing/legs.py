@@ -18,9 +18,11 @@ from retarget_bench.motion.roles import SIDES
 
 Stance = Literal["two legs", "four legs", "bird"]
 
-_LEANS, _FOLDED = -0.75, 0.5
-"""Cosines between trunk and legs at rest: below the first a body stands upright, above the other its bones
-are laid out along one axis (as ``roles.stands_on_four`` has it)."""
+_LEANS, _SEATED, _FOLDED = -0.75, -0.5, 0.5
+"""Cosines between trunk and legs at rest: below the first a body stands upright, or one with arms below the
+second; above the third its bones are laid out along one axis (as ``roles.stands_on_four`` has it)."""
+_UNFOLDED = 0.5
+"""Of the length of its bones: a leg that reaches less far at rest is folded, or its sides cancel."""
 _REACH = 0.5
 """Of the way from hips to feet: fore limbs that reach farther down are legs, others wings."""
 
@@ -39,12 +41,15 @@ def stance(body: Character) -> Stance:
 
 
 def _level_trunk(body: Character) -> bool:
-    """Whether a body without fore limbs has a trunk across its legs at rest."""
+    """Whether a body on two legs has a trunk across its legs at rest. People may rest seated, so one with
+    arms, or wings, has to be clearly so."""
     seen, legs = PosedBody(body.skeleton, body.roles), _legs(body)
-    if legs is None or seen.trunk is None or seen.across is None or "left_hand" in body.joint_of:
+    if legs is None or seen.across is None or np.linalg.norm(legs) < _UNFOLDED * body.measures.leg_length:
         return False
-    size = float(np.linalg.norm(legs) * np.linalg.norm(seen.trunk))
-    return _LEANS < float(legs @ seen.trunk) / max(size, 1e-12) < _FOLDED
+    arms, rest = body.joints(["left_arm", "right_arm"]), body.skeleton.rest_positions
+    trunk = rest[arms or [seen.trunk_end]].mean(axis=0) - rest[seen.hips]
+    cosine = float(legs @ trunk) / max(float(np.linalg.norm(legs) * np.linalg.norm(trunk)), 1e-12)
+    return bool(trunk.any()) and (_SEATED if arms else _LEANS) < cosine < _FOLDED
 
 
 def _legs(body: Character) -> np.ndarray | None:
