@@ -23,6 +23,8 @@ _LEANS, _SEATED, _FOLDED = -0.75, -0.5, 0.5
 second; above the third its bones are laid out along one axis (as ``roles.stands_on_four`` has it)."""
 _UNFOLDED = 0.5
 """Of the length of its bones: a leg that reaches less far at rest is folded, or its sides cancel."""
+_UPRIGHT = np.radians(5.0)
+"""From there on hips of a bird do not stand by its legs."""
 _REACH = 0.5
 """Of the way from hips to feet: fore limbs that reach farther down are legs, others wings."""
 
@@ -75,12 +77,16 @@ def alike(source: Character, target: Character) -> tuple[Character, Character]:
 
 
 def _perched(body: Character) -> Character:
-    """A bird whose reference pose is its rest, upright by its legs and not by where the trunk points."""
+    """A bird whose reference pose is its rest, upright by its legs and not by where the trunk points; the
+    body itself where its hips stand so already."""
     seen, legs = PosedBody(body.skeleton, body.roles), _legs(body)
     if legs is None or seen.across is None:
         return body
+    upright = snapped(frame(-legs, seen.across, UP, LEFT))
+    if rotation.angle(body.reference_globals[seen.hips], upright) < _UPRIGHT:
+        return body
     pose = rotation.identity(len(body.skeleton))
-    seen.set_global(pose, seen.hips, snapped(frame(-legs, seen.across, UP, LEFT)))
+    seen.set_global(pose, seen.hips, upright)
     return _posed(body, pose)
 
 
