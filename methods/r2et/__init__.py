@@ -118,7 +118,7 @@ class R2ET(LearnedMethod):
     @cached_property
     def _network(self) -> SkeletonAwareNetwork:
         network = SkeletonAwareNetwork()
-        weights.fill(network, self.tensors)
+        weights.fill(network, self.tensors, f"{self._at or 'weights'}")
         return network.eval()
 
     # ----------------------------------------------------------------------------- the authors' weights
