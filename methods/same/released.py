@@ -30,8 +30,9 @@ class Released:
     folder: Path
 
     @classmethod
-    def at(cls, folder: Path) -> "Released | None":
-        """The weights in a folder; None where neither of the files is there."""
+    def at(cls, path: Path) -> "Released | None":
+        """The weights in a folder, or beside one of the files; None where neither of them is there."""
+        folder = path.parent if path.name in (MODEL, STATISTICS) else path
         return cls(folder) if any((folder / name).is_file() for name in (MODEL, STATISTICS)) else None
 
     @cached_property

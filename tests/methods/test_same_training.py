@@ -123,7 +123,11 @@ def treading(graphs, truth, answer):
     shape = answer.world.shape[:-1]
     world = answer.world.clone()
     world[..., 1] = 8.0 * torch.rand(shape, generator=numbers) - 3.0
-    return graphs, truth._replace(contact=torch.rand(shape, generator=numbers)), answer._replace(world=world)
+    return (
+        graphs,
+        truth._replace(contact=torch.rand(shape, generator=numbers)),
+        answer._replace(world=world),
+    )
 
 
 def test_kinematics_of_the_truth_are_its_places() -> None:
