@@ -55,7 +55,7 @@ COMMANDS = {
 }
 """Command -> its module in ``commands`` (and its name there, if not ``command``), and its help line."""
 
-CONTINUED = ("run", "task", "predict", "score", "data", "work")
+CONTINUED = ("run", "task", "predict", "score", "data", "work", "retarget")
 """Commands that keep what they finished and continue from there."""
 
 
