@@ -6,8 +6,6 @@ from pathlib import Path
 
 from retarget_bench.motion import species
 
-SLOWEST, FASTEST = 5.0, 1000.0
-"""Frames per second between which motion is recorded."""
 NO_ROLE = {
     "helper": "- (follows its parent)",
     "extra": "- (clothes, hair, prop or face)",
@@ -97,8 +95,6 @@ class Findings:
                 f"the unit is a guess: in {unit} the body is {self.tall:.2f} m tall, in {other} "
                 f"{metres:.2f} m; say --unit {unit} or --unit {other}"
             )
-        if not SLOWEST <= self.fps <= FASTEST:
-            out.append(f"{self.fps:g} frames per second is hardly what was recorded")
         if not (self.up_told or self.up_prescribed) and self.up_sure < 0.5:
             out.append(f"the up axis is a guess ({self.up}): say --up y or --up z")
         if abs(self.floor) > 0.05 * max(self.height, 0.1):
@@ -106,8 +102,9 @@ class Findings:
             out.append(f"the feet are mostly {abs(self.floor):.2f} m {where} the floor (y = 0)")
         return tuple(out)
 
-    def text(self) -> str:
-        """All of it for a terminal."""
+    @property
+    def facts(self) -> dict[str, str]:
+        """What was found but for the joints: heading -> words, in the order of ``text``."""
         still = ", all the same pose" if self.still else ""
         unit_by = _why(self.unit_told, self.unit_prescribed)
         if self.animal and not (self.unit_told or self.unit_prescribed):
@@ -118,17 +115,23 @@ class Findings:
         facing = "unknown" if self.facing is None else f"{self.facing:.0f} degrees from +Z towards +X"
         count = Counter(meaning if meaning in NO_ROLE else "with a role" for _, meaning in self.joints)
         counts = (f"{count[kind]} {kind}" for kind in ("with a role", *NO_ROLE) if count[kind])
+        size = f"stands {_metres(self.stands)} tall" if self.level else f"height {_metres(self.height)}"
+        return {
+            "frames": f"{self.frames} at {self.fps:g} per second, {self.frames / self.fps:.1f} s{still}",
+            "unit": f"{self.unit[0]} = {self.unit[1]:.4g} m ({unit_by}): {size}",
+            "up axis": f"{self.up} ({_why(self.up_told, self.up_prescribed)})",
+            "rest pose": self.rest_pose,
+            "facing": f"{facing} in the first frame",
+            "floor": f"lowest foot {self.floor:+.3f} m, median over time",
+            "body": f"{legs}, {len(self.joints)} joints: {', '.join(counts)}",
+        }
+
+    def text(self) -> str:
+        """All of it for a terminal."""
         width = max(len(name) for name, _ in self.joints)
         lines = [
             str(self.path),
-            f"  frames     {self.frames} at {self.fps:g} per second, {self.frames / self.fps:.1f} s{still}",
-            f"  unit       {self.unit[0]} = {self.unit[1]:.4g} m ({unit_by}): "
-            + (f"stands {_metres(self.stands)} tall" if self.level else f"height {_metres(self.height)}"),
-            f"  up axis    {self.up} ({_why(self.up_told, self.up_prescribed)})",
-            f"  rest pose  {self.rest_pose}",
-            f"  facing     {facing} in the first frame",
-            f"  floor      lowest foot {self.floor:+.3f} m, median over time",
-            f"  body       {legs}, {len(self.joints)} joints: " + ", ".join(counts),
+            *(f"  {heading:<9}  {words}" for heading, words in self.facts.items()),
             *([f"  no length  {', '.join(self.zero_bones)}"] if self.zero_bones else []),
             *(f"  reader     {note}" for note in self.notes),
             "\nJoints and their roles:",
