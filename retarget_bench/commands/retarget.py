@@ -101,6 +101,8 @@ def _scans(
     for side in ("", "target_"):
         if reading[f"{side}roles"] is not None or reading[f"{side}root_place"] != "auto":
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
+        if reading[f"{side}rate"] is not None:
+            raise BenchError("--rate is of files that state one; the frames of scans are --fps per second")
     body = load_body(target, unit=reading["target_unit"], up=reading["target_up"])
     with progress_bar("reading", "files", not quiet) as progress:
         scan = load_scan(source, unit=reading["unit"], up=reading["up"], fps=fps, progress=progress)

@@ -58,6 +58,8 @@ _SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
 _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
+_FASTEST = 1e5
+"""No motion is recorded at more frames per second."""
 _AGAINST = 0.8
 """How surely a body has to stand along another axis than the format's for a doubt to be said."""
 
@@ -78,6 +80,7 @@ def load(
     up: str = "auto",
     root: str = "auto",
     roles: Mapping[str, str | None] | str | Path | None = None,
+    rate: float | None = None,
     fps: float | None = None,
     name: str | None = None,
     take: str | None = None,
@@ -89,6 +92,7 @@ def load(
     up:    ``auto``, or ``y``, ``z``, ``x``, with ``-`` in front for the other way.
     root:  ``auto``, ``absolute`` or ``relative``: how a BVH file states the root's place (``bvh.read``).
     roles: what joints are, over what their names say: joint name -> role or None, or a file of it.
+    rate:  frames per second that the file truly has, over what it says; its frames stay as they are.
     fps:   resample to this rate.
     name:  of the character; the file's name by default.
     take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
@@ -101,7 +105,8 @@ def load(
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     path, named = files.split_take(path)
     reading = files.Reading(root, take if take is not None else named, body)
-    recording = files.format_of(path).read(path, reading)
+    stated = files.format_of(path).read(path, reading)
+    recording = stated if rate is None else replace(stated, fps=_checked_rate(rate))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
     stands, sure = _up_axis(recording, found)
@@ -145,6 +150,8 @@ def load(
         rest_pose=rest_pose(skeleton, found),
         facing=_facing(motion),
         fps=motion.fps,
+        fps_stated=stated.fps if stated.rate_stated else None,
+        rate_told=rate is not None,
         frames=motion.frames,
         floor=_floor(motion),
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
@@ -175,6 +182,12 @@ def _scale(unit: str) -> float | None:
             f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
         )
     return metres
+
+
+def _checked_rate(rate: float) -> float:
+    if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
+        raise NotSupported(f"rate={rate:g} is no frame rate; it is frames per second, such as 30 or 120")
+    return rate
 
 
 # ------------------------------------------------------------------------------------------------ unit

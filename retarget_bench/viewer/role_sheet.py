@@ -178,7 +178,7 @@ def _labels(pen: ImageDraw.ImageDraw, labels: Sequence[Label], box: tuple[int, i
 
 
 def halves(labels: Sequence[Label]) -> tuple[list[Label], list[Label]]:
-    """Labels for the left and the right of a view, as many on one side as on the other, by where they are."""
+    """Labels for the left and the right of a view, as many on either side, by where they are."""
     across = sorted(labels, key=lambda label: label.at[0])
     return across[: len(across) // 2], across[len(across) // 2 :]
 

@@ -167,4 +167,4 @@ def test_people_who_rest_seated_are_upright():
 @pytest.mark.parametrize(("fps", "doubted"), [(1.0, True), (4.0, True), (12.0, False), (120.0, False)])
 def test_a_rate_that_nobody_records_at_is_doubted(tmp_path, fps, doubted):
     found = load(written(tmp_path / "horse.bvh", horse(), scale=100, fps=fps)).findings
-    assert any(f"{fps:g} frame" in warning for warning in found.warnings) == doubted
+    assert any(f"{fps:g} per second" in warning for warning in found.warnings) == doubted
