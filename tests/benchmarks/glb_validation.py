@@ -1,9 +1,10 @@
 """Whether GLB files that we write are valid, and what three.js makes of them in a browser.
 
 Motions of people are retargeted to the glTF bodies of a folder and to bodies of BVH files, and motions of
-the puppets are written with their skins. Khronos' validator says what is wrong with each result, beside what
-it says of the file that the result was written into. A headless Chromium loads all of them with three.js,
-whose world places of the joints must be ours to a millimetre, and its picture is for you to look at.
+the puppets are written with their skins. Khronos' validator says what is wrong with each result, beside
+what it says of the file that the result was written into. A headless Chromium loads all of them with
+three.js, whose world places of the joints must be ours to a millimetre, and its picture is for you to look
+at.
 
 Needs node and Chromium; packages are installed by npm as package.json pins them.
 """
