@@ -165,7 +165,7 @@ def _labels(pen: ImageDraw.ImageDraw, labels: Sequence[Label], box: tuple[int, i
     """Labels on both sides of a view, in the order of the heights of their joints."""
     left, top, wide, high = box
     letters = font(LETTER)
-    for side, column in zip((-1, 1), halves(labels), strict=True):
+    for side, column in zip((-1, 1), halves(labels, high // LINE), strict=True):
         edge = left if side < 0 else left + wide
         near, text = edge + side * 4, edge + side * EDGE
         for label, y in spread(column, edge, top, top + high):
@@ -177,10 +177,14 @@ def _labels(pen: ImageDraw.ImageDraw, labels: Sequence[Label], box: tuple[int, i
             pen.text((text + side * 2, y), words, label.colour, letters, anchor="rm" if side < 0 else "lm")
 
 
-def halves(labels: Sequence[Label]) -> tuple[list[Label], list[Label]]:
-    """Labels for the left and the right of a view, as many on either side, by where they are."""
+def halves(labels: Sequence[Label], most: int) -> tuple[list[Label], list[Label]]:
+    """Labels for the left and the right of a view, cut in the middle of where they are; at most so many on
+    either side, as long as both have room."""
     across = sorted(labels, key=lambda label: label.at[0])
-    return across[: len(across) // 2], across[len(across) // 2 :]
+    middle = (across[0].at[0] + across[-1].at[0]) / 2 if across else 0.0
+    most = max(most, -(-len(across) // 2))
+    left = int(np.clip(sum(label.at[0] < middle for label in across), len(across) - most, most))
+    return across[:left], across[left:]
 
 
 def spread(labels: Sequence[Label], edge: float, top: float, bottom: float) -> list[tuple[Label, float]]:
