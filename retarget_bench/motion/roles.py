@@ -302,7 +302,7 @@ def stands_on_four(places: np.ndarray, roles: Sequence[str | None]) -> bool:
     limbs = [[f"{side}_{part}" for part in ("arm", "hand", "foot")] for side in SIDES]
     fore = [places[[joint[role] for role in limb]] for limb in limbs if joint.keys() >= set(limb)]
     if not fore:
-        return True
+        return any(f"{side}_arm" in joint for side in SIDES)
     top, hand, foot = np.mean(fore, axis=0) @ lines[1] / float(lines[1] @ lines[1])
     return bool(hand - top > _FORE_LEG and foot - hand < _OFF_FLOOR)
 
@@ -327,11 +327,13 @@ def _crossed(places: np.ndarray, roles: Sequence[str | None]) -> bool:
 def _trunk_and_legs(
     places: np.ndarray, roles: Sequence[str | None]
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """``(3,)`` each: from the hips to the shoulders and down the legs; None for a body without either."""
+    """``(3,)`` each: from the hips to the shoulders (without arms, to the neck) and down the legs; None for
+    a body without either."""
     joint = {role: index for index, role in enumerate(roles) if role is not None}
     limbs = [(f"{side}_up_leg", f"{side}_foot") for side in SIDES]
     limbs = [pair for pair in limbs if pair[0] in joint and pair[1] in joint]
     arms = [joint[r] for r in ("left_arm", "right_arm", "left_shoulder", "right_shoulder") if r in joint]
+    arms = arms or [joint[role] for role in ("neck", "neck_1") if role in joint]
     if "hips" not in joint or not limbs or not arms:
         return None
     legs = np.mean([places[joint[foot]] - places[joint[top]] for top, foot in limbs], axis=0)

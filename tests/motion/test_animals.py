@@ -33,6 +33,17 @@ def test_a_pecking_bird_faces_where_its_trunk_points(tmp_path, facing, slope, wi
     assert "two legs, the trunk level" in found.text()
 
 
+def test_a_bird_whose_wings_are_not_known(tmp_path):
+    """Named after feathers, or not there: it is no four-legged body, and faces as others do."""
+    feathers = bird(("Feather1", "Feather2", "Feather3"))
+    bare = {name: bone for name, bone in feathers.items() if "Feather" not in name}
+    for bones in (feathers, bare):
+        file = written(tmp_path / "b.bvh", bones, scale=100, facing=88.0, pitch=PECKS)
+        found = load(file).findings
+        assert found.facing == pytest.approx(88.0, abs=1e-3)
+        assert (found.level, found.quadruped, found.up, found.unit[0]) == (True, False, "y", "cm")
+
+
 def test_dogs_that_sit_face_where_their_trunk_points(real_data):
     """From the hips to the neck, level: another measurement of where a dog faces."""
     files = sorted((real_data / "dog").glob("*.bvh"))
