@@ -67,6 +67,13 @@ def test_a_start_is_said_and_kept_cut_or_eased(bench, files):
     np.testing.assert_allclose(cut.positions, kept.positions[1:], atol=2e-5)
 
 
+def test_the_doctor_says_it_too(bench, files):
+    _, out, _ = bench("doctor", files["late"], "--unit", "m")
+    assert "To leave out that the first frame is in a T-pose, and joints are 5." in out
+    assert "--start cut, or --start ease" in out
+    assert "--start" not in bench("doctor", files["walk"], "--unit", "m")[1]
+
+
 def test_python_takes_and_says_the_same(files):
     late, full = (rb.load_motion(files[name], unit="m") for name in ("late", "full"))
     with pytest.warns(UserWarning, match='say start="cut" or start="ease"'):

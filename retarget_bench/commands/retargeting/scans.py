@@ -22,6 +22,8 @@ def retarget(job: Job, quiet: bool) -> None:
     for side in ("", "target_"):
         if asked[f"{side}roles"] is not None or asked[f"{side}root_place"] != "auto":
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
+        if asked[f"{side}rate"] is not None:
+            raise BenchError("--rate is of files that state one; the frames of scans are --fps per second")
     if asked_edits(asked) != USUAL:
         raise BenchError("start, path and hands are of files with a skeleton; scans have no joints")
     body = load_body(target, unit=asked["target_unit"], up=asked["target_up"])
