@@ -52,7 +52,7 @@ def _read_bvh(path: Path, reading: Reading) -> Recording:
     for name, value in (("take", reading.take), ("body", reading.body)):
         if value is not None:
             raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
-    return bvh.read(path, root=reading.root)
+    return bvh.read(path, root=reading.root, inner=True)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
