@@ -82,6 +82,7 @@ def load(
     take: str | None = None,
     body: str | None = None,
     inner_positions: str = "auto",
+    skeleton: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
 
@@ -96,6 +97,7 @@ def load(
     body:  which body of a file with several, likewise.
     inner_positions: ``auto``, or ``drop``, ``bake`` or ``keep`` what joints below the root do that bones of
            constant length cannot (``inner_positions.settled``).
+    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
     roles that do not fit.
     """
@@ -104,7 +106,8 @@ def load(
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     inner.check(inner_positions)
     path, named = files.split_take(path)
-    reading = files.Reading(root, take if take is not None else named, body)
+    bones = None if skeleton is None else str(skeleton)
+    reading = files.Reading(root, take if take is not None else named, body, bones)
     stated = files.format_of(path).read(path, reading)
     recording = stated if rate is None else replace(stated, fps=_checked_rate(rate))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles

@@ -118,8 +118,9 @@ def load_motion(
     take: str | None = None,
     body: str | None = None,
     inner_positions: str = "auto",
+    skeleton: str | Path | None = None,
 ) -> Motion:
-    """The motion of a BVH, GLB or glTF file, in metres, Y up.
+    """The motion of a BVH, GLB, glTF or AMC file, in metres, Y up.
 
     What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
     warning names what is doubtful and the argument that settles it.
@@ -134,10 +135,19 @@ def load_motion(
     body:  which body of a file with several, by the name of its root, or number.
     inner_positions: ``drop``, ``bake`` (into rotations) or ``keep`` (in files of the same body) what joints
            below the root do that bones of constant length cannot.
+    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
     Raises BenchError for files that cannot be read, and for unknown options.
     """
-    asked = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps, "name": name}
-    return _loaded(path, **asked, take=take, body=body, rate=rate, inner_positions=inner_positions)
+    asked: dict[str, Any] = {
+        "unit": unit,
+        "up": up,
+        "root": root_place,
+        "roles": roles,
+        "fps": fps,
+        "name": name,
+    }
+    asked |= {"inner_positions": inner_positions, "skeleton": skeleton}
+    return _loaded(path, **asked, take=take, body=body, rate=rate)
 
 
 @checked
