@@ -17,7 +17,6 @@ from retarget_bench.motion import files, importer, kinematics
 from retarget_bench.motion.files import formats
 from retarget_bench.motion.files.acclaim.reading import beside
 from retarget_bench.motion.files.listing import motion_files
-from retarget_bench.motion.transfer import relative
 
 ASF = """# a skeleton
 :version 1.10
@@ -125,24 +124,16 @@ def test_every_convention_by_hand(amc):
 def test_radians_the_root_s_own_place_and_other_units(tmp_path, asf, amc):
     plain = files.read(amc)
     asf.write_text(ASF.replace("length 0.45", "length 1.0").replace("position 0 0 0", "position 0 9 0"))
-    values = [
-        " ".join(
-            [
-                name,
-                *(
-                    f"{float(v) * (1 if name == 'root' and n < 3 else np.pi / 180)!r}"
-                    for n, v in enumerate(numbers)
-                ),
-            ]
-        )
-        for name, *numbers in (line.split() for line in AMC.splitlines()[3:])
-        if numbers
-    ]
+    values = []
+    for name, *words in (line.split() for line in AMC.splitlines()[3:]):
+        first = 3 if name == "root" else 0
+        angles = [repr(float(np.radians(float(word)))) for word in words[first:]]
+        values += [" ".join([name, *words[:first], *angles])] if words else []
     rows = [":radians", "1", *values[:3], "2", *values[3:]]
     amc.write_text("\r\n".join(rows))
     found = files.read(amc)
     assert found.unit == ""
-    np.testing.assert_allclose(found.root, plain.root + [0, 9, 0], atol=1e-12)
+    np.testing.assert_allclose(found.root - plain.root, [[0, 9, 0]] * 2, atol=1e-12)
     np.testing.assert_allclose(found.rotations, plain.rotations, atol=1e-12)
     asf.write_text(ASF.replace("orientation 0 0 0", "orientation 90 0 0"))
     turned = files.read(asf)
@@ -151,14 +142,15 @@ def test_radians_the_root_s_own_place_and_other_units(tmp_path, asf, amc):
 
 
 def test_bones_that_shift_and_stretch_are_positions_of_inner_joints(asf, amc):
-    asf.write_text(ASF.replace("dof ry", "dof ry tx l").replace("root spine", "root spine\n head tip").replace(
-        ":hierarchy", "begin\nname tip\ndirection 0 1 0\nlength 1\nend\n:hierarchy"
-    ))  # fmt: skip
+    text = ASF.replace("dof ry", "dof ry tx l").replace("root spine", "root spine\n head tip")
+    tip = "begin\nname tip\ndirection 0 1 0\nlength 1\nend\n"
+    asf.write_text(text.replace(":hierarchy", f"{tip}:hierarchy"))
     amc.write_text(AMC.replace("head 40", "head 40 1 0.5").replace("head -4", "head -4 -1 0"))
     found = files.read(amc)
     head, tip = found.skeleton.index("head"), found.skeleton.index("tip")
     slope = np.array([np.cos(np.pi / 4), np.sin(np.pi / 4), 0])
-    np.testing.assert_allclose(found.places[:, head], [[0, 5, 0] + slope, [0, 5, 0] - slope], atol=1e-12)
+    shifted = found.places[:, head] - [[0, 5, 0]]
+    np.testing.assert_allclose(shifted, [slope, -slope], atol=1e-12)
     np.testing.assert_allclose(found.places[:, tip], [[1.5, 2.0, 0], [1.2, 1.6, 0]], atol=1e-12)
     np.testing.assert_allclose(found.skeleton.offsets[head], [0, 5, 0])
 
@@ -199,7 +191,7 @@ def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
     (tmp_path / "third.asf").write_text(ASF)
     with pytest.raises(FileError, match=r"other.ASF, third.asf\): say --skeleton FILE.asf"):
         files.read(amc)
-    with pytest.raises(FileError, match="gone.asf: cannot be read"):
+    with pytest.raises(FileError, match=r"gone\.asf: cannot be read"):
         files.read(amc, skeleton="gone.asf")
     (tmp_path / "a.bvh").write_text("HIERARCHY\n")
     with pytest.raises(NotSupported, match="is for AMC files"):
@@ -237,7 +229,7 @@ def test_the_rate_is_usual_unless_told(amc):
         ("     length 5", "     length 1_0", "test.asf:20: expected 1 finite number"),
         ("     axis 10 20 30 YZX", "     axis 10 20 30 YZZ", "test.asf:21: 'YZZ' is no order of axes"),
         ("     dof rx rz ry", "     dof rx rz rx", "test.asf:22: 'rx' is not one of"),
-        ("     name head", "     name spine", "test.asf:33: a second bone is called 'spine'"),
+        ("     name head", "     name spine", "test.asf:34: a second bone is called 'spine'"),
         ("    root spine", "    root spine hat", "test.asf:45: 'hat' is no bone of :bonedata"),
         ("    root spine", "    root spine head", "test.asf:45: 'head' has a parent already, in line 44"),
         ("    root spine", "    arm spine", "nothing hangs on the root"),
@@ -267,7 +259,7 @@ def test_faults_of_skeletons_are_told_with_their_line(asf, amc, old, new, told):
         ("head 40", "arm 40", "test_01.amc:7: 'arm' is no bone of test.asf that can move"),
         ("head 40", "spine 1 2 3", "test_01.amc:7: 'spine' stands twice in frame 1"),
         ("spine 15 6 70\n", "", "test_01.amc:8: frame 2 lacks 'spine'"),
-        ("spine 15 6 70\nhead -4\n", "", "test_01.amc:8: frame 2 lacks 'spine' and 1 more bones: the file is cut"),
+        ("spine 15 6 70\nhead -4\n", "", "frame 2 lacks 'spine' and 1 more bones: the file is cut"),
         ("spine 15 6 70", "spine 15 6", "test_01.amc:10: expected 3 finite numbers"),
         ("spine 5 -6 7\n", "", "test_01.amc:7: frame 2 has 'spine', which frame 1 lacks"),
         (AMC[AMC.index("1\n") :], "", "has no frames"),
@@ -319,16 +311,15 @@ def test_takes_of_cmu_are_those_of_another_reader(real_data, take):
 
 @pytest.mark.parametrize("take", ["01", "02", "03"])
 def test_takes_of_cmu_are_those_of_another_rig(real_data, take):
-    """Every second frame against the copies at 60 per second; one frame of 120 to either side is allowed."""
+    """Every second frame against the copies at 60 per second; whichever of the two fits."""
     ours = importer.load(real_data / f"cmu_asfamc/02_{take}.amc").motion
     theirs = importer.load(real_data / f"cmu_iclone/002_{take}.bvh", unit="cm").motion
     count = min((ours.frames - 1) // 2, theirs.frames)
-    bones = [(f"{side}_{a}", f"{side}_{b}") for side in ("left", "right")
-             for a, b in (("up_leg", "leg"), ("leg", "foot"), ("arm", "forearm"), ("forearm", "hand"))]  # fmt: skip
+    limbs = (("up_leg", "leg"), ("leg", "foot"), ("arm", "forearm"), ("forearm", "hand"))
+    bones = [(f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in limbs]
     apart = np.array([directions_apart(ours, theirs, bone, count) for bone in bones])
     assert apart.mean() < 3.0, dict(zip(bones, apart, strict=True))
     assert apart.max() < 8.0, dict(zip(bones, apart, strict=True))
-    assert relative(ours).shape[0] == ours.frames
     scale = theirs.character.measures.hip_height / ours.character.measures.hip_height
     path = ours.root[: 2 * count : 2] * scale
     away = (path - path[:1]) - (theirs.root[:count] - theirs.root[:1])
@@ -343,14 +334,8 @@ def directions_apart(ours, theirs, bone: tuple[str, str], count: int) -> float:
         line = motion.positions[:, end] - motion.positions[:, begin]
         found.append(line / np.linalg.norm(line, axis=1, keepdims=True))
     mine, other = found
-    return min(
-        float(
-            np.degrees(
-                np.arccos(np.clip((mine[n : n + 2 * count : 2] * other[:count]).sum(axis=1), -1, 1))
-            ).mean()
-        )
-        for n in (0, 1)
-    )
+    cosines = [(mine[n : n + 2 * count : 2] * other[:count]).sum(axis=1) for n in (0, 1)]
+    return min(float(np.degrees(np.arccos(np.clip(each, -1, 1))).mean()) for each in cosines)
 
 
 def test_many_frames_are_read_in_a_moment(tmp_path, real_data):
