@@ -59,7 +59,7 @@ def command(
     quiet: bool,
     **reading: Any,
 ) -> None:
-    """Retarget the motion of SOURCE, a BVH, GLB or glTF file or a folder of scans, to another
+    """Retarget the motion of SOURCE, a BVH, GLB, glTF or AMC file or a folder of scans, to another
     character.
 
     A result of the target file's format keeps all of it: joints, names, channels, unit and axes, in a GLB
