@@ -44,6 +44,7 @@ class Format:
                 them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
+    beside:     other files that a file's motion depends on.
     bodies:     endings of files that hold a body in one pose; beside motions of the format they are no
                 clips.
     """
@@ -55,6 +56,7 @@ class Format:
     takes: Callable[[Path], tuple[str, ...]] = lambda path: ()  # noqa: ARG005
     written: tuple[str, ...] = ()
     bodies: tuple[str, ...] = ()
+    beside: Callable[[Path], tuple[Path, ...]] = lambda path: ()  # noqa: ARG005
 
 
 def _read_bvh(path: Path, reading: Reading) -> Recording:
@@ -101,6 +103,13 @@ GLTF = Format(
     gltf.takes,
     written=(".glb",),
 )
-ACCLAIM = Format("ASF/AMC", (".amc", ".asf"), acclaim.recognises, _read_acclaim, bodies=(".asf",))
+ACCLAIM = Format(
+    "ASF/AMC",
+    (".amc", ".asf"),
+    acclaim.recognises,
+    _read_acclaim,
+    bodies=(".asf",),
+    beside=acclaim.needed,
+)
 FORMATS = (BVH, GLTF, ACCLAIM)
 """All formats, the first for files that nothing recognises."""
