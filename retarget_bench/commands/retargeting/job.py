@@ -16,7 +16,6 @@ from retarget_bench.commands.retargeting import previews
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.character import Motion
-from retarget_bench.motion.editing import loops
 from retarget_bench.motion.editing.edits import compared
 from retarget_bench.motion.importer import Imported
 from retarget_bench.motion.transfer import correspondence
@@ -55,8 +54,8 @@ def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | No
     none, or it is not to be ``judged``. quiet: print nothing. Raises BenchError."""
     method = job.method or defaults.METHOD
     motions.check_output(job.out, job.source, job.target)
-    source = motion_files.imported(job.source, job.options, quiet=quiet).motion
-    source = source if job.fps is None else loops.resampled(source, job.fps)
+    source = motions.imported(motion_files.imported(job.source, job.options, quiet=quiet))
+    source = source if job.fps is None else source.resample(job.fps)
     body, target = _target(job, quiet)
     edits = editing_options.asked_edits(job.options)
     answer = motions.answer(source, target, method, job.seed, edits)
@@ -77,10 +76,10 @@ def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | No
             f"the body of {target.name}, by {method}; {followed} of {len(target.skeleton)} joints follow "
             f"it; {_units(job, body)}"
         )
-    source = compared(source, edits)
-    found = _judged(source, answer, quiet) if judged else None
+    seen = compared(source, edits)
+    found = _judged(seen, answer, quiet) if judged else None
     if job.preview is not None:
-        previews.write(job.preview, source, answer, found)
+        previews.write(job.preview, seen, answer, found)
         if not quiet:
             click.echo(f"{job.preview}: source and result side by side")
     return found

@@ -20,7 +20,8 @@ def retarget(job: Job, quiet: bool) -> None:
     method, fps = job.method or defaults.SCAN_METHOD, job.fps or scans.FPS
     scans.check_folder(out)
     for side in ("", "target_"):
-        if asked[f"{side}roles"] is not None or asked[f"{side}root_place"] != "auto":
+        unset = {"roles": None, "root_place": "auto", "inner_positions": "auto", "skeleton": None}
+        if any(asked[side + name] != value for name, value in unset.items()):
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
         if asked[f"{side}rate"] is not None:
             raise BenchError("--rate is of files that state one; the frames of scans are --fps per second")

@@ -88,7 +88,7 @@ def continued(motion: Motion) -> tuple[Motion, slice]:
         motion,
         *(_period(motion, number).at(slice(1, None)) for number in range(1, more + 1)),
     ]
-    rotations, root = (np.concatenate([getattr(each, name) for each in pieces]) for name in motion.arrays)
+    rotations, root = (np.concatenate([getattr(each, name) for each in pieces]) for name in Motion.arrays)
     whole = motion.character.motion(rotation.continuous(rotations), root, motion.fps)
     return whole, slice(more * periods, more * periods + motion.frames)
 
