@@ -15,7 +15,7 @@ from typing import Any
 
 from retarget_bench import __version__, defaults
 from retarget_bench.commands.retargeting.job import Job
-from retarget_bench.errors import FileError
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.code_hash import code_hash, package_code
 from retarget_bench.files import write_text
@@ -26,7 +26,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.python.plans import method_spec
 
 NAME = "retarget.jsonl"
-ROLES = ("roles", "target_roles")
+FILES = ("roles", "target_roles", "skeleton", "target_skeleton")
 """Options that name files, whose content counts."""
 
 
@@ -93,7 +93,7 @@ def key(job: Job) -> str:
     """
     method = registry.canonical("methods", method_spec(job.method or defaults.METHOD))
     options = {
-        name: _file_hash(Path(value)) if name in ROLES and value else value
+        name: _file_hash(Path(value)) if name in FILES and value else value
         for name, value in job.options.items()
     }
     said = {
@@ -126,7 +126,10 @@ def _content_of(path: Path, changed: int, size: int) -> str:
     del changed, size
     if formats.format_of(path) is BVH:
         return _file_hash(path)
-    return facts(path)[0]
+    try:
+        return facts(path)[0]
+    except BenchError:  # bones of an AMC file that an option names: their content counts with the option
+        return _file_hash(formats.split_take(path)[0])
 
 
 def _file_hash(path: Path) -> str:
