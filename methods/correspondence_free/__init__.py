@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 
@@ -11,11 +12,9 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.files import digest
 from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Scalar, Spec
 
-from ..skin import SKIN
-from ..skin.network import Inputs
-from ..skr import SKR
-from ..smrm import SMRM
 from .online import Networks, OnlineRetargeter, estimated_body
 
 
@@ -41,7 +40,7 @@ class CorrespondenceFree:
     skr: str = "puppets"
     smrm: str = "puppets"
     skin: str = "puppets"
-    inputs: Inputs = "distances"
+    inputs: Literal["distances", "vectors"] = "distances"
     path: root_rules.PathKind = "relative"
     sides: int = 1
 
@@ -70,26 +69,34 @@ class CorrespondenceFree:
     @cached_property
     def networks(self) -> Networks:
         """The three stages."""
-        return Networks(
-            SKR(weights=self.skr, sides=self.sides),
-            SMRM(weights=self.smrm, path=self.path),
-            SKIN(weights=self.skin, inputs=self.inputs, skr=self.skr),
-        )
+        asked: Mapping[str, Mapping[str, Scalar]] = {
+            "skr": {"weights": self.skr, "sides": self.sides},
+            "smrm": {"weights": self.smrm, "path": self.path},
+            "skin": {"weights": self.skin, "inputs": self.inputs, "skr": self.skr},
+        }
+        made = {name: registry.create("methods", Spec(name, each)) for name, each in asked.items()}
+        return Networks(**made)
 
     @property
-    def _stages(self) -> tuple[SKR, SMRM, SKIN]:
-        return self.networks.skr, self.networks.smrm, self.networks.skin
+    def stages(self) -> Mapping[str, Any]:
+        """The three methods, by name."""
+        return vars(self.networks)
+
+    @property
+    def untrained(self) -> str:
+        """Reason why a stage cannot answer as it is; "" where all can."""
+        return next((each.untrained for each in self.stages.values() if each.untrained), "")
 
     @property
     def weights_hash(self) -> str:
         """Of the three stages' weights together; "" where one has none."""
-        each = [stage.weights_hash for stage in self._stages]
+        each = [stage.weights_hash for stage in self.stages.values()]
         return digest(" ".join(each)) if all(each) else ""
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
         """What any of the three stages has been trained on; None where one does not say."""
-        each = [stage.training_manifest for stage in self._stages]
+        each = [stage.training_manifest for stage in self.stages.values()]
         known = [manifest for manifest in each if manifest is not None]
         if len(known) < len(each):
             return None
@@ -100,9 +107,8 @@ class CorrespondenceFree:
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
-        lacking = next((stage.untrained for stage in self._stages if stage.untrained), "")
-        if lacking:
-            return lacking
+        if self.untrained:
+            return self.untrained
         if target.skin is None:
             return f"{target.name} has no mesh to move"
         if target.four_legged:

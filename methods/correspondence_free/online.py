@@ -1,7 +1,9 @@
 """The pipeline frame by frame: points of a source come in, vertices of the target go out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 import torch
@@ -12,13 +14,9 @@ from retarget_bench.motion.body22 import JOINTS, PARENTS
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.rates import FPS
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import BODY22
-
-from ..skin import SKIN
-from ..skr import SKR
-from ..smrm import SMRM
-from ..smrm.features import FPS
 
 LEG_TO_HIPS = 1.10
 """How high the hips are above the toes, in lengths of thigh and shank: 1.06 to 1.17 among puppets (of two
@@ -34,13 +32,36 @@ _TOLD = 1e-3
 """Hip heights: where hips and shoulders seen from above are closer than this, they show no direction."""
 
 
+class FindsJoints(Protocol):
+    """What is used of the method ``skr``."""
+
+    def joints(self, points: Sequence[np.ndarray]) -> np.ndarray: ...
+    def resting(self, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray: ...
+
+
+class MovesJoints(Protocol):
+    """What is used of the method ``smrm``: its networks, its features and the kind of path."""
+
+    path: root_rules.PathKind
+    features: Any
+
+    @property
+    def generator(self) -> Any: ...
+
+
+class GivesWeights(Protocol):
+    """What is used of the method ``skin``."""
+
+    def shares(self, points: np.ndarray, joints: np.ndarray) -> np.ndarray: ...
+
+
 @dataclass(frozen=True)
 class Networks:
-    """The three trained stages."""
+    """The three trained stages, each a method of its own."""
 
-    skr: SKR
-    smrm: SMRM
-    skin: SKIN
+    skr: FindsJoints
+    smrm: MovesJoints
+    skin: GivesWeights
 
 
 @dataclass(eq=False)

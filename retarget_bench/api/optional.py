@@ -5,7 +5,7 @@ Each protocol is one optional method or attribute. A plug-in offers it by having
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
@@ -142,6 +142,28 @@ class OffersAttention(Protocol):
     def attention(self, source: Motion) -> Mapping[str, Any]:
         """The fields of ``evaluation.attention.Attention``; ``note`` may be left out. Raises NotSupported
         where there is no attention to show. A run never calls it."""
+
+
+@runtime_checkable
+class OffersStages(Protocol):
+    """A method that is composed of others. Their code belongs to the keys of its results; its own
+    ``weights_hash`` has their weights in it."""
+
+    @property
+    def stages(self) -> Mapping[str, Any]:
+        """The others, each under the parameter that names its weights or is a path to them."""
+
+
+def stages(method: object) -> Mapping[str, Any]:
+    """The methods that a method is composed of; none of most."""
+    return method.stages if isinstance(method, OffersStages) else {}
+
+
+def stage_names(method: object) -> Iterator[str]:
+    """The plug-ins that a method is composed of, and those that these are composed of."""
+    for stage in stages(method).values():
+        yield method_card(stage).name
+        yield from stage_names(stage)
 
 
 def weights_hash(method: object) -> str:

@@ -22,11 +22,11 @@ from typing import Any, Self, TypeVar
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.answers import Answer, size
+from retarget_bench.evaluation.code_hash import folder_hash
 from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.evaluation.plan import (
     Plan,
     dataset,
-    folder_hash,
     located_data,
     method_code,
     metric_versions,

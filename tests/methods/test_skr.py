@@ -14,11 +14,11 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.skr import SKR
 from retarget_bench.methods.skr.inference import joints_of, placed
 from retarget_bench.methods.skr.network import Frame, SkeletonRegressor, largest
-from retarget_bench.methods.skr.sampling import SkinnedBody, transforms
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.training import weights
 from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.skinned_body import SkinnedBody, moves_about_hips
 from retarget_bench.training.phases import optimiser_phases, to_device
 
 CPU = torch.device("cpu")
@@ -124,7 +124,7 @@ def test_every_parameter_has_a_gradient(features):
 # --------------------------------------------------------------------------------------------- training
 def test_bodies_are_posed_as_their_motion_has_them():
     motion = skr_material.motions()["boris"]
-    character, arrays = motion.character, transforms(motion)
+    character, arrays = motion.character, moves_about_hips(motion)
     body, hips = SkinnedBody.of(character), motion.positions[:, Body22(character).joints[0]]
     wanted = character.mesh.skinned(motion)
     for frame in (0, 17, motion.frames - 1):
