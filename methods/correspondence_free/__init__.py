@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.files import digest
 from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Scalar, Spec
+from retarget_bench.training.learned_method import of_weights
 
 from .online import Networks, OnlineRetargeter, estimated_body
 
@@ -33,14 +32,13 @@ class CorrespondenceFree:
     looks ahead, and nothing is smoothed. Other rates than 30 frames per second are met between the
     joints' places, and answered between the target's rotations.
 
-    skr, smrm, skin: names of the stages' weights, or paths to others. inputs: of SKIN's weights.
-    path: see SMRM. sides: see SKR.
+    skr, smrm, skin: names of the stages' weights, or paths to others; each stage has the parameters that
+    its weights were trained with. path: see SMRM. sides: see SKR.
     """
 
     skr: str = "puppets"
     smrm: str = "puppets"
     skin: str = "puppets"
-    inputs: Literal["distances", "vectors"] = "distances"
     path: root_rules.PathKind = "relative"
     sides: int = 1
 
@@ -60,7 +58,6 @@ class CorrespondenceFree:
             "skr": "weights of skr: name of shipped ones, or a path",
             "smrm": "weights of smrm: name of shipped ones, or a path",
             "skin": "weights of skin: name of shipped ones, or a path",
-            "inputs": "what skin's weights see of a point: distances to joints, or vectors from them",
             "sides": "1, or 2: skr also sees points turned to their back, and averages",
             "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
         },
@@ -69,13 +66,11 @@ class CorrespondenceFree:
     @cached_property
     def networks(self) -> Networks:
         """The three stages."""
-        asked: Mapping[str, Mapping[str, Scalar]] = {
-            "skr": {"weights": self.skr, "sides": self.sides},
-            "smrm": {"weights": self.smrm, "path": self.path},
-            "skin": {"weights": self.skin, "inputs": self.inputs, "skr": self.skr},
-        }
-        made = {name: registry.create("methods", Spec(name, each)) for name, each in asked.items()}
-        return Networks(**made)
+        return Networks(
+            skr=of_weights("skr", self.skr, sides=self.sides),
+            smrm=of_weights("smrm", self.smrm, path=self.path),
+            skin=of_weights("skin", self.skin, skr=self.skr),
+        )
 
     @property
     def stages(self) -> Mapping[str, Any]:

@@ -15,13 +15,12 @@ from retarget_bench.motion import body22, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skinning_torch import skinned
-from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Scalar, Spec
+from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.skinned_body import SkinnedBody, mesh_of, moves_about_hips
-from retarget_bench.training.learned_method import LearnedMethod
+from retarget_bench.training.learned_method import LearnedMethod, of_weights
 
 from .network import Inputs, SkinningPredictor
 from .posing import transforms_of
@@ -132,7 +131,7 @@ class SKIN(LearnedMethod):
 
     @cached_property
     def _regressor(self) -> Any:
-        return registry.create("methods", Spec("skr", {"weights": self.skr}))
+        return of_weights("skr", self.skr)
 
     # --------------------------------------------------------------------------------- what is known
     @property
