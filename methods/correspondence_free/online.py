@@ -28,6 +28,8 @@ _LEGS = tuple(
 _ACROSS = tuple(
     tuple(BODY22.index(f"{side}_{part}") for side in ("left", "right")) for part in ("up_leg", "arm")
 )
+_STRAIGHT = 0.35
+"""Radians: a target that faces nearer to +Z than this is taken to face +Z."""
 _TOLD = 1e-3
 """Hip heights: where hips and shoulders seen from above are closer than this, they show no direction."""
 
@@ -92,9 +94,10 @@ class OnlineRetargeter:
     """
 
     def __init__(self, networks: Networks, vertices: np.ndarray, faces: np.ndarray) -> None:
-        """vertices, faces: ``(V, 3)`` metres and ``(F, 3)`` of the target in T-pose, facing +Z."""
+        """vertices, faces: ``(V, 3)`` metres and ``(F, 3)`` of the target in T-pose, wherever it faces."""
         self.networks, self.memory = networks, Memory()
         joints = networks.skr.resting(vertices, faces).mean(axis=0)
+        vertices, joints = _ahead(joints, vertices, joints)
         self.body = estimated_body(joints)
         self.mesh = Mesh(vertices, faces, networks.skin.shares(vertices, joints))
         self._generator, self._features = networks.smrm.generator, networks.smrm.features
@@ -141,8 +144,7 @@ class OnlineRetargeter:
 
     def _facing(self, joints: np.ndarray, units: np.ndarray) -> np.ndarray:
         """``(frames,)`` unit complex numbers; where it cannot be told, the last that could decides."""
-        across = sum(joints[:, left] - joints[:, right] for left, right in _ACROSS)
-        forward = across[:, 0] - 1j * across[:, 2]
+        forward = _forward(joints)
         size = np.abs(forward)
         told = size > _TOLD * units
         last = np.maximum.accumulate(np.where(told, np.arange(len(joints)), -1))
@@ -194,6 +196,22 @@ class OnlineRetargeter:
         memory.moves, memory.turn, memory.path = moves[-1:], turn[-1:], path[-1:]
         memory.faded = np.stack([lag[-1], faded[-1]])
         return path if self.networks.smrm.path == "integrated" else lead + faded
+
+
+def _forward(joints: np.ndarray) -> np.ndarray:
+    """``(...)`` complex numbers: the direction ahead of joints ``(..., 22, 3)``, see ``motion/facing.py``;
+    the farther hips and shoulders are apart on the level, the larger."""
+    across = sum(joints[..., left, :] - joints[..., right, :] for left, right in _ACROSS)
+    return np.asarray(across[..., 0] - 1j * across[..., 2])
+
+
+def _ahead(resting: np.ndarray, *places: np.ndarray) -> list[np.ndarray]:
+    """Places ``(n, 3)`` of a body, turned so that it faces +Z, where its joints at rest say that it does
+    not. Where it does, as far as they can tell, nothing is turned: they are found to a degree or two."""
+    forward = complex(_forward(resting))
+    if abs(np.angle(forward)) < _STRAIGHT:
+        return list(places)
+    return [facing.seen(each, np.asarray(forward / abs(forward))) for each in places]
 
 
 def estimated_body(joints: np.ndarray) -> Character:

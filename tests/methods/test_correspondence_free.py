@@ -18,6 +18,7 @@ from retarget_bench.methods.skin import SKIN
 from retarget_bench.methods.skin.network import SkinningPredictor
 from retarget_bench.methods.skr import SKR
 from retarget_bench.methods.smrm import SMRM
+from retarget_bench.motion import facing
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.skeleton import Skeleton
@@ -95,6 +96,28 @@ def test_moves_as_smrm_does_where_joints_are_exact(path):
     ranks = list(Body22(wanted.character).joints)
     apart = np.abs(found.positions - wanted.positions[:, ranks]).max()
     assert apart < 2e-3 * found.character.height  # bones of a solved motion bend by a micrometre
+
+
+@pytest.mark.parametrize("angle", [0.5 * np.pi, -2.0, np.pi])
+def test_a_target_may_face_anywhere(angle):
+    motion, mesh = skr_material.motions()["ada"].at(slice(10)), skr_material.body("boris").mesh
+    rest, turn = SkinnedBody.of(skr_material.body("boris")).resting, np.exp(1j * angle)
+    skin = SKIN().using(exported(SkinningPredictor()))
+    found = []
+    for vertices, joints in (
+        (mesh.vertices, rest),
+        (facing.placed(mesh.vertices, turn), facing.placed(rest, turn)),
+    ):
+
+        class Exact(SKR):
+            def resting(self, vertices, faces, draws=1, joints=joints):
+                return joints[None]
+
+        online = OnlineRetargeter(Networks(Exact(), SMRM(), skin), vertices, mesh.faces)
+        found.append(
+            online.mesh.skinned(online.motion(motion.positions[:, list(Body22(motion.character).joints)]))
+        )
+    np.testing.assert_allclose(found[1], found[0], atol=1e-5)
 
 
 def test_the_target_s_skeleton_and_weights_are_not_read(method, source):
