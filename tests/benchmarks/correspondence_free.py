@@ -47,8 +47,8 @@ FAR = 0.75
 
 
 def joint_errors(case: Case, skr: Any) -> dict[str, float]:
-    """cm of a body of 1.7 m, means over those of the 22 joints that a body has: of the moving source, and of
-    the target at rest."""
+    """cm of a body of 1.7 m, means over those of the 22 joints that a body has: of the source in motion,
+    and of the target at rest."""
     moved, target = case.source_motion, case.target
     assert moved is not None
     assert isinstance(case.source, PointSets)
