@@ -1,6 +1,6 @@
 """The correspondence-free pipeline and its rivals on held-out puppets, bare and clothed, and its bars.
 
-    python tests/benchmarks/correspondence_free.py [--clips 40] [--out runs/correspondence_free]
+    python tests/benchmarks/correspondence_free.py [--clips 20] [--out runs/correspondence_free]
 
 Every method answers the same points, on one core, in this process; what was answered stays below --out, and
 an interrupted run goes on. Also measured: how far SKR's joints are from the true ones, and how much the
@@ -162,7 +162,7 @@ def trained(method: Any) -> Iterator[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--clips", type=int, default=40, metavar="N", help="of each split (40)")
+    parser.add_argument("--clips", type=int, default=20, metavar="N", help="of each split (20)")
     parser.add_argument("--skr", default="puppets", metavar="WEIGHTS", help="of SKR, shipped or a path")
     parser.add_argument("--skin", default="puppets", metavar="WEIGHTS", help="of SKIN, shipped or a path")
     parser.add_argument("--out", type=Path, default=Path("runs/correspondence_free"), metavar="DIR")
