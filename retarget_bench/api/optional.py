@@ -5,7 +5,7 @@ Each protocol is one optional method or attribute. A plug-in offers it by having
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import MISSING, fields
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
@@ -159,11 +159,10 @@ def stages(method: object) -> Mapping[str, Any]:
     return method.stages if isinstance(method, OffersStages) else {}
 
 
-def stage_names(method: object) -> Iterator[str]:
+def stage_names(method: object) -> tuple[str, ...]:
     """The plug-ins that a method is composed of, and those that these are composed of."""
-    for stage in stages(method).values():
-        yield method_card(stage).name
-        yield from stage_names(stage)
+    each = stages(method).values()
+    return tuple(name for one in each for name in (method_card(one).name, *stage_names(one)))
 
 
 def weights_hash(method: object) -> str:

@@ -175,7 +175,7 @@ class EvaluationUnit:
         facts = {
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
-            "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
+            "code": folder_hash(self.plan.external) if self.plan.external else code_of(self.method),
             "weights": "" if self.plan.external else optional.weights_hash(self.built),
             "dataset": self.dataset.name,
             "dataset_parameters": without_location(self.dataset),
@@ -352,16 +352,22 @@ def forget() -> None:
 
 # ---------------------------------------------------------------------------------------------- hashes
 @cache
-def method_code(spec: Spec) -> str:
+def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
     """A hash of the plug-in's own files, of those of its stages and post-processors, of ``motion/`` without
     the formats in ``motion/files/``, and of what these files reach of the layers that learned methods
-    share. A data set that reads such formats has their code in its own ``content``."""
-    names = dict.fromkeys((spec.name, *optional.stage_names(method(spec.here))))
-    own = [file for name in names for file in _own_code("methods", name)]
+    share. A data set that reads such formats has their code in its own ``content``.
+
+    stages: plug-ins that the method is composed of (``optional.stage_names``). Nothing is imported."""
+    own = [file for name in dict.fromkeys((spec.name, *stages)) for file in _own_code("methods", name)]
     own += [file for post in spec.posts for file in _own_code("posts", post.name)]
     motion = (each for each in package_code("motion") if not each[0].startswith("motion/files/"))
     layers = reached_code(LAYERS, (path for _, path in own))
     return code_hash([*own, *motion, *layers])
+
+
+def code_of(spec: Spec) -> str:
+    """``method_code`` with the stages that the method has, for which it is built."""
+    return method_code(spec, optional.stage_names(method(spec.here)))
 
 
 @cache

@@ -174,7 +174,7 @@ def main() -> None:
     if method.untrained:
         raise SystemExit(method.untrained)
     asked = {"correspondence_free": whole} | {name: Spec(name) for name in RIVALS}
-    weights, text = plan.method_code(whole) + method.weights_hash, list[str]()
+    weights, text = plan.code_of(whole) + method.weights_hash, list[str]()
     bare: Any = None
     for name, spec in DATA.items():
         data = plan.dataset(Spec.parse(spec), cases.TASK)

@@ -70,7 +70,7 @@ def scored(spec: Spec, data: Any, infos: Sequence[CaseInfo], file: Path) -> Numb
     Raises SystemExit where the method gives no answer.
     """
     method = plan.method(spec)
-    built = [plan.method_code(spec), optional.weights_hash(method), data.content]
+    built = [plan.code_of(spec), optional.weights_hash(method), data.content]
     key = digest(repr([*built, str(plan.spec_by_weights(spec)), plan.metric_versions(METRICS)]))
     metrics = plan.metrics(METRICS)
 

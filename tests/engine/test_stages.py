@@ -80,11 +80,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def test_the_code_of_a_stage_counts(folder: Path) -> None:
     specs = [Spec.parse(each) for each in ("whole", "copy_rotations", "whole+footlock")]
-    before = [plan.method_code(each) for each in specs]
+    before = [plan.code_of(each) for each in specs]
     (folder / "stage.py").write_text(STAGE.replace("NUMBER", "-1"))
     registry.refresh_files()
     plan.forget()
-    after = [plan.method_code(each) for each in specs]
+    after = [plan.code_of(each) for each in specs]
     assert [one == other for one, other in zip(before, after, strict=True)] == [False, True, False]
 
 
