@@ -19,12 +19,16 @@ class Recording:
 
     rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
     root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
+    fps:       frames per second.
     notes:     one sentence for each thing that was decided, folded or renamed.
     doubts:    one sentence for each thing of the motion that could not be kept.
     unit:      name of the unit that the file's format prescribes ("m"); "" where it prescribes none.
     up:        the up axis that it prescribes ("y"), or "".
     skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;
                None: the file has none.
+    places:    ``(frames, joints, 3)`` every joint in its parent's frame, in the file's unit, where joints
+               below the root move against their parents (``inner_positions.py``); None: none does.
+    rate_stated: False where the file does not say its rate; ``fps`` is then the usual one of the format.
     """
 
     skeleton: Skeleton
@@ -36,6 +40,8 @@ class Recording:
     unit: str = ""
     up: str = ""
     skin: Callable[[], Mesh] | None = None
+    rate_stated: bool = True
+    places: np.ndarray | None = None
 
 
 @lru_cache(maxsize=256)
@@ -60,3 +66,10 @@ def reach(skeleton: Skeleton) -> float:
         if parent >= 0:
             along[joint] += along[parent]
     return max(along)
+
+
+def resting(stated: np.ndarray, seen: np.ndarray, within: float) -> np.ndarray:
+    """``(joints, 3)`` places at which moving joints stay when they are dropped: the ``stated`` ones where
+    the ``seen`` ``(frames, joints, 3)`` lie around them, to ``within``; else the median over time."""
+    around = (seen.min(axis=0) - within <= stated) & (stated <= seen.max(axis=0) + within)
+    return np.where(around.all(axis=1, keepdims=True), stated, np.median(seen, axis=0))

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh
+from retarget_bench.motion.files.acclaim import reading as acclaim
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
 from retarget_bench.motion.recording import Recording
+
+_BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -20,11 +24,13 @@ class Reading:
     root: how the root's place is stated (``bvh.read``), where the format leaves that open.
     take: which of several motions of a file, by name or number from 1 on.
     body: which of several bodies, likewise.
+    skeleton: the file of the bones, where a format keeps them apart from the motion.
     """
 
     root: str = "auto"
     take: str | None = None
     body: str | None = None
+    skeleton: str | None = None
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,9 @@ class Format:
                 them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
+    beside:     other files that a file's motion depends on.
+    bodies:     endings of files that hold a body in one pose; beside motions of the format they are no
+                clips.
     """
 
     name: str
@@ -46,26 +55,46 @@ class Format:
     read: Callable[[Path, Reading], Recording]
     takes: Callable[[Path], tuple[str, ...]] = lambda path: ()  # noqa: ARG005
     written: tuple[str, ...] = ()
+    bodies: tuple[str, ...] = ()
+    beside: Callable[[Path], tuple[Path, ...]] = lambda path: ()  # noqa: ARG005
 
 
 def _read_bvh(path: Path, reading: Reading) -> Recording:
-    for name, value in (("take", reading.take), ("body", reading.body)):
-        if value is not None:
-            raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
-    return bvh.read(path, root=reading.root)
+    _only_one(path, reading)
+    _no_skeleton(path, reading)
+    return bvh.read(path, root=reading.root, inner=True)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
     if reading.root not in ("auto", "absolute"):
         raise NotSupported(f"root={reading.root!r} is for BVH files; glTF states where {path} has its root")
+    _no_skeleton(path, reading)
     return gltf.read(path, reading.take, reading.body)
+
+
+def _read_acclaim(path: Path, reading: Reading) -> Recording:
+    _only_one(path, reading)
+    if reading.root not in ("auto", "absolute"):
+        raise NotSupported(f"root={reading.root!r} is for BVH files; {path} states where its root is")
+    return acclaim.read(path, reading.skeleton)
+
+
+def _only_one(path: Path, reading: Reading) -> None:
+    for name, value in (("take", reading.take), ("body", reading.body)):
+        if value is not None:
+            raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
+
+
+def _no_skeleton(path: Path, reading: Reading) -> None:
+    if reading.skeleton is not None:
+        raise NotSupported(f"skeleton={reading.skeleton!r} is for AMC files; {path} holds its own bones")
 
 
 def _begins_as_json(head: bytes) -> bool:
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
 
 
-BVH = Format("BVH", (".bvh",), lambda head: b"HIERARCHY" in head.upper(), _read_bvh, written=(".bvh",))
+BVH = Format("BVH", (".bvh",), lambda head: _BVH.search(head) is not None, _read_bvh, written=(".bvh",))
 GLTF = Format(
     "glTF",
     (".glb", ".gltf"),
@@ -74,5 +103,13 @@ GLTF = Format(
     gltf.takes,
     written=(".glb",),
 )
-FORMATS = (BVH, GLTF)
+ACCLAIM = Format(
+    "ASF/AMC",
+    (".amc", ".asf"),
+    acclaim.recognises,
+    _read_acclaim,
+    bodies=(".asf",),
+    beside=acclaim.needed,
+)
+FORMATS = (BVH, GLTF, ACCLAIM)
 """All formats, the first for files that nothing recognises."""
