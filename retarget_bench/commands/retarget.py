@@ -28,7 +28,7 @@ from retarget_bench.errors import BenchError
     required=True,
     metavar="FILE",
     type=options.PATH,
-    help="Output file: .bvh or .glb; for scans a new folder, of PLY files.",
+    help="Output file: .bvh, .glb or .npz (AMASS); for scans a new folder, of PLY files.",
 )
 @click.option(
     "-m",
@@ -59,13 +59,14 @@ def command(
     quiet: bool,
     **reading: Any,
 ) -> None:
-    """Retarget the motion of SOURCE, a BVH, GLB or glTF file or a folder of scans, to another
-    character.
+    """Retarget the motion of SOURCE, a motion file (BVH, GLB, glTF, AMASS .npz, joint array .npy) or a
+    folder of scans, to another character.
 
     A result of the target file's format keeps all of it: joints, names, channels, unit and axes, in a GLB
-    also mesh, materials and other animations. A result of another format is in metres, Y up. bench doctor
-    shows how files are read. Joint positions are converted to rotations by a fit, whose residual is
-    printed. A line warns where the method is known to be worse than the default one on bodies like these.
+    also mesh, materials and other animations, in an AMASS file betas and gender. A result of another format
+    is in metres, Y up (AMASS: Z up). bench doctor shows how files are read. Joint positions are converted
+    to rotations by a fit, whose residual is printed. A line warns where the method is known to be worse
+    than the default one on bodies like these.
 
     Scans are mesh or point files, one for each frame (PLY, OBJ, GLB, STL, OFF). The target is then a mesh
     file, and the result a folder of PLY files with its vertices and faces, in metres, Y up. Options of root
@@ -96,8 +97,11 @@ def _scans(
 
     scans.check_folder(out)
     for side in ("", "target_"):
-        if reading[f"{side}roles"] is not None or reading[f"{side}root_place"] != "auto":
-            raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
+        named = [reading[f"{side}{name}"] for name in ("roles", "rate", "body_model")]
+        if named != [None] * 3 or reading[f"{side}root_place"] != "auto":
+            raise BenchError(
+                "roles, root places, rates and body models are of files with a skeleton, and scans have none"
+            )
     body = load_body(target, unit=reading["target_unit"], up=reading["target_up"])
     with progress_bar("reading", "files", not quiet) as progress:
         scan = load_scan(source, unit=reading["unit"], up=reading["up"], fps=fps, progress=progress)
@@ -126,6 +130,7 @@ def _skeletons(
 ) -> None:
     """A motion file of two motion files."""
     from retarget_bench.motion import files as formats
+    from retarget_bench.motion.files.formats import AMASS
     from retarget_bench.motion.transfer import correspondence
     from retarget_bench.python import motions
 
@@ -144,7 +149,8 @@ def _skeletons(
     for note in lost:
         click.echo(f"{out}: {note}", err=True)
     kept = formats.format_of(target) is formats.format_of(out)
-    unit, up = (body.findings.unit[0], body.findings.up) if kept else ("m", "y")
+    new = ("m", "z" if formats.format_of(out) is AMASS else "y")
+    unit, up = (body.findings.unit[0], body.findings.up) if kept else new
     followed = int((correspondence(moved.character, target_body) >= 0).sum())
     click.echo(
         f"{out}: {moved.frames} frames of {moved.character.name} at {moved.fps:g} per second on the "

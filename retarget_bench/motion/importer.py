@@ -17,6 +17,7 @@ from retarget_bench.motion import files, kinematics, rotation
 from retarget_bench.motion.body import FORWARD, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.findings import Findings
+from retarget_bench.motion.fitting.recorded import with_rotations
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
@@ -71,6 +72,8 @@ def load(
     name: str | None = None,
     take: str | None = None,
     body: str | None = None,
+    rate: float | None = None,
+    body_model: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
 
@@ -82,6 +85,9 @@ def load(
     name:  of the character; the file's name by default.
     take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
     body:  which body of a file with several, likewise.
+    rate:  frames per second that the file truly has, over what it says or leaves open.
+    body_model: file or folder of the body models that files of the SMPL family are of.
+    Where a file states joint positions alone, rotations are fitted to them, and a note says how well.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
     roles that do not fit.
     """
@@ -89,8 +95,9 @@ def load(
     if up != "auto" and up not in UP_AXES:
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     path, named = files.split_take(path)
-    reading = files.Reading(root, take if take is not None else named, body)
-    recording = files.format_of(path).read(path, reading)
+    model = None if body_model is None else str(body_model)
+    reading = files.Reading(root, take if take is not None else named, body, rate, model)
+    recording = with_rotations(files.read_as(path, reading))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
     stands, sure = _up_axis(recording, found)

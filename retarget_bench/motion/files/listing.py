@@ -69,7 +69,8 @@ def facts(path: Path) -> tuple[str, str, int, float]:
     own, take = split_take(path)
     recording = read(path)
     content = hashlib.sha256(own.read_bytes() + repr(take).encode())
-    for array in (recording.rotations, recording.root, recording.skeleton.offsets):
+    given = recording.rotations if recording.positions is None else recording.positions
+    for array in (given, recording.root, recording.skeleton.offsets):
         content.update(np.ascontiguousarray(array).tobytes())  # of the files that it refers to
     skeleton = recording.skeleton
     bones = np.round(skeleton.offsets[1:] / max(reach(skeleton), 1e-9), _DIGITS) + 0.0
