@@ -100,7 +100,7 @@ def _scans(
         named = [reading[f"{side}{name}"] for name in ("roles", "rate", "body_model")]
         if named != [None] * 3 or reading[f"{side}root_place"] != "auto":
             raise BenchError(
-                "roles, root places, rates and body models are of files with a skeleton, and scans have none"
+                "roles, root places, rates and body models are of files with a skeleton; scans have none"
             )
     body = load_body(target, unit=reading["target_unit"], up=reading["target_up"])
     with progress_bar("reading", "files", not quiet) as progress:

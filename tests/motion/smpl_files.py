@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from retarget_bench.motion import rotation
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY, SMPL, SMPLH, SMPLX, Family
 
@@ -26,6 +28,21 @@ def parameters(random: np.random.Generator, family: Family = SMPLH, frames: int 
         "dmpls": np.zeros((frames, 8)),
         "labels": np.array(["a", None], dtype=object),  # some releases have pickled arrays beside
     }
+
+
+def danced(character: Character, frames: int = 200) -> np.ndarray:
+    """``(frames, joints, 3)`` metres, Y up, of a body that walks off, turns about and bends its limbs."""
+    random = np.random.default_rng(8)
+    t = np.arange(frames)[:, None, None] / 20
+    shape = (1, len(character.skeleton), 3)
+    turns = 0.3 * np.sin(t * random.uniform(1, 2, shape) + random.uniform(0, 6, shape))
+    turns[:, 0] = 0.1 * turns[:, 0] + [0.0, 1.0, 0.0] * t[:, 0]
+    for joint, name in enumerate(character.skeleton.names):
+        if "elbow" in name or "knee" in name:
+            axis = [1.0, 0.0, 0.0] if "knee" in name else [0.0, -1.0 if "left" in name else 1.0, 0.0]
+            turns[:, joint] = (0.8 + turns[:, joint, :1]) * axis
+    root = np.concatenate([0.3 * t[:, 0], 0.85 + 0 * t[:, 0], np.sin(t[:, 0])], axis=1)
+    return np.array(character.motion(rotation.from_rotation_vector(turns), root, 20.0).positions)
 
 
 def archive(path: Path, content: dict) -> Path:

@@ -59,7 +59,7 @@ class Archive:
     def numbers(self, name: str, columns: int | None = None) -> np.ndarray:
         """An array of finite numbers in double precision. columns: so many of the last axis, at most."""
         array = self._array(name, "fiu")
-        if columns is not None:
+        if columns is not None and array.ndim:
             array = array[..., :columns]
         return finite(self.path, f"{name!r}", array)
 

@@ -47,16 +47,16 @@ class Shaped:
     def skin(self) -> Mesh:
         """The surface at rest. Raises FileError where faces or weights do not fit."""
         archive = Archive(self.path)
-        faces, weights = archive.numbers("f").astype(np.int64), archive.numbers("weights")
+        faces, weights = archive.numbers("f"), archive.numbers("weights")
         count = len(self.vertices)
         check_shape(self.path, "weights", weights, (count, len(self.family)))
         check_shape(self.path, "f", faces, (len(faces) if faces.ndim else 0, 3))
-        if faces.size and not 0 <= int(faces.min()) <= int(faces.max()) < count:
+        if not 0 <= faces.min() <= faces.max() < count:
             raise FileError(self.path, "has faces ('f') with vertices that it has not: it is damaged")
         total = weights.sum(axis=1, keepdims=True)
         if (weights < -1e-6).any() or (np.abs(total - 1.0) > 0.1).any():
             raise FileError(self.path, "has 'weights' that are no shares of 1: it is damaged")
-        return Mesh(self.vertices, faces, weights / total)
+        return Mesh(self.vertices, faces.astype(np.int64), weights / total)
 
 
 def load(place: Path, family: Family, gender: str, betas: np.ndarray) -> Shaped:
@@ -76,7 +76,8 @@ def load(place: Path, family: Family, gender: str, betas: np.ndarray) -> Shaped:
     count = len(template) if template.ndim else 0
     check_shape(path, "v_template", template, (count, 3))
     directions = archive.numbers("shapedirs", len(betas))
-    check_shape(path, "shapedirs", directions, (count, 3, *directions.shape[2:3]))
+    if directions.ndim != 3 or directions.shape[:2] != (count, 3):
+        check_shape(path, "shapedirs", directions, (count, 3, len(betas)))
     regressor = archive.numbers("J_regressor")
     own = _family(path, archive, regressor, count)
     if family is not BODY and own is not family:

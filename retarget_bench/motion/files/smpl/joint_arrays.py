@@ -82,9 +82,8 @@ def from_features(features: np.ndarray) -> np.ndarray:
     """``(frames, 22, 3)`` metres, Y up, of features ``(frames, 263)``; the body begins over the origin and
     faces +Z there.
 
-    A frame's first number is half the angle, radians, by which the body turns about Y to the next frame,
-    against the sense of the turn; the next two are the root's step to that frame, seen from there, and the
-    fourth is its height. The other joints are seen from the root's place on the floor, facing +Z.
+    A frame's first number is minus half the angle, radians, by which the body turns about Y to the next
+    frame; the next two are the root's step to that frame, seen from there, and the fourth is its height. The other joints are seen from the root's place on the floor, facing +Z.
     """
     frames = len(features)
     half = np.zeros(frames)

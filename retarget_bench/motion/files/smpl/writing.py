@@ -13,12 +13,14 @@ from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.files.gltf.writing import check_frames
 from retarget_bench.motion.files.smpl import amass, average
-from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH
+from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
 from retarget_bench.motion.importer import UP_AXES, Imported, as_stated
 from retarget_bench.motion.roles import is_finger
 
 _UP = "z"
 """The up axis of AMASS."""
+_PARTS = {"root_orient": 1, "pose_body": 21, "pose_jaw": 1, "pose_eye": 2, "pose_hand": 30}
+"""Parts of the poses of SMPL-X, and of how many joints they are."""
 _BETAS = 16
 """As many as most of its releases have."""
 
@@ -89,5 +91,8 @@ def _save(path: Path, motion: Motion, betas: np.ndarray, gender: str, model: str
     }
     if model:
         arrays["surface_model_type"] = np.array(model)
+    if len(motion.skeleton) == len(SMPLX):  # whose releases have the parts as well
+        ends = np.cumsum([each * 3 for each in _PARTS.values()])[:-1]
+        arrays |= dict(zip(_PARTS, np.split(arrays["poses"], ends, axis=1), strict=True))
     with atomic(path) as temporary, temporary.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
