@@ -23,7 +23,7 @@ def reading_options(side: str = "") -> Decorator:
     roles = f'A TOML file of "joint" = "role"{of}, over what is found.'
     take = f"Which motion{of} in a file with several: name or number."
     body = f"Which body{of} in a file with several: name of its root, or number."
-    rate = f"Frames per second{of} that the file truly has."
+    rate = f"Frames per second that the file{of} truly has, over what it says. (--fps resamples.)"
     model = f"SMPL body model{of}: a .npz file, or a folder of them."
     places = click.Choice(["auto", "absolute", "relative"])
     return together(

@@ -97,11 +97,12 @@ def _scans(
 
     scans.check_folder(out)
     for side in ("", "target_"):
-        named = [reading[f"{side}{name}"] for name in ("roles", "rate", "body_model")]
-        if named != [None] * 3 or reading[f"{side}root_place"] != "auto":
-            raise BenchError(
-                "roles, root places, rates and body models are of files with a skeleton; scans have none"
-            )
+        if reading[f"{side}roles"] is not None or reading[f"{side}root_place"] != "auto":
+            raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
+        if reading[f"{side}rate"] is not None:
+            raise BenchError("--rate is of files that state one; the frames of scans are --fps per second")
+        if reading[f"{side}body_model"] is not None:
+            raise BenchError("a body model is of AMASS files; scans are surfaces themselves")
     body = load_body(target, unit=reading["target_unit"], up=reading["target_up"])
     with progress_bar("reading", "files", not quiet) as progress:
         scan = load_scan(source, unit=reading["unit"], up=reading["up"], fps=fps, progress=progress)

@@ -12,6 +12,9 @@ NO_ROLE = {
 }
 """Reasons why a joint has no role (``roles.explain``) -> the words for a terminal."""
 
+_RATES = (5.0, 1000.0)
+"""Frames per second between which motion is recorded."""
+
 
 @dataclass(frozen=True)
 class Findings:
@@ -34,6 +37,9 @@ class Findings:
     floor:     metres, how far the lowest foot is above the floor (y = 0) most of the time.
     zero_bones: joints that lie in the same place as their parent.
     still:     whether the whole motion is one pose.
+    fps:       frames per second, as the user told them (``rate_told``), as the file says, or else as is
+                usual in its format.
+    fps_stated: frames per second as the file says; None where it does not.
     """
 
     path: Path
@@ -58,6 +64,8 @@ class Findings:
     unit_prescribed: bool = False
     up_prescribed: bool = False
     doubts: tuple[str, ...] = ()
+    fps_stated: float | None = None
+    rate_told: bool = False
 
     @property
     def not_understood(self) -> tuple[str, ...]:
@@ -77,6 +85,11 @@ class Findings:
                 f"the unit is a guess: in {unit} the body is {self.height:.2f} m tall, in {other} "
                 f"{metres:.2f} m; say --unit {unit} or --unit {other}"
             )
+        if not self.rate_told and self.frames > 1 and not _RATES[0] <= self.fps <= _RATES[1]:
+            out.append(
+                f"the frame rate is {self.fps:g} per second, at which nobody records motion: it would last "
+                f"{self.frames / self.fps:.3g} s; say the true rate with --rate"
+            )
         if not (self.up_told or self.up_prescribed) and self.up_sure < 0.5:
             out.append(f"the up axis is a guess ({self.up}): say --up y or --up z")
         if abs(self.floor) > 0.05 * max(self.height, 0.1):
@@ -94,7 +107,8 @@ class Findings:
         width = max(len(name) for name, _ in self.joints)
         lines = [
             str(self.path),
-            f"  frames     {self.frames} at {self.fps:g} per second, {self.frames / self.fps:.1f} s{still}",
+            f"  frames     {self.frames} at {self.fps:g} per second{self._rate_by}, "
+            f"{self.frames / self.fps:.1f} s{still}",
             f"  unit       {self.unit[0]} = {self.unit[1]:.4g} m ({unit_by}): height {self.height:.2f} m",
             f"  up axis    {self.up} ({_why(self.up_told, self.up_prescribed)})",
             f"  rest pose  {self.rest_pose}",
@@ -110,11 +124,19 @@ class Findings:
         if self.warnings:
             lines += ["\nLook at:", *(f"  - {warning}" for warning in self.warnings)]
         lines += ["\nTo read the file this way whatever is guessed:"]
-        lines += [f"  --unit {self.unit[0]} --up {self.up}"]
+        rate = f" --rate {self.fps:g}" if self.rate_told or self.fps_stated is None else ""
+        lines += [f"  --unit {self.unit[0]} --up {self.up}{rate}"]
         if self.missing or self.not_understood:
             lines += ["\nA roles file to save as roles.toml, correct, and pass with --roles roles.toml:\n"]
             lines += [self.roles_file()]
         return "\n".join(lines)
+
+    @property
+    def _rate_by(self) -> str:
+        if not self.rate_told:
+            return "" if self.fps_stated is not None else " (usual in this format: the file does not say)"
+        said = "nothing" if self.fps_stated is None else f"{self.fps_stated:g}"
+        return f" (as told; the file says {said})"
 
     def roles_file(self) -> str:
         """TOML for the joints that were not understood, to be filled in."""

@@ -48,6 +48,8 @@ _USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
 """Prior weight of an up axis, for bodies that mostly lie or sit."""
 _SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
+_FASTEST = 1e5
+"""No motion is recorded at more frames per second."""
 _AGAINST = 0.8
 """How surely a body has to stand along another axis than the format's for a doubt to be said."""
 
@@ -68,11 +70,11 @@ def load(
     up: str = "auto",
     root: str = "auto",
     roles: Mapping[str, str | None] | str | Path | None = None,
+    rate: float | None = None,
     fps: float | None = None,
     name: str | None = None,
     take: str | None = None,
     body: str | None = None,
-    rate: float | None = None,
     body_model: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
@@ -81,11 +83,11 @@ def load(
     up:    ``auto``, or ``y``, ``z``, ``x``, with ``-`` in front for the other way.
     root:  ``auto``, ``absolute`` or ``relative``: how a BVH file states the root's place (``bvh.read``).
     roles: what joints are, over what their names say: joint name -> role or None, or a file of it.
+    rate:  frames per second that the file truly has, over what it says; its frames stay as they are.
     fps:   resample to this rate.
     name:  of the character; the file's name by default.
     take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
     body:  which body of a file with several, likewise.
-    rate:  frames per second that the file truly has, over what it says or leaves open.
     body_model: file or folder of the body models that files of the SMPL family are of.
     Where a file states joint positions alone, rotations are fitted to them, and a note says how well.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
@@ -95,9 +97,11 @@ def load(
     if up != "auto" and up not in UP_AXES:
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     path, named = files.split_take(path)
+    told = None if rate is None else _checked_rate(rate)
     model = None if body_model is None else str(body_model)
-    reading = files.Reading(root, take if take is not None else named, body, rate, model)
-    recording = with_rotations(files.read_as(path, reading))
+    reading = files.Reading(root, take if take is not None else named, body, told, model)
+    stated = files.format_of(path).read(path, reading)
+    recording = with_rotations(stated if told is None else replace(stated, fps=told))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
     stands, sure = _up_axis(recording, found)
@@ -136,6 +140,8 @@ def load(
         rest_pose=rest_pose(skeleton, found),
         facing=_facing(motion),
         fps=motion.fps,
+        fps_stated=stated.fps if stated.rate_stated else None,
+        rate_told=rate is not None,
         frames=motion.frames,
         floor=_floor(motion),
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
@@ -166,6 +172,12 @@ def _scale(unit: str) -> float | None:
             f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
         )
     return metres
+
+
+def _checked_rate(rate: float) -> float:
+    if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
+        raise NotSupported(f"rate={rate:g} is no frame rate; it is frames per second, such as 30 or 120")
+    return rate
 
 
 # ------------------------------------------------------------------------------------------------ unit

@@ -20,6 +20,7 @@ class Recording:
 
     rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
     root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
+    fps:       frames per second.
     notes:     one sentence for each thing that was decided, folded or renamed.
     doubts:    one sentence for each thing of the motion that could not be kept.
     unit:      name of the unit that the file's format prescribes ("m"); "" where it prescribes none.
@@ -28,6 +29,7 @@ class Recording:
                the rest pose until ``fitting.recorded`` has found them; None: the file states rotations.
     skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;
                None: the file has none.
+    rate_stated: False where the file does not say its rate; ``fps`` is then the usual one of the format.
     """
 
     skeleton: Skeleton
@@ -40,6 +42,7 @@ class Recording:
     up: str = ""
     skin: Callable[[], Mesh] | None = None
     positions: np.ndarray | None = None
+    rate_stated: bool = True
 
 
 def of_positions(skeleton: Skeleton, positions: np.ndarray, fps: float, **facts: Any) -> Recording:

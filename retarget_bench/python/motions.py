@@ -101,6 +101,7 @@ def load_motion(
     path: str | PathLike[str],
     *,
     fps: float | None = None,
+    rate: float | None = None,
     unit: str = "auto",
     up: str = "auto",
     root_place: str = "auto",
@@ -108,7 +109,6 @@ def load_motion(
     name: str | None = None,
     take: str | None = None,
     body: str | None = None,
-    rate: float | None = None,
     body_model: str | PathLike[str] | None = None,
 ) -> Motion:
     """The motion of a file (BVH, GLB, glTF, AMASS ``.npz``, joint array ``.npy``), in metres, Y up.
@@ -117,13 +117,13 @@ def load_motion(
     warning names what is doubtful and the argument that settles it.
 
     fps:   resample to this rate.
+    rate:  frames per second that the file truly has, over what it says.
     unit:  ``m``, ``cm``, ``mm``, ``inch``, ``cmu``, or metres of one unit, as text.
     up:    ``y``, ``z``, ``x``, or ``-y``, ...
     root_place: ``absolute`` or ``relative`` to the root's OFFSET.
     roles: joint name -> role, over what is found, or a TOML file of it. name: of the character.
     take:  which motion of a file with several, by name or number from 1 on; or as in ``Fox.glb#Walk``.
     body:  which body of a file with several, by the name of its root, or number.
-    rate:  frames per second that the file truly has, over what it says or leaves open.
     body_model: of an AMASS file: an ``.npz`` file of an SMPL body model, or a folder of them.
     Raises BenchError for files that cannot be read, and for unknown options.
     """

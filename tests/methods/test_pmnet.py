@@ -73,8 +73,11 @@ def test_any_number_of_frames(method, frames):
 def test_poses_go_through_one_by_one():
     generator = Generator(22, 16).eval()
     places = torch.randn(5, 3, 66)
-    whole = generator.encode(places)
-    np.testing.assert_array_equal(whole[2:3].detach(), generator.encode(places[2:3]).detach())
+    others = torch.randn(5, 3, 66)
+    others[2] = places[2]  # as many poses, so that matrix products round alike
+    np.testing.assert_array_equal(
+        generator.encode(places)[2].detach(), generator.encode(others)[2].detach()
+    )
 
 
 def test_a_fifth_of_hidden_numbers_is_dropped_while_it_learns():

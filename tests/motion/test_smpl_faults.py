@@ -1,4 +1,4 @@
-"""Damaged and hostile .npz and .npy files: one sentence each that names the file, and never anything else."""
+"""Damaged and hostile .npz and .npy files: one sentence each that names the file, and nothing else."""
 
 from __future__ import annotations
 
@@ -145,16 +145,18 @@ def test_nothing_is_ever_unpickled(tmp_path, monkeypatch):
     assert not (tmp_path / "unpickled").exists()
 
 
-def importer_said(path: Path) -> str:
+def importer_said(path: Path, model: Path | None = None) -> str:
     """The sentence about a file, "" where it is read; whatever else is raised."""
+    sentence = ""
     try:
-        found = importer.load(path)
-        assert np.isfinite(found.motion.positions).all()
+        found = importer.load(path, body_model=model).motion
+        assert np.isfinite(found.positions).all()
+        assert model is None or np.isfinite(found.character.mesh.vertices).all()
     except BenchError as error:
-        assert "\n" not in str(error)
-        assert len(str(error)) < 1000
-        return str(error)
-    return ""
+        sentence = str(error)
+    assert "\n" not in sentence
+    assert len(sentence) < 1000
+    return sentence
 
 
 def with_header(shape: str, descr: str = "'<f8'") -> bytes:
@@ -200,11 +202,10 @@ def test_bombs_and_odd_zips(tmp_path):
         with zipfile.ZipFile(path, "w", method) as file:
             file.writestr("poses.npy", big)
         assert sentence in told(path)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:  # 4 GB of zeros in 4 MB
-        with file.open("poses.npy", "w", force_zip64=True) as inside:
-            inside.write(with_header("(3355443, 156)"))
-            for _ in range(64):
-                inside.write(bytes(1 << 20))
+    with zipfile.ZipFile(
+        path, "w", zipfile.ZIP_DEFLATED
+    ) as file:  # zeros, a thousand times their packed size
+        file.writestr("poses.npy", with_header("(3355443, 156)") + bytes(1 << 26))
     assert "too large to be a motion" in told(path)
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("walk.txt", "x")
@@ -267,18 +268,8 @@ def read_all(folder: Path, seed: int, count: int) -> dict[str, int]:
         ending, data = mutated(random)
         path = folder / f"odd{ending}"
         path.write_bytes(data)
-        if ending != ".model":
-            outcomes["refused" if importer_said(path) else "read"] += 1
-            continue
-        try:
-            found = importer.load(motion, body_model=path).motion
-            assert np.isfinite(found.positions).all()
-            assert np.isfinite(found.character.mesh.vertices).all()
-        except BenchError as error:
-            assert "\n" not in str(error)
-            outcomes["refused"] += 1
-        else:
-            outcomes["read"] += 1
+        said = importer_said(motion, path) if ending == ".model" else importer_said(path)
+        outcomes["refused" if said else "read"] += 1
     return outcomes
 
 

@@ -88,7 +88,7 @@ def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
     content = parameters(random, SMPLX)
     whole = files.read(archive(tmp_path / "whole.npz", content))
     poses = content.pop("poses")
-    cut = dict(root_orient=3, pose_body=63, pose_jaw=3, pose_eye=6, pose_hand=90)
+    cut = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
     parts = dict(zip(cut, np.split(poses, np.cumsum(list(cut.values()))[:-1], axis=1), strict=True))
     found = files.read(archive(tmp_path / "parts.npz", content | parts))
     np.testing.assert_array_equal(found.rotations, whole.rotations)

@@ -91,12 +91,9 @@ def test_joints_of_other_names_are_found_by_role(tmp_path):
     motion = body.motion(
         rotation.from_rotation_vector(0.2 * random.normal(size=(5, 24, 3))), np.zeros((5, 3)), 30.0
     )
-    words = dict(pelvis="Hips", head="Head", neck="Neck", spine1="Spine", spine2="Spine1", spine3="Spine2")
-    limbs = dict(hip="UpLeg", knee="Leg", ankle="Foot", foot="ToeBase", collar="Shoulder", shoulder="Arm")
-    limbs |= dict(elbow="ForeArm", wrist="Hand", hand="Prop")
-    names = [
-        words.get(name) or name.split("_")[0].title() + limbs[name.split("_")[1]] for name in skeleton.names
-    ]
+    words = "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase"
+    words += " RightToeBase Neck LeftShoulder RightShoulder Head LeftArm RightArm LeftForeArm RightForeArm"
+    names = [*words.split(), "LeftHand", "RightHand", "LeftProp", "RightProp"]
     other = Character.of("you", Skeleton(tuple(names), skeleton.parents, skeleton.offsets))
     writing.write(tmp_path / "a.npz", other.motion(motion.rotations, motion.root, 30.0))
     again = importer.load(tmp_path / "a.npz", up="z").motion

@@ -7,18 +7,14 @@ unsaid, for every format alike. Formats are listed in ``formats.py``. Of a file 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
-from retarget_bench.errors import NotSupported
 from retarget_bench.motion.files.formats import BVH, FORMATS, Format, Reading
 from retarget_bench.motion.recording import Recording
 
 __all__ = ["FORMATS", "Format", "Reading", "format_of", "read", "split_take", "suffixes", "takes"]
 
 _SNIFFED = 4096
-RATES = (0.1, 10_000.0)
-"""Frames per second that a file may be told to have."""
 
 
 def suffixes(*, written: bool = False) -> tuple[str, ...]:
@@ -47,26 +43,18 @@ def read(
     root: str = "auto",
     take: str | None = None,
     body: str | None = None,
-    rate: float | None = None,
     body_model: str | None = None,
 ) -> Recording:
     """The motion of a file, in its own axes and unit.
 
     root: how the root's place is stated, where the format leaves that open (see ``bvh.read``).
     take: which of several motions, by name or number from 1 on; body: which of several bodies.
-    rate: frames per second, over what the file says. body_model: see ``Reading``.
+    body_model: see ``Reading``.
     Raises FileError for what cannot be read, NotSupported where the file has no such take or body.
     """
     path, named = split_take(path)
-    return read_as(path, Reading(root, take if take is not None else named, body, rate, body_model))
-
-
-def read_as(path: Path, reading: Reading) -> Recording:
-    """``read`` of a path without a take."""
-    if reading.rate is not None and not RATES[0] <= reading.rate <= RATES[1]:
-        raise NotSupported(f"rate={reading.rate:g} is no frame rate; say frames per second, such as 30")
-    recording = format_of(path).read(path, reading)
-    return recording if reading.rate is None else replace(recording, fps=float(reading.rate))
+    reading = Reading(root, take if take is not None else named, body, body_model=body_model)
+    return format_of(path).read(path, reading)
 
 
 def takes(path: str | Path) -> tuple[str, ...]:

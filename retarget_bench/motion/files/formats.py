@@ -22,7 +22,7 @@ class Reading:
     root: how the root's place is stated (``bvh.read``), where the format leaves that open.
     take: which of several motions of a file, by name or number from 1 on.
     body: which of several bodies, likewise.
-    rate: frames per second, told in place of what the file says or leaves open.
+    rate: frames per second, told in place of what the file says: what it says may then be missing or wrong.
     body_model: file or folder of the body models that files of the SMPL family are of.
     """
 

@@ -40,6 +40,7 @@ class Parameters:
     turns:  ``(frames, joints, 3)`` radians: axis times angle, in the parent's frame.
     trans:  ``(frames, 3)`` metres.
     betas:  ``(n,)`` of the shape. gender: ``male``, ``female`` or ``neutral``.
+    fps:    frames per second. rate_stated: whether the file says them.
     model:  ``surface_model_type``, "" where the file has none. up: its ``up_axis``, likewise.
     notes, doubts: as of a ``Recording``.
     """
@@ -50,6 +51,7 @@ class Parameters:
     betas: np.ndarray
     gender: str
     fps: float
+    rate_stated: bool
     model: str
     up: str
     notes: tuple[str, ...]
@@ -72,7 +74,8 @@ def _is_motion(names: Iterable[str]) -> bool:
 def read(path: Path, model: str | None = None, rate: float | None = None) -> Recording:
     """The motion of an archive, in metres, on the joints of a body model or on an average skeleton.
 
-    model: file or folder of body models. rate: frames per second, told in place of the file's own.
+    model: file or folder of body models. rate: frames per second, where they are told: the file's own may
+        then be missing or wrong.
     Raises FileError for what cannot be read or does not fit.
     """
     found = parameters(path, rate)
@@ -93,7 +96,16 @@ def read(path: Path, model: str | None = None, rate: float | None = None) -> Rec
     rotations = rotation.continuous(rotation.from_rotation_vector(turns))
     root = found.trans + skeleton.offsets[0]
     return Recording(
-        skeleton, rotations, root, found.fps, tuple(notes), tuple(doubts), unit="m", up=found.up, skin=skin
+        skeleton,
+        rotations,
+        root,
+        found.fps,
+        tuple(notes),
+        tuple(doubts),
+        unit="m",
+        up=found.up,
+        skin=skin,
+        rate_stated=found.rate_stated,
     )
 
 
@@ -122,7 +134,9 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
         trans = np.zeros((frames, 3))
         doubts.append("states no 'trans': the body stays in its place")
     betas, notes = _betas(archive, frames)
-    fps, unsaid = _rate(archive, rate)
+    fps, stated = _rate(archive, rate)
+    if not stated and rate is None:
+        doubts.append(f"states no mocap_framerate: {DEFAULT_RATE:g} frames per second; else say --rate")
     gender = archive.text("gender").lower() if "gender" in archive.names else ""
     if gender not in ("male", "female", "neutral"):
         notes.append("states no gender that is known: taken for neutral")
@@ -132,9 +146,9 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
     model = archive.text("surface_model_type") if "surface_model_type" in archive.names else ""
     up = archive.text("up_axis") if "up_axis" in archive.names else ""
     return Parameters(
-        *(family, turns, trans, betas, gender, fps, model, up if up in AXES else ""),
+        *(family, turns, trans, betas, gender, fps, stated, model, up if up in AXES else ""),
         tuple(notes),
-        (*doubts, *unsaid),
+        tuple(doubts),
     )
 
 
@@ -194,20 +208,25 @@ def _betas(archive: Archive, frames: int) -> tuple[np.ndarray, list[str]]:
     return found, []
 
 
-def _rate(archive: Archive, told: float | None) -> tuple[float, list[str]]:
-    """Frames per second, and a doubt where the file does not say them."""
-    if told is not None:
-        return told, []
+def _rate(archive: Archive, told: float | None) -> tuple[float, bool]:
+    """Frames per second, and whether the file says them; what it says must be a rate unless one is told."""
     name = _first(archive, _RATES)
     if not name:
-        return DEFAULT_RATE, [
-            f"states no mocap_framerate: {DEFAULT_RATE:g} frames per second; else say --rate"
-        ]
-    found = archive.numbers(name)
-    if found.size != 1 or not _SLOWEST <= float(found.reshape(-1)[0]) <= _FASTEST:
-        text = f"{float(found.reshape(-1)[0]):g}" if found.size == 1 else shape_text(found.shape)
-        raise FileError(archive.path, f"has {name!r} = {text}, which is no frame rate: say it with --rate")
-    return float(found.reshape(-1)[0]), []
+        return told or DEFAULT_RATE, False
+    try:
+        found = archive.numbers(name)
+    except FileError:
+        if told is None:
+            raise
+        return told, False
+    if found.size == 1 and _SLOWEST <= (rate := float(found.reshape(-1)[0])) <= _FASTEST:
+        return rate, True
+    if told is not None:
+        return told, False
+    text = f"{float(found.reshape(-1)[0]):g}" if found.size == 1 else shape_text(found.shape)
+    raise FileError(
+        archive.path, f"has {name!r} = {text}, which is no frame rate: say the true one with --rate"
+    )
 
 
 def _check_size(archive: Archive, name: str, array: np.ndarray, most: float) -> None:

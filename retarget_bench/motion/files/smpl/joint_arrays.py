@@ -30,7 +30,8 @@ _UNEVEN = 0.2
 def read(path: Path, rate: float | None = None) -> Recording:
     """The motion of an ``.npy`` file, in metres; its skeleton has the bones that the positions show.
 
-    rate: frames per second, which the file does not say. Raises FileError for other arrays.
+    rate: frames per second, where they are told: the file does not say them.
+    Raises FileError for other arrays.
     """
     array = read_array(path)
     if not len(array.shape) or not len(array):
@@ -64,6 +65,7 @@ def read(path: Path, rate: float | None = None) -> Recording:
         doubts=tuple(doubts),
         unit="m",
         up="y" if features else "",
+        rate_stated=False,
     )
 
 
@@ -83,7 +85,8 @@ def from_features(features: np.ndarray) -> np.ndarray:
     faces +Z there.
 
     A frame's first number is minus half the angle, radians, by which the body turns about Y to the next
-    frame; the next two are the root's step to that frame, seen from there, and the fourth is its height. The other joints are seen from the root's place on the floor, facing +Z.
+    frame; the next two are the root's step to that frame, seen from there, and the fourth is its height.
+    The other joints are seen from the root's place on the floor, facing +Z.
     """
     frames = len(features)
     half = np.zeros(frames)
