@@ -9,8 +9,13 @@ from retarget_bench.api import SPLITS
 from retarget_bench.datasets.folder import Folder
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import importer
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.gltf import write_into
 from retarget_bench.motion.files.gltf import writing as gltf
+from retarget_bench.motion.files.smpl import average
+from retarget_bench.motion.files.smpl.families import BODY
+from retarget_bench.motion.skeleton import Skeleton
+from tests.motion import smpl_files
 from tests.motion.gltf_files import person
 
 
@@ -173,6 +178,32 @@ def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):
     assert dataset.load(clips["walk"]).source.frames == body.frames
     assert "readers " in dataset.content
     assert "readers " not in Folder(str(loose / "walk.bvh")).content
+
+
+def test_files_of_smpl_stand_beside_others(loose):
+    """Clips of joint positions that show one body's bones are of one body, however noisy their angles."""
+    random = np.random.default_rng(5)
+    person(random, frames=6).save(loose / "zed.glb")
+    smpl_files.archive(loose / "amass.npz", smpl_files.parameters(random))
+    (loose / "shape.npz").write_bytes((loose / "amass.npz").read_bytes()[:200])
+    joints = smpl_files.danced(Character.of("body", average.skeleton(BODY)))
+    np.save(loose / "m1.npy", joints[:120])
+    np.save(loose / "m2.npy", 1.1 * joints[:50] / 1.1)
+    longer = average.offsets(BODY) * np.where(np.arange(22) == 4, 1.2, 1.0)[:, None]
+    other = Skeleton(BODY.joints, np.array(BODY.parents), longer)
+    np.save(loose / "tall.npy", smpl_files.danced(Character.of("tall", other)))
+    dataset = Folder(str(loose), fps=0)
+    assert set(dataset.characters()) == {"amass", "m1", "tall", "walk", "xbot", "zed"}
+    clips = {info.clip: info for info in every_case(dataset)}
+    assert clips["m2"].source == "m1"
+    assert [clips[name].frames for name in ("amass", "m1", "m2", "tall", "walk", "zed")] == [
+        12, 120, 50, 200, 20, 6
+    ]  # fmt: skip
+    case = dataset.load(clips["m2"])
+    np.testing.assert_allclose(case.source.positions, joints[:50], atol=1e-5)
+    assert case.source.fps == 20.0
+    assert any(note.startswith("1 of 8 files cannot be read: shape.npz (") for note in dataset.notes)
+    assert "readers " in dataset.content
 
 
 def test_content_follows_the_buffers_of_text_files(tmp_path):
