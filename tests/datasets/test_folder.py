@@ -202,7 +202,7 @@ def test_files_of_smpl_stand_beside_others(loose):
     case = dataset.load(clips["m2"])
     np.testing.assert_allclose(case.source.positions, joints[:50], atol=1e-5)
     assert case.source.fps == 20.0
-    assert any(note.startswith("1 of 8 files cannot be read: shape.npz (") for note in dataset.notes)
+    assert any(note.startswith("1 of 9 files cannot be read: shape.npz (") for note in dataset.notes)
     assert "readers " in dataset.content
 
 

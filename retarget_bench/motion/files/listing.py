@@ -63,8 +63,8 @@ def hierarchy_of(path: Path) -> Hierarchy:
 
 
 def _bones(recording: Recording) -> np.ndarray:
-    """``(joints, 3)`` what tells bodies apart: offsets; of joint positions lengths alone, since how bones lie
-    to each other is seen in every clip a little differently."""
+    """``(joints, 3)`` what tells bodies apart: offsets; of joint positions lengths alone, since each clip
+    shows how bones lie to each other a little differently."""
     skeleton = recording.skeleton
     if recording.positions is None:
         return skeleton.offsets
