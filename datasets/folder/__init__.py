@@ -59,6 +59,10 @@ class Folder:
                 "fifth is tested, a tenth validates, the rest is trained on) or train (all are trained on)"
             ),
             "part": "of protocol=split: test, or validation",
+            "inner_positions": (
+                "drop, bake (into rotations) what joints below the root do that bones of constant length "
+                "cannot; auto drops it"
+            ),
             "roles": 'a TOML file of "joint" = "role" for joints that are not recognised',
         },
         locations=("root", "target"),
@@ -75,6 +79,7 @@ class Folder:
         roles: str = "",
         protocol: Protocol = "all",
         part: Part = "test",
+        inner_positions: Literal["auto", "drop", "bake"] = "auto",
     ) -> None:
         if fps and not 1.0 <= fps <= 1000.0:
             raise BenchError(f"folder: fps={fps:g} is not a frame rate (0 keeps each file's own)")
@@ -83,6 +88,7 @@ class Folder:
         if part != "test" and protocol != "split":
             raise BenchError("folder: part=validation means something with protocol=split alone")
         self._protocol, self._part = protocol, part
+        self._inner = inner_positions
         self._read = lru_cache(maxsize=_KEPT)(self._import)
         self._character = lru_cache(maxsize=None)(self._model)
 
@@ -97,6 +103,7 @@ class Folder:
         roles = digest(repr(sorted(self._overrides.items()))) if self._overrides else "found"
         protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
         how = f"{self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs}"
+        how += ", baked" if self._inner == "bake" else ""
         if any(format_of(path) is not BVH for path in named.values()):
             # BVH's reader counts as code of every method
             how += f", readers {code_hash(package_code('motion.files'))}"
@@ -203,7 +210,7 @@ class Folder:
         if not self._any("validation"):
             return None
         same = (self._root, self._target, self._pairs, self._fps, self._unit, self._up, self._roles)
-        return Folder(*same, self._protocol, "validation")
+        return Folder(*same, self._protocol, "validation", self._inner)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Bodies, structures and clips that training and its validation have: what weights carry."""
@@ -297,7 +304,13 @@ class Folder:
 
     def _fresh(self, body: str, path: Path) -> Motion:
         return importer.load(
-            path, unit=self._unit, up=self._up, roles=self._overrides, fps=self._fps or None, name=body
+            path,
+            unit=self._unit,
+            up=self._up,
+            roles=self._overrides,
+            fps=self._fps or None,
+            name=body,
+            inner_positions=self._inner,
         ).motion
 
     @cached_property

@@ -97,7 +97,8 @@ def _scans(
 
     scans.check_folder(out)
     for side in ("", "target_"):
-        if reading[f"{side}roles"] is not None or reading[f"{side}root_place"] != "auto":
+        unset = {"roles": None, "root_place": "auto", "inner_positions": "auto"}
+        if any(reading[side + name] != value for name, value in unset.items()):
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
         if reading[f"{side}rate"] is not None:
             raise BenchError("--rate is of files that state one; the frames of scans are --fps per second")
@@ -138,7 +139,7 @@ def _skeletons(
     motions.check_output(out, source, target)
     performer = motion_files.imported(source, reading, fps=fps, quiet=quiet)
     body = motion_files.imported(target, reading, "target", quiet=quiet)
-    moved, target_body = performer.motion, motions.imported(body).character
+    moved, target_body = motions.imported(performer), motions.imported(body).character
     answer = motions.answer(moved, target_body, method, seed)
     lost = motions.write(out, answer)
     if quiet:

@@ -14,8 +14,9 @@ import numpy as np
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import files, kinematics, rotation
+from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, UP, PosedBody
-from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.findings import Findings
 from retarget_bench.motion.fitting.recorded import with_rotations
 from retarget_bench.motion.measures import measure
@@ -56,11 +57,17 @@ _AGAINST = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """A file's motion and how it was understood. reading: what its reader was told."""
+    """A file's motion and how it was understood.
+
+    reading: what its reader was told.
+    places:  ``(frames, joints, 3)`` metres, every joint in its parent's frame, where joints below the root
+             move there and these positions are kept (``inner_positions.py``).
+    """
 
     motion: Motion
     findings: Findings
     reading: files.Reading = field(default_factory=files.Reading)
+    places: np.ndarray | None = None
 
 
 def load(
@@ -75,6 +82,7 @@ def load(
     name: str | None = None,
     take: str | None = None,
     body: str | None = None,
+    inner_positions: str = "auto",
     body_model: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
@@ -88,6 +96,8 @@ def load(
     name:  of the character; the file's name by default.
     take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
     body:  which body of a file with several, likewise.
+    inner_positions: ``auto``, or ``drop``, ``bake`` or ``keep`` what joints below the root do that bones of
+           constant length cannot (``inner_positions.settled``).
     body_model: file or folder of the body models that files of the SMPL family are of.
     Where a file states joint positions alone, rotations are fitted to them, and a note says how well.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
@@ -96,6 +106,7 @@ def load(
     scale = _scale(unit)
     if up != "auto" and up not in UP_AXES:
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
+    inner.check(inner_positions)
     path, named = files.split_take(path)
     told = None if rate is None else _checked_rate(rate)
     model = None if body_model is None else str(body_model)
@@ -117,7 +128,10 @@ def load(
         doubts.append(
             f"the format says that {axis} is up, and the body stands along {stands}: say --up {stands}"
         )
-    motion = _scaled(body_found, upright, chosen[1])
+    moved = _scaled(body_found, upright, chosen[1])
+    places = None if recording.places is None else recording.places * chosen[1]
+    settled = inner.settled(moved, places, inner_positions)
+    motion = settled.motion
     skeleton = motion.skeleton
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
     lengths = zip(skeleton.names[1:], skeleton.bone_lengths[1:], strict=True)
@@ -131,8 +145,8 @@ def load(
         up_sure=sure if axis == stands else 1.0,
         up_told=up != "auto",
         up_prescribed=up == "auto" and recording.up != "",
-        notes=recording.notes,
-        doubts=tuple(doubts),
+        notes=(*recording.notes, *settled.notes),
+        doubts=(*doubts, *settled.doubts),
         joints=tuple(zip(skeleton.names, explain(skeleton, found), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in found),
         quadruped=is_quadruped(skeleton, found),
@@ -147,7 +161,12 @@ def load(
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
         still=not moves,
     )
-    return Imported(motion if fps is None else motion.resample(fps), findings, reading)
+    places = settled.places
+    if fps is not None:
+        if places is not None:
+            places = Positions(motion.character, places, motion.fps).resample(fps).positions
+        motion = motion.resample(fps)
+    return Imported(motion, findings, reading, places)
 
 
 def as_stated(motion: Motion, like: Imported) -> Motion:

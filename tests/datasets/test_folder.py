@@ -68,7 +68,7 @@ def test_rounding_and_the_place_of_the_root_make_no_other_body(loose):
 def test_a_body_that_cannot_be_used_is_named_and_left_out(loose):
     (loose / "puppet.bvh").write_text(
         "HIERARCHY\nROOT Hips\n{\nOFFSET 0 90 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT Spine\n{\n"
-        "OFFSET 0 10 0\nCHANNELS 3 Xposition Yposition Zposition\n}\nJOINT Leg\n{\n"
+        "OFFSET 0 10 0\nCHANNELS 3 Xposition Yposition Yrotation\n}\nJOINT Leg\n{\n"
         "OFFSET 0 -40 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n}\n}\n"
         "MOTION\nFrames: 2\nFrame Time: 0.05\n0 0 0 0 10 0 0 0 0\n0 0 0 0 20 0 0 0 0\n"
     )

@@ -126,7 +126,7 @@ def inspect(path: Path) -> CatalogueEntry:
         if match and whole and 1e-4 < (seconds := float(match[2])) < 10.0:
             return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
     try:
-        recording = bvh.read(path)
+        recording = bvh.read(path, inner=True)
     except BenchError as error:
         return CatalogueEntry(content, hierarchy, 0, 0.0, _problem(error))
     return CatalogueEntry(content, hierarchy, len(recording.root), recording.fps)

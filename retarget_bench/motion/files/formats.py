@@ -57,7 +57,7 @@ class Format:
 def _read_bvh(path: Path, reading: Reading) -> Recording:
     _one_motion(path, reading)
     _no_body_model(path, reading)
-    return bvh.read(path, root=reading.root)
+    return bvh.read(path, root=reading.root, inner=True)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
