@@ -170,6 +170,7 @@ def test_pickled_models_are_never_opened(tmp_path, random):
         ({"v_template": np.full((90, 3), np.nan)}, "'v_template' holds NaN"),
         ({"shapedirs": np.zeros((90, 3))}, "'shapedirs' of shape"),
         ({"shapedirs": np.full((90, 3, 10), 1e9)}, "gives a body beyond 1000 m"),
+        ({"J_regressor": np.full((52, 90), 1e300)}, "gives a body beyond 1000 m"),
         ({"J_regressor": np.zeros((51, 90))}, "has a J_regressor of shape"),
         ({"J_regressor": np.zeros((52, 89))}, "'J_regressor' of shape"),
         ({"J_regressor": np.array([{}])}, "'J_regressor' is a pickled object, which is never loaded"),

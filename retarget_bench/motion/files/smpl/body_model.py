@@ -83,12 +83,14 @@ def load(place: Path, family: Family, gender: str, betas: np.ndarray) -> Shaped:
     if family is not BODY and own is not family:
         raise FileError(path, f"is a model of {own.name}, and the motion is of {family.name}")
     used = directions.shape[2]
-    vertices = template + directions @ betas[:used]
-    if np.abs(vertices).max(initial=0.0) > _FARTHEST:
+    with np.errstate(all="ignore"):
+        vertices = template + directions @ betas[:used]
+        joints = regressor @ vertices
+    if not (np.abs(vertices).max() < _FARTHEST and np.abs(joints).max() < _FARTHEST):
         raise FileError(
             path, f"gives a body beyond {_FARTHEST:g} m for these betas: one of the two is damaged"
         )
-    return Shaped(path, own, regressor @ vertices, vertices, len(betas) - used)
+    return Shaped(path, own, joints, vertices, len(betas) - used)
 
 
 def _family(path: Path, archive: Archive, regressor: np.ndarray, vertices: int) -> Family:

@@ -95,4 +95,4 @@ def _save(path: Path, motion: Motion, betas: np.ndarray, gender: str, model: str
         ends = np.cumsum([each * 3 for each in _PARTS.values()])[:-1]
         arrays |= dict(zip(_PARTS, np.split(arrays["poses"], ends, axis=1), strict=True))
     with atomic(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
+        np.savez(file, **arrays)
