@@ -97,7 +97,7 @@ def _scans(
 
     scans.check_folder(out)
     for side in ("", "target_"):
-        unset = {"roles": None, "root_place": "auto", "inner_positions": "auto"}
+        unset = {"roles": None, "root_place": "auto", "inner_positions": "auto", "skeleton": None}
         if any(reading[side + name] != value for name, value in unset.items()):
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
         if reading[f"{side}rate"] is not None:

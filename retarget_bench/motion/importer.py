@@ -83,6 +83,7 @@ def load(
     take: str | None = None,
     body: str | None = None,
     inner_positions: str = "auto",
+    skeleton: str | Path | None = None,
     body_model: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
@@ -98,6 +99,7 @@ def load(
     body:  which body of a file with several, likewise.
     inner_positions: ``auto``, or ``drop``, ``bake`` or ``keep`` what joints below the root do that bones of
            constant length cannot (``inner_positions.settled``).
+    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
     body_model: file or folder of the body models that files of the SMPL family are of.
     Where a file states joint positions alone, rotations are fitted to them, and a note says how well.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
@@ -109,8 +111,8 @@ def load(
     inner.check(inner_positions)
     path, named = files.split_take(path)
     told = None if rate is None else _checked_rate(rate)
-    model = None if body_model is None else str(body_model)
-    reading = files.Reading(root, take if take is not None else named, body, told, model)
+    take = take if take is not None else named
+    reading = files.Reading(root, take, body, _text(skeleton), told, _text(body_model))
     stated = files.format_of(path).read(path, reading)
     recording = with_rotations(stated if told is None else replace(stated, fps=told))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
@@ -132,9 +134,9 @@ def load(
     places = None if recording.places is None else recording.places * chosen[1]
     settled = inner.settled(moved, places, inner_positions)
     motion = settled.motion
-    skeleton = motion.skeleton
+    rig = motion.skeleton
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
-    lengths = zip(skeleton.names[1:], skeleton.bone_lengths[1:], strict=True)
+    lengths = zip(rig.names[1:], rig.bone_lengths[1:], strict=True)
     findings = Findings(
         path=path,
         unit=chosen,
@@ -147,11 +149,11 @@ def load(
         up_prescribed=up == "auto" and recording.up != "",
         notes=(*recording.notes, *settled.notes),
         doubts=(*doubts, *settled.doubts),
-        joints=tuple(zip(skeleton.names, explain(skeleton, found), strict=True)),
+        joints=tuple(zip(rig.names, explain(rig, found), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in found),
-        quadruped=is_quadruped(skeleton, found),
+        quadruped=is_quadruped(rig, found),
         height=motion.character.height,
-        rest_pose=rest_pose(skeleton, found),
+        rest_pose=rest_pose(rig, found),
         facing=_facing(motion),
         fps=motion.fps,
         fps_stated=stated.fps if stated.rate_stated else None,
@@ -191,6 +193,10 @@ def _scale(unit: str) -> float | None:
             f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
         )
     return metres
+
+
+def _text(path: str | Path | None) -> str | None:
+    return None if path is None else str(path)
 
 
 def _checked_rate(rate: float) -> float:

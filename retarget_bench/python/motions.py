@@ -119,9 +119,10 @@ def load_motion(
     take: str | None = None,
     body: str | None = None,
     inner_positions: str = "auto",
+    skeleton: str | PathLike[str] | None = None,
     body_model: str | PathLike[str] | None = None,
 ) -> Motion:
-    """The motion of a file (BVH, GLB, glTF, AMASS ``.npz``, joint array ``.npy``), in metres, Y up.
+    """The motion of a file (BVH, GLB, glTF, AMC, AMASS ``.npz``, joint array ``.npy``), in metres, Y up.
 
     What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
     warning names what is doubtful and the argument that settles it.
@@ -136,12 +137,13 @@ def load_motion(
     body:  which body of a file with several, by the name of its root, or number.
     inner_positions: ``drop``, ``bake`` (into rotations) or ``keep`` (in files of the same body) what joints
            below the root do that bones of constant length cannot.
+    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
     body_model: of an AMASS file: an ``.npz`` file of an SMPL body model, or a folder of them.
     Raises BenchError for files that cannot be read, and for unknown options.
     """
-    asked = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps, "name": name}
-    asked |= {"take": take, "body": body, "rate": rate, "inner_positions": inner_positions}
-    return _loaded(path, **asked, body_model=body_model)
+    asked: dict[str, Any] = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps}
+    asked |= {"name": name, "take": take, "body": body, "rate": rate, "inner_positions": inner_positions}
+    return _loaded(path, **asked, skeleton=skeleton, body_model=body_model)
 
 
 @checked

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/smpl_files.py [--frames 18000]
 
-Every pair of formats is a process of its own, on one thread: seconds of processor time to read and to write,
-and the largest memory that it ever held. Joint positions are those of a walking body with noise of 3 mm,
-which is what the fit of rotations takes longest for.
+Every pair of formats is a process of its own, on one thread: seconds of processor time to read and to
+write, and the largest memory that it ever held. Joint positions are those of a walking body with noise of
+3 mm, which is what the fit of rotations takes longest for.
 """
 
 from __future__ import annotations

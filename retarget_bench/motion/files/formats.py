@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh
+from retarget_bench.motion.files.acclaim import reading as acclaim
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
 from retarget_bench.motion.files.smpl import amass, joint_arrays
 from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive
 from retarget_bench.motion.recording import Recording
+
+_BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,7 @@ class Reading:
     root: how the root's place is stated (``bvh.read``), where the format leaves that open.
     take: which of several motions of a file, by name or number from 1 on.
     body: which of several bodies, likewise.
+    skeleton: the file of the bones, where a format keeps them apart from the motion.
     rate: frames per second, told in place of what the file says: what it says may then be missing or wrong.
     body_model: file or folder of the body models that files of the SMPL family are of.
     """
@@ -29,6 +34,7 @@ class Reading:
     root: str = "auto"
     take: str | None = None
     body: str | None = None
+    skeleton: str | None = None
     rate: float | None = None
     body_model: str | None = None
 
@@ -44,6 +50,8 @@ class Format:
                 them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
+    bodies:     endings of files that hold a body in one pose; beside motions of the format they are no
+                clips.
     """
 
     name: str
@@ -52,56 +60,57 @@ class Format:
     read: Callable[[Path, Reading], Recording]
     takes: Callable[[Path], tuple[str, ...]] = lambda path: ()  # noqa: ARG005
     written: tuple[str, ...] = ()
+    bodies: tuple[str, ...] = ()
+
+
+_UNTOLD = {
+    "root": "root={value!r} is for BVH files; {path} states where its root is",
+    "take": "{path} holds one motion of one body: leave out take={value!r}",
+    "body": "{path} holds one motion of one body: leave out body={value!r}",
+    "skeleton": "skeleton={value!r} is for AMC files; {path} holds its own bones",
+    "body_model": "a body model is for AMASS files, and {path} is none: leave it out",
+}
+"""What files of most formats cannot be told -> the sentence about it."""
+
+
+def _refuse(path: Path, reading: Reading, *names: str) -> None:
+    """Raise NotSupported where a reader is told something that its format leaves no choice in."""
+    for name in names:
+        value = getattr(reading, name)
+        if value is not None and not (name == "root" and value in ("auto", "absolute")):
+            raise NotSupported(_UNTOLD[name].format(path=path, value=value))
 
 
 def _read_bvh(path: Path, reading: Reading) -> Recording:
-    _one_motion(path, reading)
-    _no_body_model(path, reading)
+    _refuse(path, reading, "take", "body", "skeleton", "body_model")
     return bvh.read(path, root=reading.root, inner=True)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
-    _placed(path, reading, "glTF")
-    _no_body_model(path, reading)
+    _refuse(path, reading, "root", "skeleton", "body_model")
     return gltf.read(path, reading.take, reading.body)
 
 
+def _read_acclaim(path: Path, reading: Reading) -> Recording:
+    _refuse(path, reading, "take", "body", "root", "body_model")
+    return acclaim.read(path, reading.skeleton)
+
+
 def _read_amass(path: Path, reading: Reading) -> Recording:
-    _one_motion(path, reading)
-    _placed(path, reading, "AMASS")
+    _refuse(path, reading, "take", "body", "root", "skeleton")
     return amass.read(path, reading.body_model, reading.rate)
 
 
 def _read_joint_array(path: Path, reading: Reading) -> Recording:
-    _one_motion(path, reading)
-    _placed(path, reading, "a joint array")
-    _no_body_model(path, reading)
+    _refuse(path, reading, "take", "body", "root", "skeleton", "body_model")
     return joint_arrays.read(path, reading.rate)
-
-
-def _one_motion(path: Path, reading: Reading) -> None:
-    for name, value in (("take", reading.take), ("body", reading.body)):
-        if value is not None:
-            raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
-
-
-def _placed(path: Path, reading: Reading, name: str) -> None:
-    if reading.root not in ("auto", "absolute"):
-        raise NotSupported(
-            f"root={reading.root!r} is for BVH files; {name} states where {path} has its root"
-        )
-
-
-def _no_body_model(path: Path, reading: Reading) -> None:
-    if reading.body_model is not None:
-        raise NotSupported(f"a body model is for AMASS files, and {path} is none: leave it out")
 
 
 def _begins_as_json(head: bytes) -> bool:
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
 
 
-BVH = Format("BVH", (".bvh",), lambda head: b"HIERARCHY" in head.upper(), _read_bvh, written=(".bvh",))
+BVH = Format("BVH", (".bvh",), lambda head: _BVH.search(head) is not None, _read_bvh, written=(".bvh",))
 GLTF = Format(
     "glTF",
     (".glb", ".gltf"),
@@ -110,7 +119,8 @@ GLTF = Format(
     gltf.takes,
     written=(".glb",),
 )
+ACCLAIM = Format("ASF/AMC", (".amc", ".asf"), acclaim.recognises, _read_acclaim, bodies=(".asf",))
 AMASS = Format("AMASS", (".npz",), begins_as_archive, _read_amass, written=(".npz",))
 JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY), _read_joint_array)
-FORMATS = (BVH, GLTF, AMASS, JOINT_ARRAY)
+FORMATS = (BVH, GLTF, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def _save(path: Path, motion: Motion, betas: np.ndarray, gender: str, model: str
     """The archive of a motion in its file's axes, whose root is at ``trans``."""
     check_frames(path, motion)
     turns = rotation.to_rotation_vector(motion.rotations)
-    arrays: dict[str, np.ndarray] = {
+    arrays: dict[str, Any] = {
         "poses": turns.reshape(motion.frames, -1),
         "trans": motion.root,
         "betas": betas,
