@@ -8,6 +8,7 @@ import pickle
 import subprocess
 import sys
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -227,13 +228,19 @@ def test_every_way_to_cut_a_file_off(tmp_path):
         told(path)
 
 
+@cache
+def sound() -> tuple[np.ndarray, np.ndarray]:
+    """Joint positions and features of a few frames."""
+    joints = danced(Character.of("body", average.skeleton(BODY)), 5)
+    return joints, features(joints, np.zeros(5))
+
+
 def mutated(random: np.random.Generator) -> tuple[str, bytes]:
     """An ending and a file with something wrong: bytes, arrays, or the end of it."""
     stream = io.BytesIO()
     kind = random.integers(0, 3)
     if kind == 2:
-        joints = danced(Character.of("body", average.skeleton(BODY)), 5)
-        np.save(stream, joints if random.random() < 0.5 else features(joints, np.zeros(5)))
+        np.save(stream, sound()[int(random.random() < 0.5)])
         ending = ".npy"
     else:
         content = parameters(random, frames=4) if kind == 0 else model(random)
