@@ -15,6 +15,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.plugins import registry
+from tests.datasets.test_folder import ASF
 from tests.motion import smpl_files
 from tests.motion.gltf_files import person
 
@@ -91,6 +92,26 @@ def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
     assert "--rate 24" in bench("doctor", small, "--rate", 24)[1]
     code, out, err = bench(*asked, "--rate", "nan")
     assert (code, "rate=nan is no frame rate" in err) == (2, True), err
+
+
+def test_an_acclaim_skeleton_lies_beside_its_motion_or_is_named(bench, figures, tmp_path):
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far/bones.asf").write_text(ASF)
+    (tmp_path / "01_02.amc").write_text(":DEGREES\n1\nroot 0 16 0 0 0 0\n2\nroot 0 16 1 0 0 0\n")
+    asked = ("retarget", "01_02.amc", "--target", figures["small"], "-o", "out.bvh", "-m", "copy_rotations")
+    code, out, err = bench(*asked)
+    assert code == 2
+    assert "needs its skeleton, 01_02.asf or 01.asf" in err
+    code, out, err = bench(*asked, "--skeleton", "far/bones.asf")
+    assert code == 0, err
+    assert "2 frames of 01_02 at 120 per second" in out
+    onto = ("retarget", figures["small"], "--target", "01_02.amc", "-o", "out.bvh", "-m", "copy_rotations")
+    code, out, err = bench(*onto, "--target-skeleton", "far/bones.asf")
+    assert code == 0, err
+    assert "on the body of 01_02" in out
+    assert bench("doctor", "far/bones.asf")[0] == 0
+    code, out, err = bench(*onto, "--skeleton", "far/bones.asf")
+    assert (code, "is for AMC files" in err) == (2, True), err
 
 
 POSITIONS = """

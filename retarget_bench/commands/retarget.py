@@ -59,7 +59,7 @@ def command(
     quiet: bool,
     **reading: Any,
 ) -> None:
-    """Retarget the motion of SOURCE, a motion file (BVH, GLB, glTF, AMASS .npz, joint array .npy) or a
+    """Retarget the motion of SOURCE, a motion file (BVH, GLB, glTF, AMC, AMASS .npz, joint array .npy) or a
     folder of scans, to another character.
 
     A result of the target file's format keeps all of it: joints, names, channels, unit and axes, in a GLB

@@ -134,9 +134,9 @@ def load(
     places = None if recording.places is None else recording.places * chosen[1]
     settled = inner.settled(moved, places, inner_positions)
     motion = settled.motion
-    rig = motion.skeleton
+    joints = motion.skeleton
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
-    lengths = zip(rig.names[1:], rig.bone_lengths[1:], strict=True)
+    lengths = zip(joints.names[1:], joints.bone_lengths[1:], strict=True)
     findings = Findings(
         path=path,
         unit=chosen,
@@ -149,11 +149,11 @@ def load(
         up_prescribed=up == "auto" and recording.up != "",
         notes=(*recording.notes, *settled.notes),
         doubts=(*doubts, *settled.doubts),
-        joints=tuple(zip(rig.names, explain(rig, found), strict=True)),
+        joints=tuple(zip(joints.names, explain(joints, found), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in found),
-        quadruped=is_quadruped(rig, found),
+        quadruped=is_quadruped(joints, found),
         height=motion.character.height,
-        rest_pose=rest_pose(rig, found),
+        rest_pose=rest_pose(joints, found),
         facing=_facing(motion),
         fps=motion.fps,
         fps_stated=stated.fps if stated.rate_stated else None,

@@ -78,7 +78,11 @@ def beside(path: Path) -> Path:
         return next(iter(found.values()))
     there = f"beside it are {', '.join(each.name for each in found.values())}" if found else "none is there"
     wanted = f"{path.stem}{_SUFFIX} or {path.stem.partition('_')[0]}{_SUFFIX}"
-    raise FileError(path, f"needs its skeleton, {wanted} in its folder ({there}): say --skeleton FILE.asf")
+    raise FileError(
+        path,
+        f"needs its skeleton, {wanted} in its folder ({there}): name it by --skeleton, for a target "
+        "--target-skeleton (in Python skeleton=)",
+    )
 
 
 def _named_asf(path: Path) -> bool:
