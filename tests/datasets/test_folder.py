@@ -231,6 +231,34 @@ def test_files_of_smpl_stand_beside_others(loose):
     assert faster.load(clips["m2"]).source.fps == 30.0
 
 
+def test_people_of_amass_have_the_joints_of_the_body_model(tmp_path):
+    random = np.random.default_rng(6)
+    for person_, betas in (("ann", np.zeros(10)), ("eve", np.full(10, 2.0))):
+        for clip in ("sit", "walk"):
+            content = smpl_files.parameters(random) | {"betas": betas}
+            smpl_files.archive(tmp_path / "amass" / person_ / f"{clip}.npz", content)
+    models = tmp_path / "models"
+    smpl_files.archive(models / "SMPLH_FEMALE.npz", smpl_files.model(random))
+    plain = Folder(str(tmp_path / "amass"))
+    dataset = Folder(str(tmp_path / "amass"), body_model=str(models))
+    ann, eve = (dataset.characters()[name].skeleton for name in ("ann", "eve"))
+    assert np.abs(ann.offsets - eve.offsets).max() > 0.005
+    assert plain.characters()["ann"].skeleton.same_as(plain.characters()["eve"].skeleton)
+    case = dataset.load(next(iter(dataset.cases("retarget", "intra"))))
+    assert case.reference is not None
+    assert case.target.mesh is not None
+    other = smpl_files.archive(tmp_path / "other" / "SMPLH_FEMALE.npz", smpl_files.model(random))
+    contents = [
+        plain.content,
+        dataset.content,
+        Folder(str(tmp_path / "amass"), body_model=str(other)).content,
+    ]
+    assert len(set(contents)) == 3
+    smpl_files.archive(models / "SMPLH_FEMALE.npz", {"v_template": np.zeros(3)})
+    with pytest.raises(BenchError, match=r"no body of .* can be used: ann .*SMPL-H model"):
+        _ = Folder(str(tmp_path / "amass"), body_model=str(models)).characters()
+
+
 def test_acclaim_files_stand_beside_both(loose):
     made = person(np.random.default_rng(4), frames=6)
     made.save(loose / "robot.glb")
