@@ -278,6 +278,9 @@ def test_acclaim_files_stand_beside_both(loose):
     assert halved.content != Folder(str(loose), fps=30.0).content
     (own,) = (info for info in halved.cases("retarget", "self") if info.source == "07_01")
     assert own.frames == halved.load(own).source.frames == 4
+    before = dataset.content
+    (loose / "07.asf").write_text(bones.replace("length 7", "length 8"))
+    assert Folder(str(loose), fps=0.0).content != before
     with pytest.raises(BenchError, match="rate=-1 is not a frame rate"):
         Folder(str(loose), rate=-1.0)
 

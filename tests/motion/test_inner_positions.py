@@ -12,6 +12,7 @@ from gltf_files import person
 from scipy.spatial.transform import Rotation
 
 import retarget_bench as rb
+from retarget_bench import cli
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, importer, recording
 from retarget_bench.motion.bvh.document import POSITIONS
@@ -159,3 +160,19 @@ def test_bones_keep_what_is_stated_only_where_it_is_meant():
     stated = np.array([[0.0, 11.0, 0.0]])
     np.testing.assert_array_equal(recording.resting(stated, seen, 1e-3), stated)
     np.testing.assert_array_equal(recording.resting(0 * stated, seen, 1e-3), [[0.0, 10.0, 0.0]])
+
+
+def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_path, capsys):
+    path, still = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "still.bvh", sway=0 * SWAY)
+    asked = ["retarget", str(path), "--unit", "m", "--target-unit", "m", "-m", "copy_rotations"]
+    asked += ["--inner-positions", "keep"]
+    with pytest.raises(SystemExit) as stop:
+        cli.main([*asked, "--target", str(still), "-o", str(tmp_path / "b.bvh")])
+    assert not stop.value.code, capsys.readouterr()
+    np.testing.assert_allclose(places(tmp_path / "b.bvh"), places(path), atol=1e-5)
+    plain = tmp_path / "plain.bvh"
+    bvh.write(plain, importer.load(still, unit="m").motion)  # position channels of the root alone
+    with pytest.raises(SystemExit) as stop:
+        cli.main([*asked, "--target", str(plain), "-o", str(tmp_path / "c.bvh")])
+    assert not stop.value.code
+    assert "no position channels in the target's file, so positions are left out: Spine1" in capsys.readouterr().err.replace("\n", " ")

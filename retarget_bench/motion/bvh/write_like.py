@@ -114,7 +114,7 @@ def _place_inner(
             without.append(hierarchy.names[own])
     if not without:
         return []
-    return [f"in the target's file {some(without)} have no position channels: their positions are left out"]
+    return [f"no position channels in the target's file, so positions are left out: {some(without)}"]
 
 
 def _nearest(added: np.ndarray, offset: np.ndarray) -> np.ndarray:

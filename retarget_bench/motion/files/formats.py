@@ -50,6 +50,7 @@ class Format:
                 them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
+    beside:     other files that a file's motion depends on.
     bodies:     endings of files that hold a body in one pose; beside motions of the format they are no
                 clips.
     """
@@ -61,6 +62,7 @@ class Format:
     takes: Callable[[Path], tuple[str, ...]] = lambda path: ()  # noqa: ARG005
     written: tuple[str, ...] = ()
     bodies: tuple[str, ...] = ()
+    beside: Callable[[Path], tuple[Path, ...]] = lambda path: ()  # noqa: ARG005
 
 
 _UNTOLD = {
@@ -119,7 +121,14 @@ GLTF = Format(
     gltf.takes,
     written=(".glb",),
 )
-ACCLAIM = Format("ASF/AMC", (".amc", ".asf"), acclaim.recognises, _read_acclaim, bodies=(".asf",))
+ACCLAIM = Format(
+    "ASF/AMC",
+    (".amc", ".asf"),
+    acclaim.recognises,
+    _read_acclaim,
+    bodies=(".asf",),
+    beside=acclaim.needed,
+)
 AMASS = Format("AMASS", (".npz",), begins_as_archive, _read_amass, written=(".npz",))
 JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY), _read_joint_array)
 FORMATS = (BVH, GLTF, ACCLAIM, AMASS, JOINT_ARRAY)

@@ -65,15 +65,19 @@ def read(path: Path, skeleton: str | Path | None = None) -> Recording:
 def beside(path: Path) -> Path:
     """The ASF file that lies beside an AMC file: of its name, or of the SUBJECT of SUBJECT_TAKE.amc, or the
     only one there. Raises FileError where none is found."""
+    stems = [path.stem]
+    while "_" in stems[-1]:
+        stems.append(stems[-1].rpartition("_")[0])
+    for stem in stems:
+        if (named := path.with_name(stem + _SUFFIX)).is_file():
+            return named
     try:
         found = {each.stem.lower(): each for each in sorted(path.parent.iterdir()) if _named_asf(each)}
     except OSError:
         found = {}
-    stem = path.stem.lower()
-    while stem not in found and "_" in stem:
-        stem = stem.rpartition("_")[0]
-    if stem in found:
-        return found[stem]
+    for stem in stems:  # in other capitals
+        if stem.lower() in found:
+            return found[stem.lower()]
     if len(found) == 1:
         return next(iter(found.values()))
     there = f"beside it are {', '.join(each.name for each in found.values())}" if found else "none is there"
@@ -83,6 +87,16 @@ def beside(path: Path) -> Path:
         f"needs its skeleton, {wanted} in its folder ({there}): name it by --skeleton, for a target "
         "--target-skeleton (in Python skeleton=)",
     )
+
+
+def needed(path: Path) -> tuple[Path, ...]:
+    """The files that the motion of an AMC file depends on, as far as they are there."""
+    if _named_asf(path):
+        return ()
+    try:
+        return (beside(path),)
+    except FileError:
+        return ()
 
 
 def _named_asf(path: Path) -> bool:
