@@ -110,6 +110,24 @@ def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
     np.testing.assert_allclose(places(dressed), expected, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("stated", "known"),
+    [
+        ("male", "male"),
+        (b"male", "male"),
+        (["MALE"], "male"),
+        ("b'male'", "male"),
+        ("x", "neutral"),
+        (1, "neutral"),
+    ],
+)
+def test_genders_are_known_in_every_spelling(tmp_path, random, stated, known):
+    content = parameters(random) | {"gender": np.array(stated)}
+    notes = files.read(archive(tmp_path / "a.npz", content)).notes
+    assert notes[0] == f"SMPL-H, {known}, 16 betas"
+    assert (len(notes) > 1) == (known == "neutral")
+
+
 def test_the_rate_is_the_file_s_unless_it_is_told(tmp_path, random):
     content = parameters(random)
     del content["mocap_framerate"]

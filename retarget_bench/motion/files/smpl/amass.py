@@ -138,6 +138,7 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
     if not stated and rate is None:
         doubts.append(f"states no mocap_framerate: {DEFAULT_RATE:g} frames per second; else say --rate")
     gender = archive.text("gender").lower() if "gender" in archive.names else ""
+    gender = gender.removeprefix("b'").removesuffix("'")  # bytes that somebody took for text
     if gender not in ("male", "female", "neutral"):
         notes.append("states no gender that is known: taken for neutral")
         gender = "neutral"
