@@ -47,6 +47,8 @@ def told(path: Path) -> str:
         ),
         ({"poses": np.zeros(156)}, "has 'poses' of shape (156,)"),
         ({"poses": np.zeros((0, 156))}, "has no frames"),
+        ({"poses": np.zeros((0, 52, 3))}, "has no frames"),
+        ({"poses": np.zeros((12, 0, 3))}, "has 'poses' of shape (12, 0)"),
         ({"poses": np.full((12, 156), np.inf)}, "'poses' holds NaN or infinity, first in row 1"),
         ({"poses": np.full((12, 156), 1e5)}, "'poses' with numbers above 1000"),
         ({"poses": np.zeros((12, 156), complex)}, "'poses' holds complex128, and numbers are needed"),
@@ -77,6 +79,8 @@ def test_parts_of_poses_that_do_not_fit_each_other(tmp_path):
     assert "'root_orient' (12, 3), 'pose_body' (11, 63)" in told(
         archive(tmp_path / "a.npz", content | parts)
     )
+    odd = parts | {"pose_body": np.zeros((12, 63)), "pose_hand": np.zeros(12)}
+    assert "'pose_body' (12, 63), 'pose_hand' (12,)" in told(archive(tmp_path / "c.npz", content | odd))
     parts["pose_body"] = np.zeros((12, 60))
     assert "root, body and hands together of shape (12, 63)" in told(
         archive(tmp_path / "b.npz", content | parts)

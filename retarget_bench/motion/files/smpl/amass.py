@@ -158,26 +158,24 @@ def _first(archive: Archive, names: tuple[str, ...]) -> str:
     return next((name for name in names if name in archive.names), "")
 
 
+def _parts(archive: Archive) -> np.ndarray:
+    """``(frames, n)`` what archives without ``poses`` state in parts."""
+    names = [_first(archive, ROOT), _first(archive, TRUNK), *(n for n in _OTHERS if n in archive.names)]
+    parts = [archive.numbers(name) for name in names]
+    flat = [each.reshape(len(each), -1) if each.ndim > 1 and each.size else each for each in parts]
+    if any(each.ndim != 2 for each in flat) or len({len(each) for each in flat}) > 1:
+        listed = ", ".join(f"{n!r} {shape_text(each.shape)}" for n, each in zip(names, parts, strict=True))
+        raise FileError(archive.path, f"has parts of poses that do not fit each other: {listed}")
+    return np.concatenate(flat, axis=1)
+
+
 def _turns(archive: Archive) -> tuple[np.ndarray, list[str]]:
     """``(frames, joints, 3)`` of all joints, and doubts."""
-    if "poses" in archive.names:
-        found = archive.numbers("poses")
-        if found.ndim == 3 and found.shape[2] == 3:
-            found = found.reshape(len(found), -1)
-        what = "'poses'"
-    else:
-        names = [_first(archive, ROOT), _first(archive, TRUNK), *_OTHERS]
-        parts = [archive.numbers(name) for name in names if name in archive.names]
-        parts = [
-            each.reshape(len(each), -1) if each.ndim in (2, 3) and len(each) else each for each in parts
-        ]
-        if len({each.shape[:1] for each in parts}) > 1 or any(each.ndim != 2 for each in parts):
-            listed = ", ".join(
-                f"{n!r} {shape_text(each.shape)}" for n, each in zip(names, parts, strict=False)
-            )
-            raise FileError(archive.path, f"has parts of poses that do not fit each other: {listed}")
-        found = np.concatenate(parts, axis=1)
-        what = "root, body and hands together"
+    whole = "poses" in archive.names
+    found = archive.numbers("poses") if whole else _parts(archive)
+    what = "'poses'" if whole else "root, body and hands together"
+    if found.ndim == 3 and found.shape[2] == 3:
+        found = found.reshape(len(found), 3 * found.shape[1])
     if found.ndim != 2 or found.shape[1] not in {3 * joints for joints in BY_JOINTS}:
         known = ", ".join(f"{3 * len(family)} ({family.name})" for family in FAMILIES)
         raise FileError(
