@@ -20,13 +20,13 @@ from retarget_bench.motion.files.smpl.families import BY_JOINTS, FAMILIES, Famil
 from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.skeleton import Skeleton
 
-ROOT, TRUNK, TRANS = ("root_orient", "global_orient"), ("pose_body", "body_pose"), ("trans", "transl")
+_ROOT, _TRUNK, _TRANS = ("root_orient", "global_orient"), ("pose_body", "body_pose"), ("trans", "transl")
 """Names of AMASS, and those of the arguments of SMPL models."""
 _OTHERS = ("pose_jaw", "pose_eye", "pose_hand")
 """What follows root and trunk in ``poses``."""
 _RATES = ("mocap_framerate", "mocap_frame_rate")
-AXES = ("x", "y", "z", "-x", "-y", "-z")
-DEFAULT_RATE = 30.0
+_AXES = ("x", "y", "z", "-x", "-y", "-z")
+_DEFAULT_RATE = 30.0
 _SLOWEST, _FASTEST = 0.1, 10_000.0
 _MOST_TURN, _FARTHEST = 1e3, 1e9
 _DEGREES = 8 * np.pi
@@ -68,7 +68,7 @@ def holds_motion(path: Path) -> bool:
 
 def _is_motion(names: Iterable[str]) -> bool:
     names = set(names)
-    return "poses" in names or bool(names & set(ROOT) and names & set(TRUNK))
+    return "poses" in names or bool(names & set(_ROOT) and names & set(_TRUNK))
 
 
 def read(path: Path, model: str | None = None, rate: float | None = None) -> Recording:
@@ -125,7 +125,7 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
         )
     turns, doubts = _turns(archive)
     frames = len(turns)
-    name = _first(archive, TRANS)
+    name = _first(archive, _TRANS)
     if name:
         trans = archive.numbers(name)
         check_shape(path, name, trans, (frames, 3))
@@ -136,7 +136,7 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
     betas, notes = _betas(archive, frames)
     fps, stated = _rate(archive, rate)
     if not stated and rate is None:
-        doubts.append(f"states no mocap_framerate: {DEFAULT_RATE:g} frames per second; else say --rate")
+        doubts.append(f"states no mocap_framerate: {_DEFAULT_RATE:g} frames per second; else say --rate")
     gender = archive.text("gender").lower() if "gender" in archive.names else ""
     gender = gender.removeprefix("b'").removesuffix("'")  # bytes that somebody took for text
     if gender not in ("male", "female", "neutral"):
@@ -147,7 +147,7 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
     model = archive.text("surface_model_type") if "surface_model_type" in archive.names else ""
     up = archive.text("up_axis") if "up_axis" in archive.names else ""
     return Parameters(
-        *(family, turns, trans, betas, gender, fps, stated, model, up if up in AXES else ""),
+        *(family, turns, trans, betas, gender, fps, stated, model, up if up in _AXES else ""),
         tuple(notes),
         tuple(doubts),
     )
@@ -160,7 +160,7 @@ def _first(archive: Archive, names: tuple[str, ...]) -> str:
 
 def _parts(archive: Archive) -> np.ndarray:
     """``(frames, n)`` what archives without ``poses`` state in parts."""
-    names = [_first(archive, ROOT), _first(archive, TRUNK), *(n for n in _OTHERS if n in archive.names)]
+    names = [_first(archive, _ROOT), _first(archive, _TRUNK), *(n for n in _OTHERS if n in archive.names)]
     parts = [archive.numbers(name) for name in names]
     flat = [each.reshape(len(each), -1) if each.ndim > 1 and each.size else each for each in parts]
     if any(each.ndim != 2 for each in flat) or len({len(each) for each in flat}) > 1:
@@ -211,7 +211,7 @@ def _rate(archive: Archive, told: float | None) -> tuple[float, bool]:
     """Frames per second, and whether the file says them; what it says must be a rate unless one is told."""
     name = _first(archive, _RATES)
     if not name:
-        return told or DEFAULT_RATE, False
+        return told or _DEFAULT_RATE, False
     try:
         found = archive.numbers(name)
     except FileError:

@@ -28,11 +28,11 @@ _TRUNK = (
     ("left_wrist", "left_elbow"),
     ("right_wrist", "right_elbow"),
 )
-FINGERS = ("index", "middle", "pinky", "ring", "thumb")
+_FINGERS = ("index", "middle", "pinky", "ring", "thumb")
 _HANDS = tuple(
     (f"{side}_{finger}{number}", f"{side}_{finger}{number - 1}" if number > 1 else f"{side}_wrist")
     for side in ("left", "right")
-    for finger in FINGERS
+    for finger in _FINGERS
     for number in (1, 2, 3)
 )
 _STUMPS = (("left_hand", "left_wrist"), ("right_hand", "right_wrist"))
