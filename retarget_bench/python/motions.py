@@ -76,12 +76,13 @@ class Motion(character.Motion):
 
     @checked
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the motion as a BVH or GLB file, and return its path.
+        """Write the motion as a BVH, GLB or AMASS file (``.npz``), and return its path.
 
         Where the character was read from a file of that format, the result is as that file: joints, names,
-        channels, unit, axes and OFFSETs, or all of a GLB with its mesh and other animations. Else it is in
-        metres, Y up. A warning says what could not be kept. Raises BenchError for another ending than .bvh
-        and .glb, and where the character's own file would be overwritten.
+        channels, unit, axes and OFFSETs, all of a GLB with its mesh and other animations, betas and gender
+        of an AMASS file. Else it is in metres, Y up; an AMASS file then is Z up, and takes characters with
+        the joints of SMPL alone. A warning says what could not be kept. Raises BenchError for another
+        ending than .bvh, .glb and .npz, and where the character's own file would be overwritten.
         """
         path = Path(path)
         for note in write(path, self):
@@ -124,9 +125,10 @@ def load_motion(
     take: str | None = None,
     body: str | None = None,
     inner_positions: str = "auto",
-    skeleton: str | Path | None = None,
+    skeleton: str | PathLike[str] | None = None,
+    body_model: str | PathLike[str] | None = None,
 ) -> Motion:
-    """The motion of a BVH, GLB, glTF or AMC file, in metres, Y up.
+    """The motion of a file (BVH, GLB, glTF, AMC, AMASS ``.npz``, joint array ``.npy``), in metres, Y up.
 
     What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
     warning names what is doubtful and the argument that settles it.
@@ -142,18 +144,12 @@ def load_motion(
     inner_positions: ``drop``, ``bake`` (into rotations) or ``keep`` (in files of the same body) what joints
            below the root do that bones of constant length cannot.
     skeleton: the ASF file of an AMC file's bones; by default the one beside it.
+    body_model: of an AMASS file: an ``.npz`` file of an SMPL body model, or a folder of them.
     Raises BenchError for files that cannot be read, and for unknown options.
     """
-    asked: dict[str, Any] = {
-        "unit": unit,
-        "up": up,
-        "root": root_place,
-        "roles": roles,
-        "fps": fps,
-        "name": name,
-    }
-    asked |= {"inner_positions": inner_positions, "skeleton": skeleton}
-    return _loaded(path, **asked, take=take, body=body, rate=rate)
+    asked: dict[str, Any] = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps}
+    asked |= {"name": name, "take": take, "body": body, "rate": rate, "inner_positions": inner_positions}
+    return _loaded(path, **asked, skeleton=skeleton, body_model=body_model)
 
 
 @checked
@@ -306,7 +302,7 @@ def check_output(path: Path, *given: Path) -> None:
     """Raises BenchError where results cannot be written under a name, or it is that of a file given."""
     if path.suffix.lower() not in files.suffixes(written=True):
         known = " or ".join(files.suffixes(written=True))
-        raise BenchError(f"{path}: the result is a BVH or GLB file; give it a name that ends in {known}")
+        raise BenchError(f"{path}: the result is a motion file; give it a name that ends in {known}")
     for each in (files.split_take(one)[0] for one in given):
         if path.exists() and each.exists() and path.samefile(each):
             raise BenchError(f"{path} would overwrite {each}; choose another name for the result")
@@ -315,5 +311,6 @@ def check_output(path: Path, *given: Path) -> None:
 def _in_python(warning: str) -> str:
     """A warning of a file's findings with arguments instead of options."""
     said = re.sub(r"--(unit|up|take|body|start) (\S+)", r'\1="\2"', warning)
+    said = re.sub(r"--rate(?: ([\d.]+))?", r"rate=\1", said)
     said = said.replace("--inner-positions bake", 'inner_positions="bake"')
-    return said.replace("--roles", 'roles="roles.toml"').replace("--rate", "rate=")
+    return said.replace("--body-model", "body_model=").replace("--roles", 'roles="roles.toml"')

@@ -125,5 +125,6 @@ def _stamp(path: Path | None) -> tuple[int, int] | None:
 def _units(job: Job, body: Imported) -> str:
     """Unit and up axis of the file that was written."""
     kept = formats.format_of(job.target) is formats.format_of(job.out)
-    unit, up = (body.findings.unit[0], body.findings.up) if kept else ("m", "y")
+    new = ("m", "z" if job.out.suffix.lower() == ".npz" else "y")
+    unit, up = (body.findings.unit[0], body.findings.up) if kept else new
     return f"unit {unit}, {up} up"

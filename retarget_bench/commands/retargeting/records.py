@@ -93,7 +93,7 @@ def key(job: Job) -> str:
     """
     method = registry.canonical("methods", method_spec(job.method or defaults.METHOD))
     options = {
-        name: _file_hash(Path(value)) if name in FILES and value else value
+        name: _file_hash(Path(value)) if value and (name in FILES or _is_model(name, value)) else value
         for name, value in job.options.items()
     }
     said = {
@@ -101,7 +101,7 @@ def key(job: Job) -> str:
         "source": _content(job.source),
         "target": _content(job.target),
         "method": str(plan.spec_by_weights(method)),
-        "code": plan.method_code(method),
+        "code": plan.code_of(method),
         "edits": code_hash(package_code("motion.editing")),
         "seed": job.seed,
         "fps": job.fps,
@@ -109,6 +109,11 @@ def key(job: Job) -> str:
     }
     text = json.dumps(said, sort_keys=True, default=str)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+
+
+def _is_model(name: str, value: Any) -> bool:
+    """Whether an option names the file of a body model; a folder of them counts by its name."""
+    return name.endswith("body_model") and Path(value).is_file()
 
 
 def _content(path: Path) -> str:

@@ -21,6 +21,7 @@ def retarget(job: Job, quiet: bool) -> None:
     scans.check_folder(out)
     for side in ("", "target_"):
         unset = {"roles": None, "root_place": "auto", "inner_positions": "auto", "skeleton": None}
+        unset["body_model"] = None
         if any(asked[side + name] != value for name, value in unset.items()):
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
         if asked[f"{side}rate"] is not None:
