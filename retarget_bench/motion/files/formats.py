@@ -8,6 +8,8 @@ from pathlib import Path
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh
+from retarget_bench.motion.files.fbx import content as fbx_content
+from retarget_bench.motion.files.fbx import reading as fbx
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
 from retarget_bench.motion.recording import Recording
@@ -34,8 +36,8 @@ class Format:
     name:       for people.
     suffixes:   endings of file names, in small letters.
     recognises: whether a file is one, by its first bytes.
-    read:       the motion; unit and up axis are said in the ``Recording`` only where the format prescribes
-                them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
+    read:       the motion; unit and up axis are said in the ``Recording`` only where the format or the
+                file states them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
     """
@@ -56,9 +58,19 @@ def _read_bvh(path: Path, reading: Reading) -> Recording:
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
-    if reading.root not in ("auto", "absolute"):
-        raise NotSupported(f"root={reading.root!r} is for BVH files; glTF states where {path} has its root")
+    _check_root(path, reading, "glTF")
     return gltf.read(path, reading.take, reading.body)
+
+
+def _read_fbx(path: Path, reading: Reading) -> Recording:
+    _check_root(path, reading, "FBX")
+    return fbx.read(path, reading.take, reading.body)
+
+
+def _check_root(path: Path, reading: Reading, name: str) -> None:
+    """Raises NotSupported where a format that states the root's place is told how to take it."""
+    if reading.root not in ("auto", "absolute"):
+        raise NotSupported(f"root={reading.root!r} is for BVH files; {name} states where {path} has its root")
 
 
 def _begins_as_json(head: bytes) -> bool:
@@ -74,5 +86,6 @@ GLTF = Format(
     gltf.takes,
     written=(".glb",),
 )
-FORMATS = (BVH, GLTF)
+FBX = Format("FBX", (".fbx",), fbx_content.recognises, _read_fbx, fbx.takes)
+FORMATS = (BVH, GLTF, FBX)
 """All formats, the first for files that nothing recognises."""

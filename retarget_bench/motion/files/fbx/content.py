@@ -1,0 +1,128 @@
+"""What an FBX file holds, taken out of it by a process of its own (``child.py``)."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.motion.files.fbx import child
+
+_MAGIC = b"Kaydara FBX Binary"
+_HEADINGS = (b"FBXHeaderExtension", b"; FBX ")
+"""By which ASCII files begin."""
+_MEMORY = 3 << 30
+_MEMORY_PER_BYTE = 30
+"""Address space of the child, for any file and for each of its bytes."""
+_SECONDS = 60
+_SECONDS_PER_MB = 3
+"""Processor time likewise."""
+_WAITED = 4
+"""So much longer the child may take by the clock: others may use the processor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """The content of a file.
+
+    arrays: ``parents (nodes,)``; ``rest (nodes, 10)`` translation, rotation w first, scale; ``bones`` and
+            ``plain (nodes,)`` whether a node is a bone, and whether it is neither mesh nor camera or the
+            like; ``spreads (takes, nodes, 3)`` ranges of the curves of translation, rotation (degrees) and
+            scale, -1 without curves; of one take ``times (frames,)``, ``moved`` the nodes that it animates,
+            and for the nth of these ``moved_translation_n``, ``moved_rotation_n``, ``moved_scale_n``;
+            ``surfaces (meshes, 3)`` node, mesh and skin (-1: none), ``geometry (meshes, 4, 4)`` from a mesh
+            to its node; ``vertices_m``, ``faces_m``; ``skin_joints_s``, ``skin_matrices_s`` from the mesh to
+            the joints when it was bound, ``skin_worlds_s`` from the joints to the world then, and
+            ``skin_weights_s (weights, 3)`` joint of the skin, vertex and share.
+    facts:  names, takes, unit (metres), axes (right, up, front: numbers of ufbx), fps, version; baked: the
+            number of the take with frames, its rate, and keys_per_second, 0 where its keys are not evenly
+            spaced.
+    """
+
+    arrays: dict[str, np.ndarray]
+    facts: dict[str, Any]
+
+
+def recognises(head: bytes) -> bool:
+    """Whether a file that begins so is FBX."""
+    return head.startswith(_MAGIC) or any(heading in head for heading in _HEADINGS)
+
+
+def extract(path: Path, take: str = "") -> Content:
+    """The content of a file, with the frames of a take: by name or number from 1 on; "": of the first that
+    moves a bone.
+
+    Raises FileError where the file cannot be read or reading it crashes; NotSupported without ufbx.
+    """
+    if importlib.util.find_spec("ufbx") is None:
+        raise NotSupported(f"{path} is an FBX file, which needs ufbx: pip install 'retarget-bench[fbx]'")
+    size = _size(path)
+    with TemporaryDirectory(prefix="retarget-bench-fbx-") as folder:
+        _run(path, Path(folder), take, size)
+        return _answer(path, Path(folder))
+
+
+def _size(path: Path) -> int:
+    """Bytes of a file that can be read. Raises FileError."""
+    try:
+        if path.is_dir():
+            raise FileError(path, "is a folder")
+        with path.open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+    except FileNotFoundError as error:
+        raise FileError(path, "cannot be read (there is no such file)") from error
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+    if not size:
+        raise FileError(path, "is empty")
+    return size
+
+
+def _run(path: Path, folder: Path, take: str, size: int) -> None:
+    """Have a process take the content out of a file. Raises FileError where it crashes or does not end."""
+    seconds = _SECONDS + _SECONDS_PER_MB * (size >> 20)
+    memory = _MEMORY + _MEMORY_PER_BYTE * size
+    command = [sys.executable, "-P", child.__file__, str(path.resolve()), str(folder), take]
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    try:
+        done = subprocess.run(
+            [*command, str(memory), str(seconds)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            timeout=_WAITED * seconds,
+            check=False,
+            env={**os.environ, **threads},
+        )
+    except subprocess.TimeoutExpired as error:
+        raise FileError(path, f"took more than {_WAITED * seconds} s to read: it is damaged") from error
+    except (OSError, ValueError) as error:
+        raise FileError(path, f"cannot be read: no process to read it could be started ({error})") from error
+    if not 0 <= done.returncode < 256:  # a signal, on Windows an exception
+        raise FileError(path, f"crashes ufbx ({done.returncode}): it is damaged, or too large")
+    if done.returncode:
+        said = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["nothing was said"]
+        raise FileError(path, f"cannot be read: the process that reads it failed ({said[-1][:200]})")
+
+
+def _answer(path: Path, folder: Path) -> Content:
+    """What the process wrote. Raises FileError."""
+    try:
+        if (folder / child.PROBLEM).exists():
+            raise FileError(path, (folder / child.PROBLEM).read_text(encoding="utf-8"))
+        with np.load(folder / child.SCENE) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise FileError(path, f"cannot be read: the process that reads it wrote nothing ({error})") from error
+    facts = json.loads(arrays.pop("facts").tobytes())
+    return Content(arrays, facts)
