@@ -168,7 +168,7 @@ def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):
     person(np.random.default_rng(0), frames=4).save(Path("person.glb"))
     code, out, _ = bench("doctor", "person.glb")
     assert code == 0
-    for told in ("m = 1 m (as the format says)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
+    for told in ("m = 1 m (as stated)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
         assert told in out
     assert "no animation 'run'; it has 1 'act'" in bench("doctor", "person.glb", "--take", "run")[2]
     assert "no body 'Bob'" in bench("doctor", "person.glb", "--body", "Bob")[2]

@@ -46,7 +46,7 @@ class Folder:
         summary="your own motion files, paired by name or not paired at all",
         version="1",
         licence="yours",
-        obtain=f"give a folder of BVH, GLB or glTF files, --root DIR: {LAYOUTS}",
+        obtain=f"give a folder of BVH, GLB, glTF or FBX files, --root DIR: {LAYOUTS}",
         parameters={
             "root": f"{LAYOUTS}; loose files with the same joints and bones are one body",
             "target": "a file, or a folder with files of one body: the only body to retarget to",

@@ -59,8 +59,8 @@ def command(
     quiet: bool,
     **reading: Any,
 ) -> None:
-    """Retarget the motion of SOURCE, a BVH, GLB or glTF file or a folder of scans, to another
-    character.
+    """Retarget the motion of SOURCE, a BVH, GLB, glTF or FBX file or a folder of scans, to
+    another character.
 
     A result of the target file's format keeps all of it: joints, names, channels, unit and axes, in a GLB
     also mesh, materials and other animations. A result of another format is in metres, Y up. bench doctor

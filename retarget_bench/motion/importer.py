@@ -103,9 +103,7 @@ def load(
     others = [(each, body_found.height * UNITS[each]) for each in guesses if each != chosen[0]]
     doubts = list(recording.doubts)
     if up == "auto" and _contradicts(recording, found, stands, sure):
-        doubts.append(
-            f"the format says that {axis} is up, and the body stands along {stands}: say --up {stands}"
-        )
+        doubts.append(f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}")
     motion = _scaled(body_found, upright, chosen[1])
     skeleton = motion.skeleton
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
@@ -181,11 +179,7 @@ def _units(height: float, quadruped: bool, prescribed: str) -> list[str]:
 
 def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
     """The motion in metres; reference pose and roles do not depend on the unit."""
-    sites = tuple(
-        replace(site, offset=(site.offset[0] * scale, site.offset[1] * scale, site.offset[2] * scale))
-        for site in body.skeleton.end_sites
-    )
-    skeleton = replace(body.skeleton, offsets=body.skeleton.offsets * scale, end_sites=sites)
+    skeleton = body.skeleton.scaled(scale)
     character = replace(
         body,
         skeleton=skeleton,
@@ -196,8 +190,7 @@ def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
 
 
 def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
-    mesh = skin()
-    return replace(mesh, vertices=mesh.vertices * scale)
+    return skin().scaled(scale)
 
 
 # -------------------------------------------------------------------------------------------------- up

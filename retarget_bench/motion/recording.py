@@ -21,8 +21,8 @@ class Recording:
     root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
     notes:     one sentence for each thing that was decided, folded or renamed.
     doubts:    one sentence for each thing of the motion that could not be kept.
-    unit:      name of the unit that the file's format prescribes ("m"); "" where it prescribes none.
-    up:        the up axis that it prescribes ("y"), or "".
+    unit:      name of the unit that the file or its format states ("m"); "" where neither does.
+    up:        the up axis likewise ("y"), or "".
     skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;
                None: the file has none.
     """

@@ -1,10 +1,10 @@
 """BVH files beside what Blender makes of them as FBX: joints have to move alike.
 
-Blender reads each BVH file, and writes it as FBX with every frame as a key. Both files are read here, without
-importing: lengths stay in the unit of each file. Blender takes a unit of a BVH file for a metre and writes
-centimetres, so places in the FBX file are divided by 100. Printed are the largest differences over all frames
-and joints, of places as share of the body's reach, and of turns since the first frame in degrees (single
-precision and Euler angles in degrees are what FBX states).
+Blender reads each BVH file, and writes it as FBX with every frame as a key. Both files are read here,
+without importing: lengths stay in the unit of each file. Blender takes a unit of a BVH file for a metre and
+writes centimetres, so places in the FBX file are divided by 100. Printed are the largest differences over
+all frames and joints, of places as share of the body's reach, and of turns since the first frame in degrees
+(FBX states Euler angles in single precision).
 
     python -m venv bpyenv && bpyenv/bin/pip install bpy==4.5.15
     python tests/benchmarks/fbx_agreement.py --blender bpyenv/bin/python walk.bvh
@@ -63,7 +63,9 @@ def differences(bvh: Recording, fbx: Recording) -> tuple[float, float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("files", nargs="+", type=Path, help="BVH files")
     parser.add_argument("--blender", required=True, type=Path, help="a Python that has bpy")
     asked = parser.parse_args()
@@ -77,7 +79,9 @@ def main() -> None:
             seconds = time.perf_counter() - begin
             bvh = files.read(path, root="absolute")  # as Blender takes it
             away, turned = differences(bvh, fbx)
-            counts = f"{len(bvh.skeleton):6} {len(bvh.root):6} {bvh.fps:7.3f} {fbx.fps:7.3f} {len(fbx.root):6}"
+            counts = (
+                f"{len(bvh.skeleton):6} {len(bvh.root):6} {bvh.fps:7.3f} {fbx.fps:7.3f} {len(fbx.root):6}"
+            )
             print(f"{path.name[:32]:32} {counts} {away:9.2e} {turned:8.1e} {seconds:7.2f}", flush=True)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import struct
 import zlib
 from collections.abc import Iterator
@@ -32,6 +33,60 @@ class Node:
 
 class Id(int):
     """A whole number of 64 bits."""
+
+
+def damaged(nodes: list[Node], random: np.random.Generator) -> list[Node]:
+    """The records with some values, links and records that make no sense."""
+    nodes = copy.deepcopy(nodes)
+    for _ in range(random.integers(1, 4)):
+        place, siblings = _any(nodes, random)
+        kind = random.integers(0, 6)
+        if kind == 0:
+            siblings.remove(place)
+        elif kind == 1:
+            siblings.append(copy.deepcopy(place))
+        elif kind == 2:
+            place.children = copy.deepcopy(_any(nodes, random)[0].children)
+        elif place.properties:
+            at = int(random.integers(0, len(place.properties)))
+            place.properties[at] = _odd(place.properties[at], nodes, random)
+    return nodes
+
+
+def _any(nodes: list[Node], random: np.random.Generator) -> tuple[Node, list[Node]]:
+    """A record somewhere below, and the list in which it stands."""
+    siblings = [each for each in nodes if each.name in ("Objects", "Connections", "GlobalSettings")]
+    siblings = siblings[int(random.integers(0, len(siblings)))].children if siblings else nodes
+    while True:
+        place = siblings[int(random.integers(0, len(siblings)))]
+        if not place.children or random.random() < 0.4:
+            return place, siblings
+        siblings = place.children
+
+
+def _odd(value: Any, nodes: list[Node], random: np.random.Generator) -> Any:
+    """Another value of the kind of this one."""
+    odd = (0, -1, 1, 2**31 - 1, -(2**31), 7, 1000, 1005, 50_000, 1_000_000)
+    if isinstance(value, np.ndarray):
+        value = value.copy()
+        if len(value) and random.random() < 0.7:
+            at = random.integers(0, len(value))
+            value[at] = (
+                (0, -1, 1e9, np.nan, np.inf, 17)[random.integers(0, 6)]
+                if value.dtype.kind == "f"
+                else (odd[random.integers(0, len(odd))])
+            )
+            return value
+        return value[: int(random.integers(0, len(value) + 1))]
+    if isinstance(value, Id):
+        return Id(odd[random.integers(0, len(odd))])
+    if isinstance(value, int):
+        return odd[random.integers(0, len(odd))]
+    if isinstance(value, float):
+        return (0.0, -1.0, 1e300, float("nan"), float("inf"), 1e-30, 1e9)[random.integers(0, 7)]
+    others = [each for node in nodes for child in node.children for each in child.properties]
+    words = [each for each in others if isinstance(each, str)] + ["", "x" * 300, "Model::", "\x00"]
+    return words[random.integers(0, len(words))]
 
 
 # ---------------------------------------------------------------------------------------- file formats
@@ -92,7 +147,11 @@ def _lines(node: Node, indent: str) -> Iterator[str]:
         yield f"{indent}}}"
         return
     shown = ", ".join(
-        f'"{each}"' if isinstance(each, str) else repr(float(each)) if isinstance(each, float) else str(int(each))
+        f'"{each}"'
+        if isinstance(each, str)
+        else repr(float(each))
+        if isinstance(each, float)
+        else str(int(each))
         for each in node.properties
     )
     yield f"{indent}{node.name}: {shown}{' {' if node.children else ''}"
@@ -154,7 +213,9 @@ class Made:
     def nodes(self, version: int = 7400) -> list[Node]:
         objects, links = self._objects()
         return [
-            Node("FBXHeaderExtension", [], [Node("FBXHeaderVersion", [1003]), Node("FBXVersion", [version])]),
+            Node(
+                "FBXHeaderExtension", [], [Node("FBXHeaderVersion", [1003]), Node("FBXVersion", [version])]
+            ),
             Node("GlobalSettings", [], [Node("Version", [1000]), self._settings()]),
             Node("Objects", [], objects),
             Node("Connections", [], links),
@@ -239,7 +300,9 @@ class Made:
         objects.append(
             Node("AnimationStack", [Id(base), f"AnimStack::{name}", ""], [Node("Properties70", [], spans)])
         )
-        objects.append(Node("AnimationLayer", [Id(base + 1), "AnimLayer::BaseLayer", ""], [Node("Version", [1])]))
+        objects.append(
+            Node("AnimationLayer", [Id(base + 1), "AnimLayer::BaseLayer", ""], [Node("Version", [1])])
+        )
         links.append(Node("C", ["OO", Id(base + 1), Id(base)]))
         following = base + 2
         for (joint, path), (times, values) in curves.items():
@@ -314,7 +377,9 @@ def _model(number: int, joint: Joint) -> Node:
 def turn(angles: np.ndarray, order: int = 0) -> np.ndarray:
     """``(4, 4)`` of Euler angles in degrees."""
     found = np.eye(4)
-    found[:3, :3] = Rotation.from_euler(ORDERS[order], [angles["xyz".index(a)] for a in ORDERS[order]], True).as_matrix()
+    found[:3, :3] = Rotation.from_euler(
+        ORDERS[order], [angles["xyz".index(a)] for a in ORDERS[order]], True
+    ).as_matrix()
     return found
 
 
@@ -343,6 +408,10 @@ def world(made: Made, take: str | None = None, time: float = 0.0) -> np.ndarray:
     found: list[np.ndarray] = []
     for number, joint in enumerate(made.joints):
         own = local(joint, changes.get(number))
+        if (
+            joint.inherit == 2 and joint.parent >= 0
+        ):  # the parent's scale, all directions alike, is left out
+            own[:3, :3] /= made.joints[joint.parent].scaling[0]
         found.append(found[joint.parent] @ own if joint.parent >= 0 else own)
     return np.stack(found)
 
@@ -397,7 +466,7 @@ def person(
             )
         )
     made = Made(joints, fps=fps)
-    _stand_up(made, first, size)
+    stand_up(made, first, size)
     times = np.arange(frames) / fps
     curves: Curves = {}
     for number in range(first, len(joints)):
@@ -411,7 +480,7 @@ def person(
     return made
 
 
-def _stand_up(made: Made, first: int, size: float) -> None:
+def stand_up(made: Made, first: int, size: float) -> None:
     """Translations with which the joints stand in a T-pose in the world at rest, whatever turns them."""
     for number in range(first, len(made.joints)):
         joint = made.joints[number]
@@ -435,4 +504,29 @@ def dress(made: Made, random: np.random.Generator, first: int) -> None:
     space[:3, :3] = space[:3, :3] @ Rotation.random(random_state=random).as_matrix()
     bound = {joint: standing[joint] for joint in joints}
     at = len(made.joints) - 1
-    made.skins.append(Skin(at, random.normal(scale=50, size=(24, 3)), polygons, weights, joints, bound, space))
+    made.skins.append(
+        Skin(at, random.normal(scale=50, size=(24, 3)), polygons, weights, joints, bound, space)
+    )
+
+
+def of_recording(recording: Any, order: int = 0) -> Made:
+    """The same motion as joints that turn about their axes in some order; without a skin."""
+    skeleton = recording.skeleton
+    joints = [
+        Joint(name, parent, offset, order=order)
+        for name, parent, offset in zip(
+            skeleton.names, skeleton.parents.tolist(), skeleton.offsets, strict=True
+        )
+    ]
+    times = np.arange(len(recording.root)) / recording.fps
+    made = Made(joints, fps=recording.fps)
+    curves: Curves = {(0, "T"): (times, recording.root)}
+    for number in range(len(joints)):
+        turns = Rotation.from_quat(recording.rotations[:, number, [1, 2, 3, 0]])
+        angles = np.empty((len(times), 3))
+        angles[:, ["xyz".index(axis) for axis in ORDERS[order]]] = turns.as_euler(
+            ORDERS[order], degrees=True
+        )
+        curves[number, "R"] = times, np.degrees(np.unwrap(np.radians(angles), axis=0))
+    made.takes["act"] = curves
+    return made

@@ -37,7 +37,8 @@ class Format:
     suffixes:   endings of file names, in small letters.
     recognises: whether a file is one, by its first bytes.
     read:       the motion; unit and up axis are said in the ``Recording`` only where the format or the
-                file states them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
+                file states them. Raises FileError for what cannot be read, NotSupported for what it cannot
+                be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
     """
@@ -70,7 +71,9 @@ def _read_fbx(path: Path, reading: Reading) -> Recording:
 def _check_root(path: Path, reading: Reading, name: str) -> None:
     """Raises NotSupported where a format that states the root's place is told how to take it."""
     if reading.root not in ("auto", "absolute"):
-        raise NotSupported(f"root={reading.root!r} is for BVH files; {name} states where {path} has its root")
+        raise NotSupported(
+            f"root={reading.root!r} is for BVH files; {name} states where {path} has its root"
+        )
 
 
 def _begins_as_json(head: bytes) -> bool:

@@ -1,9 +1,8 @@
 """The process that reads an FBX file: ``python child.py FILE FOLDER TAKE MEMORY SECONDS``.
 
-ufbx crashes where its objects are freed, at the end of a process too, and damaged files may make it crash or
-run on for ever. So it is used here alone: all of its objects are kept in a list, what was found is written as
-arrays, and the process ends without cleaning up. It imports NumPy and ufbx, and nothing else of this project,
-to start fast.
+ufbx crashes where its objects are freed, at the end of a process too, and damaged files may make it crash
+or run on for ever. So it is used here alone: all of its objects are kept in a list, what was found is
+written as arrays, and the process ends without cleaning up. To start fast it imports NumPy and ufbx alone.
 
 Written is ``scene.npz`` with the arrays of ``fbx.content.Content``, or ``problem.txt`` with the rest of a
 sentence about the file.
@@ -11,12 +10,13 @@ sentence about the file.
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -32,16 +32,17 @@ _DEEPEST = 5_000
 _ON_GRID = 0.02
 """Share of a frame by which a take may end before its last frame."""
 _AFTER = 1e-10
-"""Seconds after a frame at which it is looked at: times of keys are rounded, and a key that makes a step has
-to be reached."""
+"""Seconds after a frame at which it is looked at: times of keys are rounded, and a key that makes a step
+has to be reached."""
 _SLOWEST, _FASTEST = 1.0, 1000.0
 _PATHS = {"Lcl Translation": 0, "Lcl Rotation": 1, "Lcl Scaling": 2}
 _SAME_SCALE = 1e-4
 """Share by which a scale may change and count as constant: that much is rounding in single precision."""
+_NO_FBX = "is no FBX file"
 _PROBLEMS = {
     "EmptyFileError": "is empty",
     "TruncatedFileError": "is cut off",
-    "UnrecognizedFileFormatError": "is no FBX file",
+    "UnrecognizedFileFormatError": _NO_FBX,
     "UnsupportedVersionError": "is of a version of FBX that is not read: export it again, as FBX 7.4",
     "OutOfMemoryError": "needs more memory than a motion file should: it is damaged",
     "MemoryLimitError": "needs more memory than a motion file should: it is damaged",
@@ -54,8 +55,10 @@ class Refused(Exception):
 
 
 def extract(path: Path, take: str) -> dict[str, np.ndarray]:
-    """The arrays of a file. take: whose frames to add, by name or number from 1 on; "": the first that moves
-    a bone. Raises Refused, errors of ufbx, MemoryError."""
+    """The arrays of a file. Raises Refused, errors of ufbx, MemoryError.
+
+    take: whose frames to add, by name or number from 1 on; "": the first that moves a bone.
+    """
     scene = _loaded(path)
     nodes = _list(scene.nodes)[1:]  # without the root that ufbx adds
     if len(nodes) > _MOST_NODES:
@@ -112,8 +115,7 @@ def _matrix(columns: Any) -> np.ndarray:
 
 
 def _loaded(path: Path) -> Any:
-    """The scene, in right-handed axes, with scales that children inherit and joints that turn about their
-    own places."""
+    """The scene, with scales that children inherit and joints that turn about their own places."""
     import ufbx
 
     options: dict[str, Any] = {
@@ -126,35 +128,13 @@ def _loaded(path: Path) -> Any:
         "pivot_handling": ufbx.PivotHandling.ADJUST_TO_ROTATION_PIVOT,
         "index_error_handling": ufbx.IndexErrorHandling.ABORT_LOADING,
     }
-    data = _keep(path.read_bytes())
-    scene = _keep(ufbx.load_memory(data, **options))
-    if _handedness([int(axis) for axis in _keep(scene.settings).axes]) < 0:
-        right_handed = ufbx.CoordinateAxes(
-            ufbx.CoordinateAxis.POSITIVE_X, ufbx.CoordinateAxis.POSITIVE_Y, ufbx.CoordinateAxis.POSITIVE_Z
-        )
-        scene = _keep(
-            ufbx.load_memory(
-                data,
-                **options,
-                target_axes=right_handed,
-                space_conversion=ufbx.SpaceConversion.ADJUST_TRANSFORMS,
-                handedness_conversion_axis=ufbx.MirrorAxis.X,
-            )
-        )
-    return scene
-
-
-def _handedness(axes: list[int]) -> float:
-    """1 where the axes right, up and front of a file are right-handed, -1 where they are left-handed, 0
-    where they are no axes."""
-    directions = np.zeros((3, 3))
-    for row, axis in enumerate(axes if max(axes) < 6 else ()):
-        directions[row, axis // 2] = -1.0 if axis % 2 else 1.0
-    return float(np.linalg.det(directions))
+    return _keep(ufbx.load_memory(_keep(path.read_bytes()), **options))
 
 
 def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
     """What is no array: names, unit, axes and rate."""
+    import ufbx
+
     settings, metadata = _keep(scene.settings), _keep(scene.metadata)
     return {
         "names": [node.name for node in nodes],
@@ -162,7 +142,7 @@ def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
         "unit": settings.unit_meters,
         "axes": [int(axis) for axis in settings.axes],
         "fps": settings.frames_per_second,
-        "rate_stated": int(settings.time_mode) != 0,
+        "rate_stated": ufbx.find_int(_keep(settings.props), "TimeMode", 0) > 0,
         "version": metadata.version,
     }
 
@@ -263,8 +243,8 @@ def _rate(facts: dict[str, Any], curves: list[Any]) -> tuple[float, float]:
 
 
 def _times(take: Any, curves: list[Any], rate: float, moved: int) -> np.ndarray:
-    """``(frames,)`` seconds of the frames of a take: its own range, or that of its keys where it has none or
-    another than they."""
+    """``(frames,)`` seconds of the frames of a take: its own range, or that of its keys where it has
+    none or another than they."""
     low = min((curve.min_time for curve in curves), default=0.0)
     high = max((curve.max_time for curve in curves), default=0.0)
     begin, end = take.time_begin, take.time_end
@@ -330,7 +310,8 @@ def _triangles(mesh: Any, number: int) -> dict[str, np.ndarray]:
 
 def _bound(skin: Any, numbers: dict[int, int], number: int) -> dict[str, np.ndarray]:
     """The joints of a skin, the matrices that bind them, and the weights of vertices; {} without joints."""
-    joints, matrices, worlds, weights = [], [], [], []
+    joints: list[int] = []
+    matrices, worlds, weights = [], [], []
     for cluster in _list(skin.clusters):
         node = _keep(cluster.bone_node)
         if node is None or node.element_id not in numbers:
@@ -339,8 +320,11 @@ def _bound(skin: Any, numbers: dict[int, int], number: int) -> dict[str, np.ndar
         shares = _array(cluster.weights)
         weights.append(np.stack([np.full(len(vertices), len(joints)), vertices, shares], axis=1))
         joints.append(numbers[node.element_id])
-        matrices.append(_matrix(cluster.geometry_to_bone))
-        worlds.append(_matrix(cluster.bind_to_world))
+        # a bone with a pivot was moved there, and its geometry by as much the other way
+        back = np.eye(4)
+        back[:3, 3] = node.geometry_transform.translation
+        matrices.append(back @ _matrix(cluster.geometry_to_bone))
+        worlds.append(_matrix(cluster.bind_to_world) @ np.linalg.inv(back))
     if not joints:
         return {}
     return {
@@ -387,15 +371,21 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, OSError):
         return f"cannot be read ({error.strerror or error})"
     said = " ".join(str(error).split())[:200]
+    if said == "Not an FBX file":
+        return _NO_FBX
+    if said == "Failed to load":
+        return "is damaged: ufbx cannot read it"
     return f"cannot be read: ufbx says {said or name!r}"
 
 
-if __name__ == "__main__":
-    import gc
-
+def main(given: list[str]) -> NoReturn:
+    """Answer, and end at once."""
     gc.disable()
-    given = sys.argv[1:]
-    limit(int(given[3]), int(given[4]))
-    answer(Path(given[0]), Path(given[1]), given[2])
-    sys.stdout.flush()
+    file, folder, take, memory, seconds = given
+    limit(int(memory), int(float(seconds)) + 1)
+    answer(Path(file), Path(folder), take)
     os._exit(0)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,6 @@ from retarget_bench.motion.files.scenes.scene import Piece, Scene, Surface
 from retarget_bench.motion.files.scenes.tracks import Track
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
-from retarget_bench.motion.skeleton import EndSite
 
 _UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.1: "dm", 0.0254: "inch"}
 _AXES = ("x", "-x", "y", "-y", "z", "-z")
@@ -82,7 +81,7 @@ class FbxScene(Scene):
         return sum(name.startswith(prefix) for name in self.content.arrays)
 
     def _skin(self, number: int) -> tuple[list[int], np.ndarray, np.ndarray]:
-        """Joints of a skin, matrices from its mesh to them when it was bound, and how the mesh stood then."""
+        """Joints of a skin; matrices from its mesh to them when it was bound, and from them to the world."""
         arrays = self.content.arrays
         matrices, worlds = arrays[f"skin_matrices_{number}"], arrays[f"skin_worlds_{number}"]
         for each in (matrices, worlds):
@@ -133,9 +132,10 @@ class FbxScene(Scene):
 
     def preferred(self, only: Container[int]) -> Iterable[int]:
         """Takes that change something before those that hold the body in one pose."""
-        spreads = self.content.arrays["spreads"][:, [n for n in range(len(self.nodes.parents)) if n in only]]
-        moving = (spreads > 0).any(axis=(1, 2))
-        return sorted(range(len(moving)), key=lambda number: not moving[number])
+        spreads = self.content.arrays["spreads"][
+            :, [n for n in range(len(self.nodes.parents)) if n in only]
+        ]
+        return sorted(range(len(spreads)), key=lambda number: not (spreads[number] > 0).any())
 
     def tracks(self, number: int, only: Container[int]) -> list[Track]:
         self._bake(number)
@@ -157,7 +157,11 @@ class FbxScene(Scene):
             if self.content.facts.get("baked") != number:
                 raise self.fail("was changed while it was read: read it again")
 
-    def frame_times(self, number: int | None, found: Iterable[Track]) -> tuple[np.ndarray, float, str]:
+    def frame_times(
+        self,
+        number: int | None,
+        found: Iterable[Track],  # noqa: ARG002
+    ) -> tuple[np.ndarray, float, str]:
         facts = self.content.facts
         if number is None:
             rate = facts["fps"]
@@ -220,14 +224,9 @@ def _in_metres(recording: Recording, metres: float) -> Recording:
     """A recording in a unit without a name, in metres."""
     if not (math.isfinite(metres) and 1e-6 <= metres <= 1e6):
         return recording
-    skeleton = recording.skeleton
-    sites = tuple(
-        EndSite(site.parent, (site.offset[0] * metres, site.offset[1] * metres, site.offset[2] * metres))
-        for site in skeleton.end_sites
-    )
     return replace(
         recording,
-        skeleton=replace(skeleton, offsets=skeleton.offsets * metres, end_sites=sites),
+        skeleton=recording.skeleton.scaled(metres),
         root=recording.root * metres,
         notes=(*recording.notes, f"its unit is {metres:.6g} m: read in metres"),
         unit="m",
@@ -235,6 +234,5 @@ def _in_metres(recording: Recording, metres: float) -> Recording:
     )
 
 
-def _scaled(skin: object, metres: float) -> Mesh:
-    mesh: Mesh = skin()  # type: ignore[operator]
-    return replace(mesh, vertices=mesh.vertices * metres)
+def _scaled(skin: Callable[[], Mesh], metres: float) -> Mesh:
+    return skin().scaled(metres)

@@ -30,7 +30,7 @@ class Surface:
 class Piece:
     """A part of a mesh.
 
-    vertices: ``(vertices, 3)`` in the space that bind matrices begin in; without a skin in that of the node.
+    vertices: ``(vertices, 3)`` in the space where bind matrices begin; without a skin in the node's.
     faces:    ``(faces, 3)`` indices of these vertices.
     weights:  ``(vertices, joints of the skin)`` shares that sum to 1; None without a skin.
     """
@@ -98,7 +98,8 @@ class Scene(ABC):
 
     @abstractmethod
     def spread(self, node: int, path: str) -> float:
-        """The largest range of a component of a node's translation or rotation (as quaternion) over a take."""
+        """The largest range that a component of a node's translation or rotation (as a quaternion) has in a
+        take."""
 
     @abstractmethod
     def tracks(self, number: int, only: Container[int]) -> list[Track]:
