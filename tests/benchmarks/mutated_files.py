@@ -5,9 +5,9 @@
 
 Files are damaged by flipped bits, other bytes, numbers where lengths may stand, cut ends, and parts put
 elsewhere; every other file, where none is given, by values, links and records that make no sense in a file
-that is sound otherwise. They are read with their mesh, as every command reads them, in one process with limits
-of memory and time, which is started anew when it ends or hangs. That process hands FBX files to copies of
-itself, which end as the processes do that read such files otherwise.
+that is sound otherwise. They are read with their mesh, as every command reads them, in one process with
+limits of memory and time, which is started anew when it ends or hangs. That process hands FBX files to
+copies of itself, which end as the processes do that read such files otherwise.
 
 Counted are files that were read, sentences, tracebacks, crashes, hangs and slow files. The exit code is 1
 where there is anything but the first two; the files of these are kept in --keep.
@@ -22,7 +22,7 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -93,12 +93,19 @@ _KINDS = (*(_flip, _bytes, _number, _nearly, _splice) * 3, _cut)
 
 
 # -------------------------------------------------------------------------------------------- reading
-def outcome(path: Path) -> tuple[str, str]:
+def load(path: Path) -> None:
+    """Read a file, with its mesh. Raises ValueError for what is not finite."""
+    motion = importer.load(path).motion
+    mesh = motion.character.mesh
+    arrays = [motion.positions] if mesh is None else [motion.positions, mesh.vertices, mesh.weights]
+    if not all(np.isfinite(each).all() for each in arrays):
+        raise ValueError("what was read is not finite")
+
+
+def outcome(path: Path, load: Callable[[Path], None] = load) -> tuple[str, str]:
     """What became of a file, and what was said."""
     try:
-        mesh = importer.load(path).motion.character.mesh
-        if mesh is not None and not (np.isfinite(mesh.vertices).all() and np.isfinite(mesh.weights).all()):
-            return TRACEBACK, "a mesh that is not finite"
+        load(path)
     except BenchError as error:
         said = str(error)
         fine = "\n" not in said and len(said) < LONGEST_SENTENCE and str(path) in said
@@ -108,7 +115,7 @@ def outcome(path: Path) -> tuple[str, str]:
     return READ, ""
 
 
-def answer(pipe: Connection) -> None:
+def answer(pipe: Connection, load: Callable[[Path], None]) -> None:
     """Read files by their paths, as long as there are any."""
     import warnings
 
@@ -124,13 +131,14 @@ def answer(pipe: Connection) -> None:
         content.process = fbx_fork.process
     while True:
         path = pipe.recv()
-        pipe.send(outcome(Path(path)))
+        pipe.send(outcome(Path(path), load))
 
 
 class Reader:
     """The process that reads, started anew where it ended."""
 
-    def __init__(self) -> None:
+    def __init__(self, load: Callable[[Path], None] = load) -> None:
+        self._load = load
         self._process: multiprocessing.process.BaseProcess | None = None
 
     def read(self, path: Path) -> tuple[str, str]:
@@ -138,7 +146,7 @@ class Reader:
         if self._process is None:
             context = multiprocessing.get_context("spawn")
             self._pipe, other = context.Pipe()
-            self._process = context.Process(target=answer, args=(other,), daemon=True)
+            self._process = context.Process(target=answer, args=(other, self._load), daemon=True)
             self._process.start()
             other.close()
         self._pipe.send(str(path))

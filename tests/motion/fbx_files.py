@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gltf_files import NAMES, PARENTS, PLACES
 from scipy.spatial.transform import Rotation
+
+from tests.motion.gltf_files import NAMES, PARENTS, PLACES
 
 TICKS = 46_186_158_000
 """Of FBX's time in a second."""
