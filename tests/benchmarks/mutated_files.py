@@ -129,6 +129,7 @@ def answer(pipe: Connection, load: Callable[[Path], None]) -> None:
     else:
         child.limit(MEMORY, 1 << 30)
         content.process = fbx_fork.process
+    pipe.send("ready")
     while True:
         path = pipe.recv()
         pipe.send(outcome(Path(path), load))
@@ -141,14 +142,19 @@ class Reader:
         self._load = load
         self._process: multiprocessing.process.BaseProcess | None = None
 
-    def read(self, path: Path) -> tuple[str, str]:
-        """What became of a file."""
+    def start(self) -> None:
+        """Start the process where there is none, and wait until it can read."""
         if self._process is None:
             context = multiprocessing.get_context("spawn")
             self._pipe, other = context.Pipe()
             self._process = context.Process(target=answer, args=(other, self._load), daemon=True)
             self._process.start()
             other.close()
+            self._pipe.recv()
+
+    def read(self, path: Path) -> tuple[str, str]:
+        """What became of a file."""
+        self.start()
         self._pipe.send(str(path))
         try:
             if self._pipe.poll(HANGS):
@@ -193,20 +199,21 @@ def seeds(name: str) -> Iterator[bytes]:
                 yield made.save(place.with_suffix(".fbx"), **kind).read_bytes()
 
 
-def senseless(name: str, random: np.random.Generator) -> bytes | None:
-    """A file of a format that can be taken apart and makes no sense; None for formats without any."""
+def damage(name: str) -> Callable[[np.random.Generator], bytes] | None:
+    """Makes files of a format that can be taken apart and make no sense; None for formats without any."""
     sound = np.random.default_rng(0)
     if name == "glTF":
         import gltf_files
 
         made = gltf_files.person(sound, frames=4)
         made.bytes()
-        return gltf_files.packed(gltf_files.damaged(made.content, random), bytes(made.data))
+        data = bytes(made.data)
+        return lambda random: gltf_files.packed(gltf_files.damaged(made.content, random), data)
     if name == "FBX":
         import fbx_files
 
         nodes = fbx_files.person(sound, frames=3).nodes()
-        return fbx_files.binary(fbx_files.damaged(nodes, random), packed=False)
+        return lambda random: fbx_files.binary(fbx_files.damaged(nodes, random), packed=False)
     return None
 
 
@@ -223,15 +230,18 @@ def count(
     sound = [*(path.read_bytes() for path in files or ())] or list(seeds(form.name))
     if not sound:
         raise SystemExit(f"there are no files of {form.name} to damage: give some with --files")
-    found, reader = Counter[str](), Reader()
+    found, reader, senseless = Counter[str](), Reader(), damage(form.name)
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"odd{form.suffixes[0]}"
         for each in range(number):
             random = np.random.default_rng([seed, each])
-            data = None if files or each % 2 else senseless(form.name, random)
-            data = data or mutated(sound[each // 2 % len(sound)], random)
+            if senseless and not files and each % 2:
+                data = senseless(random)
+            else:
+                data = mutated(sound[each // 2 % len(sound)], random)
             path.write_bytes(data)
+            reader.start()
             start = time.perf_counter()
             kind, said = reader.read(path)
             slow = time.perf_counter() - start > SLOW

@@ -10,12 +10,12 @@ import sys
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.files import scratch_folder
 from retarget_bench.motion.files.fbx import child
 
 _MAGIC = b"Kaydara FBX Binary"
@@ -67,9 +67,9 @@ def extract(path: Path, take: str = "") -> Content:
     if importlib.util.find_spec("ufbx") is None:
         raise NotSupported(f"{path} is an FBX file, which needs ufbx: pip install 'retarget-bench[fbx]'")
     size = _size(path)
-    with TemporaryDirectory(prefix="retarget-bench-fbx-") as folder:
-        _run(path, Path(folder), take, size)
-        return _answer(path, Path(folder))
+    with scratch_folder() as folder:
+        _run(path, folder, take, size)
+        return _answer(path, folder)
 
 
 def _size(path: Path) -> int:
