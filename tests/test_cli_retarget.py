@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,24 @@ def test_the_default_method_and_another_rate(bench, figures):
     assert code == 0, err
     assert "10 frames of large at 15 per second" in out
     assert importer.load("out.bvh", unit="m").motion.fps == 15
+
+
+def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
+    for file in figures.values():
+        file.write_text(re.sub("Frame Time: .*", "Frame Time: 1.0", file.read_text()))
+    small, large = figures["small"], figures["large"]
+    asked = ("retarget", small, "--target", large, "-o", "out.bvh", "-m", "copy_rotations")
+    code, out, err = bench(*asked)
+    assert code == 0, err
+    assert "say the true rate with --rate" in err
+    assert "say the true rate with --target-rate" in err
+    code, out, err = bench(*asked, "--rate", 30, "--target-rate", 30)
+    assert (code, "rate" in err) == (0, False), err
+    assert "20 frames of small at 30 per second" in out
+    assert importer.load("out.bvh", unit="cm").motion.fps == 30
+    assert "--rate 24" in bench("doctor", small, "--rate", 24)[1]
+    code, out, err = bench(*asked, "--rate", "nan")
+    assert (code, "rate=nan is no frame rate" in err) == (2, True), err
 
 
 POSITIONS = """

@@ -38,7 +38,7 @@ class R2ET(LearnedMethod):
     of both bodies. It learns without pairs: a body's own motion stays as it is, and on another body the
     distances between all joints keep their shares of the sum of each joint's distances (the semantics
     matrix). The path is the source's, scaled. The paper's second part, which moves limbs out of the
-    surface of the body, is missing: it needs signed distances of a mesh.
+    surface of the body, is missing: it needs a differentiable signed distance from a mesh.
 
     The paper's network knows one set of joints. Ours also answers for bodies that lack a spine joint, the
     neck, a collar bone or a toe: in its place it sees a joint of no length, which does not turn. Head, toes
@@ -118,7 +118,7 @@ class R2ET(LearnedMethod):
     @cached_property
     def _network(self) -> SkeletonAwareNetwork:
         network = SkeletonAwareNetwork()
-        weights.fill(network, self.tensors)
+        weights.fill(network, self.tensors, f"{self._at or 'weights'}")
         return network.eval()
 
     # ----------------------------------------------------------------------------- the authors' weights

@@ -5,15 +5,16 @@ https://github.com/Kebii/R2ET keeps them as ``pretrain/skeleton_aware_pre.pt`` a
 """
 
 import hashlib
-import pickle
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from retarget_bench.errors import FileError
+from retarget_bench.training import torch_files
 
 STATISTICS = {
     "positions_mean": "mixamo_local_motion_mean.npy",
@@ -54,20 +55,21 @@ def read(path: Path) -> dict[str, Tensor]:
 
     Raises FileError where a file is missing or is not what it should be.
     """
-    found = renamed(_weights(path), path)
+    found = renamed(torch_files.read(path), path)
     for name, file in _statistics(path).items():
         try:
             values = np.load(file, allow_pickle=False).reshape(-1).astype(np.float32)
         except (OSError, ValueError) as error:
             raise FileError(file, f"is no array of R2ET's statistics ({error})") from error
-        found[f"scale.{name}"] = torch.from_numpy(values)
+        found[f"scale.{name}"] = torch_files.real(torch.from_numpy(values), "the array", file)
     still = found["scale.positions_deviation"] == 0
     found["scale.positions_deviation"][still] = 1.0
     return found
 
 
-def renamed(weights: Mapping[str, Tensor], path: Path) -> dict[str, Tensor]:
-    """Tensors of the authors' names under ours. Raises FileError where a name is not one of theirs."""
+def renamed(weights: Mapping[str, Any], path: Path) -> dict[str, Tensor]:
+    """Tensors of the authors' names under ours. Raises FileError where a name is not one of theirs, or is
+    not of a tensor of finite real numbers."""
     found: dict[str, Tensor] = {}
     for name, tensor in weights.items():
         module, _, kind = name.removeprefix(_PREFIX).rpartition(".")
@@ -75,17 +77,7 @@ def renamed(weights: Mapping[str, Tensor], path: Path) -> dict[str, Tensor]:
             continue
         if module not in _MODULES:
             raise FileError(path, f"holds {name}, so it is not R2ET's skeleton-aware network")
-        found[f"{_MODULES[module]}.{kind}"] = tensor.float()
-    return found
-
-
-def _weights(path: Path) -> Mapping[str, Tensor]:
-    try:
-        found = torch.load(path, map_location="cpu", weights_only=True)
-    except (OSError, RuntimeError, ValueError, EOFError, pickle.UnpicklingError) as error:
-        raise FileError(path, "cannot be read as tensors that torch saved") from error
-    if not isinstance(found, Mapping) or not all(isinstance(each, Tensor) for each in found.values()):
-        raise FileError(path, "holds something else than named tensors")
+        found[f"{_MODULES[module]}.{kind}"] = torch_files.real(tensor, name, path)
     return found
 
 

@@ -15,14 +15,15 @@ if TYPE_CHECKING:
 
 
 def reading_options(side: str = "") -> Decorator:
-    """Reading of a motion file: ``--unit``, ``--up``, ``--root-place``, ``--roles``, ``--take`` and
-    ``--body``; with a side ``--target-unit`` and so on."""
+    """Reading of a motion file: ``--unit``, ``--up``, ``--root-place``, ``--roles``, ``--take``, ``--body``
+    and ``--rate``; with a side ``--target-unit`` and so on."""
     prefix, of = (f"--{side}-", f" of the {side}") if side else ("--", "")
     unit = f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit."
     root = f"Whether places of the root{of} add to its OFFSET."
     roles = f'A TOML file of "joint" = "role"{of}, over what is found.'
     take = f"Which motion{of} in a file with several: name or number."
     body = f"Which body{of} in a file with several: name of its root, or number."
+    rate = f"Frames per second that the file{of} truly has, over what it says. (--fps resamples.)"
     places = click.Choice(["auto", "absolute", "relative"])
     return together(
         click.option(f"{prefix}unit", default="auto", metavar="UNIT", help=unit),
@@ -31,6 +32,7 @@ def reading_options(side: str = "") -> Decorator:
         click.option(f"{prefix}roles", metavar="FILE", help=roles),
         click.option(f"{prefix}take", metavar="NAME", help=take),
         click.option(f"{prefix}body", metavar="NAME", help=body),
+        click.option(f"{prefix}rate", type=float, metavar="FPS", help=rate),
     )
 
 
@@ -41,7 +43,7 @@ def imported(
     from retarget_bench.motion import importer
 
     prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
-    names = ("unit", "up", "root_place", "roles", "take", "body")
+    names = ("unit", "up", "root_place", "roles", "take", "body", "rate")
     asked = {name: reading[f"{prefix}{name}"] for name in names}
     asked["root"] = asked.pop("root_place")
     found = importer.load(path, **asked, fps=fps)

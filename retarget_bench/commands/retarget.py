@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import motion_files, options
 from retarget_bench.errors import BenchError
+
+if TYPE_CHECKING:
+    from retarget_bench.motion.importer import Imported
 
 
 @click.command("retarget")
@@ -98,6 +101,8 @@ def _scans(
     for side in ("", "target_"):
         if reading[f"{side}roles"] is not None or reading[f"{side}root_place"] != "auto":
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
+        if reading[f"{side}rate"] is not None:
+            raise BenchError("--rate is of files that state one; the frames of scans are --fps per second")
     body = load_body(target, unit=reading["target_unit"], up=reading["target_up"])
     with progress_bar("reading", "files", not quiet) as progress:
         scan = load_scan(source, unit=reading["unit"], up=reading["up"], fps=fps, progress=progress)
@@ -155,8 +160,14 @@ def _skeletons(
 
 @click.command("doctor")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path())
+@click.option(
+    "--sheet",
+    metavar="FILE.png",
+    type=options.PATH,
+    help="Also draw the body of one FILE at rest, with the roles of its joints.",
+)
 @motion_files.reading_options()
-def doctor(files: tuple[str, ...], root_place: str, **reading: Any) -> int:
+def doctor(files: tuple[str, ...], sheet: Path | None, root_place: str, **reading: Any) -> int:
     """Say what was found in motion files, and what to override where that is wrong.
 
     Joints and their roles, unit, up axis, rest pose, frame rate and floor: what every other command goes
@@ -164,13 +175,25 @@ def doctor(files: tuple[str, ...], root_place: str, **reading: Any) -> int:
     """
     from retarget_bench.motion.importer import load
 
+    if sheet is not None and (len(files) > 1 or sheet.suffix.lower() != ".png"):
+        what = "of one file" if len(files) > 1 else "a .png file"
+        raise BenchError(f"--sheet {sheet}: the picture is {what}")
     unreadable = 0
     for number, file in enumerate(files):
         try:
-            text = load(file, root=root_place, **reading).findings.text()
+            found = load(file, root=root_place, **reading)
+            if sheet is not None:
+                _draw_roles(sheet, found)
         except BenchError as error:
             click.echo(f"bench: {error}", err=True)
             unreadable += 1
         else:
-            click.echo(("\n" if number else "") + text)
+            click.echo(("\n" if number else "") + found.findings.text())
     return 2 if unreadable else 0
+
+
+def _draw_roles(sheet: Path, found: Imported) -> None:
+    from retarget_bench.viewer.clips import write_still
+    from retarget_bench.viewer.role_sheet import role_sheet
+
+    write_still(sheet, role_sheet(found))

@@ -7,7 +7,7 @@ from itertools import pairwise, permutations, product
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
-from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, chain, is_quadruped
+from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, chain, has_level_trunk, is_quadruped
 from retarget_bench.motion.skeleton import Skeleton
 
 LEFT, UP, FORWARD = np.eye(3)
@@ -23,6 +23,7 @@ class PosedBody:
     """Joints by role and the frame of the hips.
 
     A *pose* is ``(joints, 4)`` local rotations; the methods that change one do so in place.
+    level: whether the trunk lies along the floor, on four legs (``quadruped``) or on two, as a bird's.
     """
 
     def __init__(self, skeleton: Skeleton, roles: Sequence[str | None]) -> None:
@@ -30,6 +31,7 @@ class PosedBody:
         self.roles = tuple(roles)
         self.joint = {role: index for index, role in enumerate(roles) if role is not None}
         self.quadruped = is_quadruped(skeleton, roles)
+        self.level = self.quadruped or has_level_trunk(skeleton, roles)
         self.hips = self.joint.get("hips", 0)
         self.spine, self.neck, self.tail = (chain(roles, stem) for stem in ("spine", "neck", "tail"))
 
@@ -71,8 +73,8 @@ class PosedBody:
 
     @cached_property
     def rests_in_a_pose(self) -> bool:
-        """True where a living body could rest like this: legs away from the trunk (on four: across it)."""
-        pairs = [pair for side in SIDES if len(pair := self.joints(f"{side}_up_leg", f"{side}_foot")) == 2]
+        """True where a living body can rest like this: legs away from the trunk, or across a level one."""
+        pairs = [pair for side in SIDES if len(pair := self.joints(*_leg(side))) == 2]
         if not pairs or self.trunk is None:
             return True
         legs = np.mean([self.line(*pair) for pair in pairs], axis=0)
@@ -81,7 +83,7 @@ class PosedBody:
         if size == 0 or np.linalg.norm(legs) < reach:  # mirrored sides cancel
             return False
         cosine = float(legs @ self.trunk) / size
-        return abs(cosine) < 0.6 if self.quadruped else cosine < -0.5
+        return -0.75 < cosine < 0.6 if self.level else cosine < -0.5
 
     @cached_property
     def along_axes(self) -> bool:
@@ -97,15 +99,22 @@ class PosedBody:
     def frame(self) -> np.ndarray | None:
         """``(4,)`` the turn of the hips from their rest into the reference pose, by the rest pose.
 
-        Snapped to whole quarter turns where it is near to them. None without legs (or arms) and a trunk,
-        or if these are parallel.
+        Snapped to whole quarter turns where it is near to them; a level trunk that slopes more than that
+        keeps its slope where its legs stand straight. None without legs (or arms) and a trunk, or if these
+        are parallel.
         """
         if self.across is None or self.trunk is None:
             return None
         crossed = np.linalg.norm(np.cross(self.across, self.trunk))
         if crossed < 1e-3 * np.linalg.norm(self.across) * np.linalg.norm(self.trunk):
             return None
-        return snapped(frame(self.trunk, self.across, FORWARD if self.quadruped else UP, LEFT))
+        by_trunk = frame(self.trunk, self.across, FORWARD if self.level else UP, LEFT)
+        found = snapped(by_trunk)
+        if not self.level or found is not by_trunk or not self.rests_in_a_pose:
+            return found
+        legs = [self.line(*pair) for side in SIDES if len(pair := self.joints(*_leg(side))) == 2]
+        upright = frame(np.mean(legs, axis=0), self.across, DOWN, LEFT) if legs else by_trunk
+        return by_trunk if (exact := snapped(upright)) is upright else exact
 
     # ---------------------------------------------------------------------------------------- poses
     def places(self, pose: np.ndarray) -> np.ndarray:
@@ -151,6 +160,10 @@ class PosedBody:
             half = rotation.about(LEFT if abs(wanted @ LEFT) < 0.5 else UP, np.pi)
             turned, now = rotation.multiply(half, turned), rotation.rotate(half, now)
         self.set_global(pose, joint, rotation.multiply(rotation.between(now, wanted), turned))
+
+
+def _leg(side: str) -> tuple[str, str]:
+    return f"{side}_up_leg", f"{side}_foot"
 
 
 def frame(first: np.ndarray, second: np.ndarray, to_first: np.ndarray, to_second: np.ndarray) -> np.ndarray:

@@ -13,15 +13,22 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import files, kinematics, rotation
-from retarget_bench.motion.body import FORWARD, UP, PosedBody
+from retarget_bench.motion import files, kinematics, rotation, species
+from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.findings import Findings
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.reference_pose import BONE_TOLERANCE
-from retarget_bench.motion.roles import ESSENTIAL, HANDS, explain, is_quadruped, load_overrides
+from retarget_bench.motion.roles import (
+    ESSENTIAL,
+    HANDS,
+    explain,
+    has_level_trunk,
+    is_quadruped,
+    load_overrides,
+)
 from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -31,8 +38,10 @@ _UNIT_PENALTY = {"m": 0.0, "cm": 0.0, "mm": 0.3, "dm": 0.5, "cmu": 0.7, "inch": 
 """Added to the logarithm of a size ratio: rarer units have to explain a body so much better."""
 _PRESCRIBED = 2.0
 """Likewise, added for other units than the one that the file's format prescribes."""
-_TALL = {False: 1.6, True: 1.0}
-"""Metres of role height that are typical: on two legs, on four."""
+_OF_PEOPLE = 2.0
+"""Likewise, added for other units than metres, centimetres and millimetres in files of animals."""
+_TALL = 1.6
+"""Metres of role height that are typical of people."""
 
 UP_AXES = {
     "y": (0.0, 0.0, 0.0),
@@ -47,6 +56,10 @@ _USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
 """Prior weight of an up axis, for bodies that mostly lie or sit."""
 _SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
+_ON_ITS_SIDE = math.sin(math.radians(60.0))
+"""How upright the line between the sides is of a body that lies on one of them."""
+_FASTEST = 1e5
+"""No motion is recorded at more frames per second."""
 _AGAINST = 0.8
 """How surely a body has to stand along another axis than the format's for a doubt to be said."""
 
@@ -67,6 +80,7 @@ def load(
     up: str = "auto",
     root: str = "auto",
     roles: Mapping[str, str | None] | str | Path | None = None,
+    rate: float | None = None,
     fps: float | None = None,
     name: str | None = None,
     take: str | None = None,
@@ -78,6 +92,7 @@ def load(
     up:    ``auto``, or ``y``, ``z``, ``x``, with ``-`` in front for the other way.
     root:  ``auto``, ``absolute`` or ``relative``: how a BVH file states the root's place (``bvh.read``).
     roles: what joints are, over what their names say: joint name -> role or None, or a file of it.
+    rate:  frames per second that the file truly has, over what it says; its frames stay as they are.
     fps:   resample to this rate.
     name:  of the character; the file's name by default.
     take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
@@ -90,7 +105,8 @@ def load(
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     path, named = files.split_take(path)
     reading = files.Reading(root, take if take is not None else named, body)
-    recording = files.format_of(path).read(path, reading)
+    stated = files.format_of(path).read(path, reading)
+    recording = stated if rate is None else replace(stated, fps=_checked_rate(rate))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
     stands, sure = _up_axis(recording, found)
@@ -98,9 +114,11 @@ def load(
     upright = _upright(recording, axis)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // _SAMPLE]
     body_found = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
-    guesses = _units(body_found.height, is_quadruped(body_found.skeleton, found), recording.unit)
+    animal = species.named(path) if (level := has_level_trunk(recording.skeleton, found)) else ""
+    tall = body_found.measures.h4 if level else body_found.height
+    guesses = _units(tall, partial(species.improbable, animal=animal) if level else None, recording.unit)
     chosen = (unit, scale) if scale else (guesses[0], UNITS[guesses[0]])
-    others = [(each, body_found.height * UNITS[each]) for each in guesses if each != chosen[0]]
+    others = [(each, tall * UNITS[each]) for each in guesses if each != chosen[0]]
     doubts = list(recording.doubts)
     if up == "auto" and _contradicts(recording, found, stands, sure):
         doubts.append(f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}")
@@ -123,10 +141,15 @@ def load(
         joints=tuple(zip(skeleton.names, explain(skeleton, found), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in found),
         quadruped=is_quadruped(skeleton, found),
+        level=level,
+        animal=animal,
         height=motion.character.height,
+        stands=motion.character.measures.h4,
         rest_pose=rest_pose(skeleton, found),
         facing=_facing(motion),
         fps=motion.fps,
+        fps_stated=stated.fps if stated.rate_stated else None,
+        rate_told=rate is not None,
         frames=motion.frames,
         floor=_floor(motion),
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
@@ -159,18 +182,27 @@ def _scale(unit: str) -> float | None:
     return metres
 
 
-# ------------------------------------------------------------------------------------------------ unit
-def _units(height: float, quadruped: bool, prescribed: str) -> list[str]:
-    """Units, best guess first: in which a body of this role height (file units) has a plausible size.
+def _checked_rate(rate: float) -> float:
+    if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
+        raise NotSupported(f"rate={rate:g} is no frame rate; it is frames per second, such as 30 or 120")
+    return rate
 
+
+# ------------------------------------------------------------------------------------------------ unit
+def _units(height: float, improbable: Callable[[float], float] | None, prescribed: str) -> list[str]:
+    """Units, best guess first: in which a body of this height (file units) has a plausible size.
+
+    height:     role height of people, standing height of animals.
+    improbable: of animals, how badly a height in metres suits them.
     prescribed: the unit of the format, "" where it has none. Files that break the rule of their format by
-    much (bodies in centimetres in glTF) are found all the same.
+        much (bodies in centimetres in glTF) are found all the same.
     """
     if height <= 0:
         return [prescribed or "m"]
     cost = {
-        unit: abs(math.log(height * metres / _TALL[quadruped]))
+        unit: (improbable(height * metres) if improbable else abs(math.log(height * metres / _TALL)))
         + _UNIT_PENALTY[unit]
+        + _OF_PEOPLE * (improbable is not None and unit not in ("m", "cm", "mm"))
         + _PRESCRIBED * (prescribed not in ("", unit))
         for unit, metres in UNITS.items()
     }
@@ -197,12 +229,13 @@ def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
 def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, float]:
     """The axis that bodies stand along, and how sure that is (0 to 1).
 
-    Mean over time of the direction from the feet to the head, or from the paws to the trunk. A body that
-    lies or crawls all the time says little; then the rest pose decides if it is one that a body can take.
+    Mean over time of the direction from the feet to the head, or from the paws to the trunk of an animal.
+    A body that lies or crawls all the time says little; then the rest pose decides if it is one that a body
+    can take.
     """
     body = PosedBody(recording.skeleton, found)
     lower = body.joints("left_foot", "right_foot", *(HANDS if body.quadruped else ()))
-    upper = [body.hips, body.trunk_end] if body.quadruped else body.joints("head") or [body.trunk_end]
+    upper = [body.hips, body.trunk_end] if body.level else body.joints("head") or [body.trunk_end]
     if not lower or set(upper) <= {body.hips}:
         return "y", 0.0
     some = np.unique(np.linspace(0, len(recording.root) - 1, _SAMPLE).astype(int))
@@ -271,8 +304,8 @@ def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
     turned = (
         "" if rotation.angle(body.frame, rotation.identity()) < 1e-6 else ", turned against Y up, facing +Z"
     )
-    if body.quadruped:
-        return f"standing on four legs{turned}"
+    if body.level:
+        return f"standing on {'four' if body.quadruped else 'two'} legs, the trunk level{turned}"
     pair = body.joints("left_arm", "left_hand")
     if len(pair) < 2:
         return f"standing{turned}"
@@ -283,14 +316,19 @@ def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
 
 
 def _facing(motion: Motion) -> float | None:
-    """Degrees from +Z towards +X in the first frame."""
+    """Degrees from +Z towards +X in the first frame.
+
+    A direction square to the line between the sides, level: where the front of the hips points does not
+    tell it of a body that bends over, lies on its back, or pecks. It does of one that lies on its side.
+    """
     character = motion.character
     if "hips" not in character.joint_of or PosedBody(character.skeleton, character.roles).frame is None:
         return None
     hips = character.joint_of["hips"]
     away = rotation.conjugate(character.reference_globals[hips])
     turned = rotation.multiply(motion.at(slice(0, 1)).global_rotations[0, hips], away)
-    forward = rotation.rotate(turned, FORWARD)
+    left = rotation.rotate(turned, LEFT)
+    forward = np.cross(left, UP) if abs(left @ UP) < _ON_ITS_SIDE else rotation.rotate(turned, FORWARD)
     return math.degrees(math.atan2(float(forward[0]), float(forward[2])))
 
 

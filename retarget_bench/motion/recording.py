@@ -19,12 +19,14 @@ class Recording:
 
     rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
     root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
+    fps:       frames per second.
     notes:     one sentence for each thing that was decided, folded or renamed.
     doubts:    one sentence for each thing of the motion that could not be kept.
     unit:      name of the unit that the file or its format states ("m"); "" where neither does.
     up:        the up axis likewise ("y"), or "".
     skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;
                None: the file has none.
+    rate_stated: False where the file does not say its rate; ``fps`` is then the usual one of the format.
     """
 
     skeleton: Skeleton
@@ -36,6 +38,7 @@ class Recording:
     unit: str = ""
     up: str = ""
     skin: Callable[[], Mesh] | None = None
+    rate_stated: bool = True
 
 
 @lru_cache(maxsize=256)

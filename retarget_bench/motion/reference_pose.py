@@ -1,14 +1,15 @@
 """One pose for all rigs: what rotations are measured from when they go from one body to another.
 
 Rigs differ in their rest poses: a T-pose in world axes, an A-pose, every bone along +X, Z up. The
-*reference pose* is the same for all of them: a T-pose, Y up, facing +Z, left is +X (four-legged bodies
-stand with their spine along +Z). ``reference_pose`` finds the local rotations that bring a rig into it.
-An orientation relative to it then means the same on every body (``transfer.py``).
+*reference pose* is the same for all of them: a T-pose, Y up, facing +Z, left is +X (four-legged bodies and
+birds stand with their spine along +Z). ``reference_pose`` finds the local rotations that bring a rig into
+it. An orientation relative to it then means the same on every body (``transfer.py``).
 
 - A limb that rests within the tolerances below of the T-pose is left exactly as the artist made it, so two
   T-pose rigs exchange plain local rotations.
 - Another limb of a body that rests in a pose (A-pose, arms down, legs apart) is swung the shortest way.
-- A four-legged body that rests on its legs is left as it is but for the frame of its hips.
+- A four-legged body that rests on its legs is left as it is but for the frame of its hips; of one with a
+  level trunk on two legs, such as a bird, only the wings are spread.
 - A rest pose that no body could take (bones all along one axis) does not show how bones are twisted. There
   the frames of the joints differ by whole quarter turns, and a sample of the body's motion shows *which*:
   elbows and knees bend about one axis only, feet lie flat when they stand still, everything else is
@@ -79,10 +80,10 @@ def reference_pose(
         return _from_sample(body, at_rest if sample is None or not len(sample) else sample)
     pose = rotation.identity(len(skeleton))
     body.set_global(pose, body.hips, body.frame)
-    if not body.quadruped:
-        for side in SIDES:
+    for side in () if body.quadruped else SIDES:
+        if not body.level:
             _straighten(body, pose, f"{side}_up_leg", f"{side}_leg", f"{side}_foot", DOWN)
-            _straighten(body, pose, f"{side}_arm", f"{side}_forearm", f"{side}_hand", body.sideways(side))
+        _straighten(body, pose, f"{side}_arm", f"{side}_forearm", f"{side}_hand", body.sideways(side))
     return pose
 
 
@@ -134,20 +135,20 @@ class Typical:
         self.frames = self._upright()
 
     def _hips(self) -> np.ndarray:
-        """``(4,)`` the hips' turn into the reference pose, by the legs, and by the tail on four legs or
+        """``(4,)`` the hips' turn into the reference pose, by the legs, and by the tail of a level body or
         else by where the trunk typically points."""
         body = self.body
         assert body.frame is not None
         assert body.trunk is not None
         assert body.across is not None
-        if body.quadruped and body.tail and (tail := body.line(body.hips, body.tail[0])).any():
+        if body.level and body.tail and (tail := body.line(body.hips, body.tail[0])).any():
             return _exact(body, frame(-tail, body.across, FORWARD, LEFT))
         lines = self.places[:, body.trunk_end] - self.places[:, body.hips]
         typical = rotation.rotate(rotation.conjugate(self.globals[:, body.hips]), lines).mean(axis=0)
         crossed = np.linalg.norm(np.cross(typical, body.across))
         if crossed < 0.3 * np.linalg.norm(body.trunk) * np.linalg.norm(body.across):
             return body.frame  # the trunk has no typical direction
-        return _exact(body, frame(typical, body.across, FORWARD if body.quadruped else UP, LEFT))
+        return _exact(body, frame(typical, body.across, FORWARD if body.level else UP, LEFT))
 
     def _upright(self) -> np.ndarray:
         """The frames in which the hips stand as in the reference pose; the best tenth if there are few."""
@@ -210,7 +211,7 @@ def _seen(body: PosedBody, pose: np.ndarray, typical: Typical, joint: int) -> np
 
 def _trunk(body: PosedBody, pose: np.ndarray, typical: Typical) -> None:
     """Spine, neck and head along the trunk; a tail that rests behind the body stays as it is."""
-    wanted = FORWARD if body.quadruped else UP
+    wanted = FORWARD if body.level else UP
     line = [*body.spine, *body.neck, *body.joints("head")]
     for joint, after in zip(line, [*line[1:], body.joint.get("head_top")], strict=False):
         bone = body.tip(joint, after)

@@ -40,6 +40,11 @@ LIMB_ROLES: dict[str, tuple[str, ...]] = {
 }
 """``left_arm`` -> its roles from the body outwards; likewise ``right_arm``, ``left_leg``, ``right_leg``."""
 
+_FORE_LEG, _OFF_FLOOR = 0.35, 0.5
+"""Shares of the legs: fore legs reach down at least so far, and end at most so far above the feet; wings
+and short arms do not."""
+_SEATED = -0.5
+"""Cosine of trunk and legs below which a body on two legs without a tail is upright."""
 _NUMBERED = re.compile(r"^(spine|neck|tail|(left|right)_(thumb|index|middle|ring|pinky))_\d+$")
 _PLAIN = frozenset(("hips", "neck", "head", "head_top")).union(*LIMB_ROLES.values())
 
@@ -143,11 +148,13 @@ def _limbs(skeleton: Skeleton, names: Sequence[Name], free: Sequence[bool]) -> d
     """Arms and legs: per side and limb the best run of joints below each other in anatomical order."""
     out: dict[int, str] = {}
     for side in SIDES:
+        hocked = any(name.side == side and name.stem in aliases.HOCK_STEMS for name in names)
+        stems = aliases.LIMB_STEMS | (aliases.HOCKED if hocked else {})
         for parts in LIMBS.values():
             options: dict[int, dict[int, float]] = {}
             for joint, name in enumerate(names):
                 if free[joint] and name.side == side:
-                    meanings = [part for part in aliases.LIMB_STEMS.get(name.stem, ()) if part in parts]
+                    meanings = [part for part in stems.get(name.stem, ()) if part in parts]
                     if meanings:
                         options[joint] = {parts.index(m): 1.0 - 0.1 * k for k, m in enumerate(meanings)}
             run = _best_run(skeleton, options)
@@ -194,10 +201,24 @@ def _trunk(
         line = ancestors(skeleton, common_ancestor(skeleton, arms) or 0, itself=True) if arms else []
     line = [joint for joint in reversed(line) if joint > hips and joint not in roles]
     neck = _unsided(names, line, aliases.NECK_STEMS)
-    tail = [j for j in _unsided(names, range(len(names)), {"tail"}) if hips in ancestors(skeleton, j)]
     out = {joint: f"spine_{k}" for k, joint in enumerate(_unsided(names, line, aliases.SPINE_STEMS), 1)}
     out |= {joint: f"neck_{k}" if len(neck) > 1 else "neck" for k, joint in enumerate(neck, 1)}
-    return out | {joint: f"tail_{k}" for k, joint in enumerate(tail, 1)}
+    return out | {joint: f"tail_{k}" for k, joint in enumerate(_tail(skeleton, names, hips), 1)}
+
+
+def _tail(skeleton: Skeleton, names: Sequence[Name], hips: int) -> list[int]:
+    """The longest line of joints of a tail below the hips, or below what carries them.
+
+    In rigs of animals the hips, the joint between legs and trunk, often are a spine, and the tail hangs
+    from the pelvis above it.
+    """
+    carrying = set(ancestors(skeleton, hips, itself=True))
+    lines: dict[int, list[int]] = {}
+    for joint in _unsided(names, range(len(names)), aliases.TAIL_STEMS):
+        over = ancestors(skeleton, joint)
+        if carrying.intersection(over) and joint not in carrying:
+            lines[joint] = [*max((lines[j] for j in over if j in lines), key=len, default=[]), joint]
+    return max(lines.values(), key=len, default=[])
 
 
 def _unsided(names: Sequence[Name], joints: Sequence[int], stems: Set[str]) -> list[int]:
@@ -247,13 +268,23 @@ def common_ancestor(skeleton: Skeleton, joints: Sequence[int]) -> int | None:
 def is_quadruped(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
     """True for a body on four legs, judged without its reference pose (see ``Character.four_legged``).
 
-    Its trunk and legs cross in the rest pose; or else (bones all along one axis) it has a tail, and a trunk
-    at least as long as its legs. Fore legs have the roles of arms.
+    Its trunk is level, and its fore legs, which have the roles of arms, reach down as its legs do.
     """
-    if stands_on_four(skeleton.rest_positions, roles):
-        return True
-    lines = _trunk_and_legs(skeleton.rest_positions, roles)
-    if lines is None or not any(role is not None and role.startswith("tail") for role in roles):
+    rest = skeleton.rest_positions
+    return stands_on_four(rest, roles) or (not _crossed(rest, roles) and has_level_trunk(skeleton, roles))
+
+
+def has_level_trunk(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
+    """True for a body whose trunk lies along the floor: on four legs, or on two, as birds are.
+
+    Its trunk and legs cross in the rest pose (on two legs without a tail clearly: people may rest
+    seated); or else (bones all along one axis) it has a tail, and a trunk at least as long as its legs.
+    """
+    rest, lines = skeleton.rest_positions, _trunk_and_legs(skeleton.rest_positions, roles)
+    tailed = any(role is not None and role.startswith("tail") for role in roles)
+    if lines is not None and _crossed(rest, roles):
+        return tailed or stands_on_four(rest, roles) or _cosine(*lines) > _SEATED
+    if lines is None or not tailed:
         return False
     joint = {role: index for index, role in enumerate(roles) if role is not None}
     side = next(side for side in SIDES if {f"{side}_up_leg", f"{side}_foot"} <= joint.keys())
@@ -262,7 +293,22 @@ def is_quadruped(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
 
 
 def stands_on_four(places: np.ndarray, roles: Sequence[str | None]) -> bool:
-    """True where trunk and unfolded legs cross, with joints at ``places`` ``(joints, 3)`` metres."""
+    """True where trunk and unfolded legs cross and fore legs reach down along the legs, with joints at
+    ``places`` ``(joints, 3)`` metres."""
+    lines = _trunk_and_legs(places, roles)
+    if lines is None or not _crossed(places, roles):
+        return False
+    joint = {role: index for index, role in enumerate(roles) if role is not None}
+    limbs = [[f"{side}_{part}" for part in ("arm", "hand", "foot")] for side in SIDES]
+    fore = [places[[joint[role] for role in limb]] for limb in limbs if joint.keys() >= set(limb)]
+    if not fore:
+        return any(f"{side}_arm" in joint for side in SIDES)
+    top, hand, foot = np.mean(fore, axis=0) @ lines[1] / float(lines[1] @ lines[1])
+    return bool(hand - top > _FORE_LEG and foot - hand < _OFF_FLOOR)
+
+
+def _crossed(places: np.ndarray, roles: Sequence[str | None]) -> bool:
+    """True where trunk and unfolded legs cross."""
     lines = _trunk_and_legs(places, roles)
     if lines is None:
         return False
@@ -281,11 +327,13 @@ def stands_on_four(places: np.ndarray, roles: Sequence[str | None]) -> bool:
 def _trunk_and_legs(
     places: np.ndarray, roles: Sequence[str | None]
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """``(3,)`` each: from the hips to the shoulders and down the legs; None for a body without either."""
+    """``(3,)`` each: from the hips to the shoulders (without arms, to the neck) and down the legs; None for
+    a body without either."""
     joint = {role: index for index, role in enumerate(roles) if role is not None}
     limbs = [(f"{side}_up_leg", f"{side}_foot") for side in SIDES]
     limbs = [pair for pair in limbs if pair[0] in joint and pair[1] in joint]
     arms = [joint[r] for r in ("left_arm", "right_arm", "left_shoulder", "right_shoulder") if r in joint]
+    arms = arms or [joint[role] for role in ("neck", "neck_1") if role in joint]
     if "hips" not in joint or not limbs or not arms:
         return None
     legs = np.mean([places[joint[foot]] - places[joint[top]] for top, foot in limbs], axis=0)

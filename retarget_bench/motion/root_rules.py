@@ -59,9 +59,16 @@ def reason(rule: str, source: Character, target: Character) -> str | None:
             if not (math.isfinite(length) and length > 1e-6):
                 return (
                     f"root rule {rule} needs a positive {rule.replace('_', ' ')}, "
-                    f"and {body.name}'s is {length:.3g} m"
+                    f"and {body.name}'s is {length:.3g} m{_lacking(body)}"
                 )
     return None
+
+
+def _lacking(body: Character) -> str:
+    """What a body without feet is told."""
+    if any(role.endswith("_foot") for role in body.joint_of):
+        return ""
+    return ", since none of its joints is known as a foot; say which are (--roles), if it has any"
 
 
 def ratio(rule: str, source: Character, target: Character) -> float:

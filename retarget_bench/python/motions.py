@@ -100,6 +100,7 @@ def load_motion(
     path: str | PathLike[str],
     *,
     fps: float | None = None,
+    rate: float | None = None,
     unit: str = "auto",
     up: str = "auto",
     root_place: str = "auto",
@@ -114,6 +115,7 @@ def load_motion(
     warning names what is doubtful and the argument that settles it.
 
     fps:   resample to this rate.
+    rate:  frames per second that the file truly has, over what it says.
     unit:  ``m``, ``cm``, ``mm``, ``inch``, ``cmu``, or metres of one unit, as text.
     up:    ``y``, ``z``, ``x``, or ``-y``, ...
     root_place: ``absolute`` or ``relative`` to the root's OFFSET.
@@ -123,7 +125,7 @@ def load_motion(
     Raises BenchError for files that cannot be read, and for unknown options.
     """
     asked = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps, "name": name}
-    return _loaded(path, **asked, take=take, body=body)
+    return _loaded(path, **asked, take=take, body=body, rate=rate)
 
 
 @checked
@@ -241,4 +243,4 @@ def check_output(path: Path, *given: Path) -> None:
 def _in_python(warning: str) -> str:
     """A warning of a file's findings with arguments instead of options."""
     said = re.sub(r"--(unit|up|take|body) (\S+)", r'\1="\2"', warning)
-    return said.replace("--roles", 'roles="roles.toml"')
+    return said.replace("--roles", 'roles="roles.toml"').replace("--rate", "rate=")

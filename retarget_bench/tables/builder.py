@@ -266,6 +266,8 @@ def _whole(found: Sequence[SplitSummary]) -> frozenset[str]:
 
 def _no_set(section: SplitSummary, key: str) -> str:
     """Reason why no method has this value of the set of all bodies; "" where one has."""
+    if section.unfinished:
+        return "computed of all cases, once they are done"
     values = [each for score in section.scores for each in score.sets if each.value_id == key]
     values = [each for each in values if each.structure == TWO_LEGS]
     if any(each.value is not None for each in values):

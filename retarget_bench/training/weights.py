@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from torch import Tensor, nn
 
 SCHEMA = 1
-LARGEST = 13_000_000
+LARGEST = 12_000_000
 """Bytes that a shipped file may have."""
 FEW = 4096
 """Numbers that a tensor may have to be kept in single precision."""

@@ -120,12 +120,15 @@ class Solid:
     """A figure with positions, ready to be drawn in a colour; its left is lighter and its right darker.
 
     skin: with its skin, where it has one and its rotations are known. thick: how thick bones are; usual: 1.
+    groups: ``(joints,)`` numbers of ``group_colours`` for the bones to joints, in place of sides.
     """
 
     figure: Figure
     colour: Colour
     skin: bool = False
     thick: float = 1.0
+    groups: np.ndarray | None = None
+    group_colours: tuple[Colour, ...] = ()
 
     @property
     def places(self) -> np.ndarray:
@@ -169,7 +172,9 @@ class Solid:
 
     @cached_property
     def _sides(self) -> np.ndarray:
-        """``(joints,)`` 0 for the middle, 1 for the left, 2 for the right."""
+        """``(joints,)`` 0 for the middle, 1 for the left, 2 for the right; or the groups."""
+        if self.groups is not None:
+            return self.groups
         return np.array(["-lr".index(letter) for letter in sides(self.body)])
 
     def bones(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -184,7 +189,7 @@ class Solid:
             ball = np.stack([places[joint] + 0.75 * way, places[joint] + 1.35 * way])
             ends = np.concatenate([ends, ball[None]])
             radii = np.concatenate([radii, [[radius, 0.92 * radius]]])
-            sides = np.append(sides, 0)
+            sides = np.append(sides, self._sides[joint])
         if not len(ends):  # a body of one joint, or without any length
             ball = np.repeat(places[:1], 2, axis=0)
             return ball[None], np.full((1, 2), 0.03 * self.size), np.zeros(1, dtype=int)
@@ -233,7 +238,7 @@ class Solid:
         good &= wide.max(axis=1) < limit
         rims = tube(pixels, wide + RIM)
         layers = [tube(pixels + _shift(wide, shift), share * wide) for shift, share, _ in LAYERS]
-        colours = tints(self.colour)
+        colours = self.group_colours or tints(self.colour)
         for bone in np.flatnonzero(good).tolist():
             colour = colours[sides[bone]]
             yield Piece(depth[bone], rims[bone].ravel().tolist(), shade(colour, OUTLINE))

@@ -47,7 +47,12 @@ def _own(known: Mapping[str, str], figure: Figure) -> str | None:
 
 def colours(scene: Scene) -> list[Colour]:
     """The same as numbers."""
-    return [(int(each[1:3], 16), int(each[3:5], 16), int(each[5:7], 16)) for each in names(scene)]
+    return [of_hex(each) for each in names(scene)]
+
+
+def of_hex(colour: str) -> Colour:
+    """``#rrggbb`` as numbers."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
 def mixed(first: Colour, second: Colour, share: float) -> Colour:

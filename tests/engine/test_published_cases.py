@@ -14,7 +14,7 @@ from retarget_bench.cli import group as commands
 from retarget_bench.errors import BenchError
 from retarget_bench.results import store as records
 from retarget_bench.tables.model import Table
-from retarget_bench.tables.published.layout import OTHER_CASES
+from retarget_bench.tables.published.layout import OTHER_CASES, OTHER_PAIRS
 from retarget_bench.tables.published.requested import requested
 
 PAPERS = {
@@ -108,6 +108,8 @@ def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> N
     cells = {row.label: [cell.reason for cell in row.cells] for row in table.groups[-1].rows}
     assert cells["one"] == ["counts self pairs, too, and there are no results on the self split", ""]
     assert cells["both"] == ["", OTHER_CASES]
+    (said,) = (sentence for sentence in table.groups[0].below if "no number here" in sentence)
+    assert said == f"Ours have no number here: {OTHER_PAIRS}."  # self pairs or not, these are not Mixamo's
 
 
 def test_who_answered_fewer_is_set_apart_beside_the_best_on_the_same(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import pytest
 from stored import changed, store
@@ -29,7 +30,11 @@ def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=T
 
 
 def groups(places, columns):
-    (made,) = builder.tables(summary.split_summaries(places), columns)
+    return groups_of(summary.split_summaries(places), columns)
+
+
+def groups_of(found, columns):
+    (made,) = builder.tables(found, columns)
     return made, made.groups
 
 
@@ -151,6 +156,19 @@ def test_the_name_of_two_values_shows_both_where_both_have_numbers(tmp_path):
         changed(place, set_values=both, metrics={"fid": "1+aa", "fid_people": "1+aa"})
         found = summary.split_summaries([place])
         assert [names.column_ids([asked], found) for asked in ("fid", "FID")] == [columns] * 2
+
+
+def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_its_set(tmp_path):
+    people = SetValue("fid_people", TWO_LEGS, 316, 43, 1.05, 0.98, 1.12, 0.75, "real", "net")
+    place = store_sets(tmp_path, "m", [people])
+    changed(place, set_values={"fid_people": {**FID, "metric": "fid_people"}})
+    (done,) = (replace(each, bodies="people") for each in summary.split_summaries([place]))
+    begun = replace(
+        done, split="intra", unfinished="so far", scores=[replace(each, sets=[]) for each in done.scores]
+    )
+    _, found = groups_of([done, begun], ["mpjpe_h.world", "fid_people"])
+    said = [sentence for group in found for sentence in group.absent]
+    assert said == ["intra: not shown: FID (computed of all cases, once they are done)"]
 
 
 def test_columns_without_any_number_leave_no_legend(tmp_path):

@@ -51,6 +51,7 @@ def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path
     assert method.supports(BODIES["plain"], BODIES["small"]) is None
     assert method.weights_label == f"local-{method.weights_hash[:8]}"
     assert Same.card_of(str(folder))["hash"] == method.weights_hash
+    assert Same(weights=str(folder / MODEL)).weights_hash == method.weights_hash  # a file for its folder
     found = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
     assert np.isfinite(found.positions).all()
     kept = torch.load(folder / STATISTICS, weights_only=True)
@@ -69,15 +70,28 @@ def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path, monk
     with pytest.raises(FileError, match=f"{MODEL} cannot be read; SAME needs both"):
         Same(weights=str(tmp_path)).supports(BODIES["plain"], BODIES["small"])
     for wrong, said in (
-        ([1, 2], "is not what SAME's code writes"),
+        ([1, 2], "holds something else than named tensors"),
+        ({3: torch.ones(2)}, "holds something else than named tensors"),
         ({"weights": 1}, "holds no network of SAME's"),
         ({"model": {}}, "lacks SAME's statistics q_m, p_m"),
     ):
         torch.save(wrong, tmp_path / MODEL)
         with pytest.raises(FileError, match=said):
             Released(tmp_path).tensors()
-    (tmp_path / MODEL).write_bytes(b"PK, and then something else")
-    with pytest.raises(FileError, match="is damaged, or holds more than tensors"):
+    for content in (b"PK, and then something else", b"hello world"):
+        (tmp_path / MODEL).write_bytes(content)
+        with pytest.raises(FileError, match="is damaged, or holds more than tensors"):
+            Released(tmp_path).tensors()
+    bias = "encoder.0.convs.3.bias"
+    for value, said in ((torch.full((16,), torch.inf), "not finite"), ("text", "real numbers")):
+        torch.save({"model": {bias: value}}, tmp_path / MODEL)
+        with pytest.raises(FileError, match=rf"{MODEL}: {bias} .*{said}"):
+            Released(tmp_path).tensors()
+    torch.save({"model": {}}, tmp_path / MODEL)
+    parts = ("lo", "go", "q", "p", "r", "pv", "qv", "pprev")
+    statistics |= {f"{part}_{kind}": torch.ones(6) for part in parts for kind in "ms"}
+    torch.save({**statistics, "r_s": torch.full((4,), torch.nan)}, tmp_path / STATISTICS)
+    with pytest.raises(FileError, match=f"{STATISTICS}: r_s .*not finite"):
         Released(tmp_path).tensors()
     trap = tmp_path / "trap"
     monkeypatch.setenv("SAME_TRAP", str(trap))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from alignment_rigs import BONES, performance, t_pose
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.importer import load
@@ -122,3 +124,30 @@ def test_files_that_are_no_motion(tmp_path):
     path.write_text("hello")
     with pytest.raises(FileError, match=r"note\.bvh"):
         load(path)
+
+
+def test_a_wrong_frame_time_is_doubted_and_told_better(file):
+    """The frames stay; only how fast they follow each other is said anew."""
+    truth = load(file)
+    assert not any("--rate" in warning for warning in truth.findings.warnings)
+    file.write_text(re.sub("Frame Time: .*", "Frame Time: 1.0", file.read_text()))
+    wrong = load(file)
+    assert wrong.motion.fps == 1.0
+    assert any(
+        "frame rate is 1 per second" in each and "--rate" in each for each in wrong.findings.warnings
+    )
+    cured = load(file, rate=30.0)
+    assert (cured.motion.fps, cured.findings.fps_stated, cured.findings.rate_told) == (30.0, 1.0, True)
+    assert not any("--rate" in warning for warning in cured.findings.warnings)
+    assert "at 30 per second (as told; the file says 1)" in cured.findings.text()
+    assert "--rate 30" in cured.findings.text()
+    np.testing.assert_array_equal(cured.motion.rotations, truth.motion.rotations)
+    resampled = load(file, rate=30.0, fps=15.0)
+    assert resampled.motion.frames == truth.motion.frames // 2
+    np.testing.assert_allclose(resampled.motion.root, truth.motion.root[::2], atol=1e-9)
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
+def test_what_is_no_rate_is_refused(file, rate):
+    with pytest.raises(NotSupported, match="frames per second"):
+        load(file, rate=rate)

@@ -173,7 +173,7 @@ class _Compared:
         for column in self.table.columns:
             if column.seen and not self.pool.methods[label].trained_on:
                 reasons[column.id] = UNTRAINED
-            elif column.value in pooled and _with_self(column):
+            elif column.value in pooled and _with_self(column) and _takes(column, self.pool):
                 reasons[column.id] = NO_SELF
         return reasons
 

@@ -81,7 +81,7 @@ class FbxScene(Scene):
         return sum(name.startswith(prefix) for name in self.content.arrays)
 
     def _skin(self, number: int) -> tuple[list[int], np.ndarray, np.ndarray]:
-        """Joints of a skin; matrices from its mesh to them when it was bound, and from them to the world."""
+        """Joints of a skin; matrices from its mesh to them and from them to the world, as it was bound."""
         arrays = self.content.arrays
         matrices, worlds = arrays[f"skin_matrices_{number}"], arrays[f"skin_worlds_{number}"]
         for each in (matrices, worlds):
