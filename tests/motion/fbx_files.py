@@ -56,8 +56,8 @@ def damaged(nodes: list[Node], random: np.random.Generator) -> list[Node]:
 
 def _any(nodes: list[Node], random: np.random.Generator) -> tuple[Node, list[Node]]:
     """A record somewhere below, and the list in which it stands."""
-    siblings = [each for each in nodes if each.name in ("Objects", "Connections", "GlobalSettings")]
-    siblings = siblings[int(random.integers(0, len(siblings)))].children if siblings else nodes
+    rooms = [each.children for each in nodes if each.children and each.name != "FBXHeaderExtension"]
+    siblings = rooms[int(random.integers(0, len(rooms)))] if rooms else nodes
     while True:
         place = siblings[int(random.integers(0, len(siblings)))]
         if not place.children or random.random() < 0.4:

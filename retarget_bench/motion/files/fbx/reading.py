@@ -37,7 +37,9 @@ def read(path: Path, take: str | None = None, body: str | None = None) -> Record
     """
     scene = FbxScene(path, extract(path, take or ""))
     recording = rigged(scene, take, body)[1]
-    recording = replace(recording, doubts=(*recording.doubts, *scene.doubts))
+    recording = replace(
+        recording, doubts=(*recording.doubts, *scene.doubts), rate_stated=scene.rate_by != "is usual"
+    )
     return recording if scene.unit else _in_metres(recording, scene.content.facts["unit"])
 
 
@@ -166,10 +168,17 @@ class FbxScene(Scene):
         if number is None:
             rate = facts["fps"]
             return np.zeros(1), rate if 1 <= rate <= 1000 else 30.0, "holds one pose"
-        rate, spaced = facts["rate"], facts["keys_per_second"]
-        stated = facts["rate_stated"] and _same(rate, facts["fps"])
-        how = "the file says" if stated else "its keys are spaced" if _same(rate, spaced) else "is usual"
-        return self.content.arrays["times"], rate, f"{rate:g} per second, as {how}"
+        rate = facts["rate"]
+        return self.content.arrays["times"], rate, f"{rate:g} per second, as {self.rate_by}"
+
+    @property
+    def rate_by(self) -> str:
+        """What tells the frames per second, as the end of a sentence."""
+        facts = self.content.facts
+        rate = facts.get("rate", facts["fps"])
+        if facts["rate_stated"] and _same(rate, facts["fps"]):
+            return "the file says"
+        return "its keys are spaced" if _same(rate, facts.get("keys_per_second", 0.0)) else "is usual"
 
     @property
     def doubts(self) -> tuple[str, ...]:
