@@ -41,7 +41,7 @@ COMMANDS = {
     ),
     "check": ("check", "Regression gate: check that metrics and methods still give the same numbers."),
     "test": ("plugins.test", "Check that a plug-in keeps its contract."),
-    "retarget": ("retarget", "Retarget one BVH file to another character."),
+    "retarget": ("retarget", "Retarget motion files to other characters, and say what to look at."),
     "doctor": ("retarget.doctor", "Show how a motion file is read, and which options correct it."),
     "train": ("train", "Train a learned method: weights and their card."),
     "ablate": ("train.ablate", "Train and score the rows of a published ablation table."),
@@ -55,7 +55,7 @@ COMMANDS = {
 }
 """Command -> its module in ``commands`` (and its name there, if not ``command``), and its help line."""
 
-CONTINUED = ("run", "task", "predict", "score", "data", "work")
+CONTINUED = ("run", "task", "predict", "score", "data", "work", "retarget")
 """Commands that keep what they finished and continue from there."""
 
 

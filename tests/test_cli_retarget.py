@@ -12,6 +12,7 @@ from retarget_bench import cli
 from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.motion import bvh, files, importer
 from retarget_bench.plugins import registry
+from tests.datasets.test_folder import ASF
 from tests.motion import fbx_files
 from tests.motion.gltf_files import person
 
@@ -54,7 +55,7 @@ def test_the_small_figures_bow_is_bowed_by_the_large_one(bench, figures):
         "--unit", "m", "--target-unit", "cm",
     )  # fmt: skip
     assert done[0] == 0, done[2]
-    assert done[1].count("\n") == 1
+    assert done[1].splitlines()[1:] == ["nothing to look at"]
     assert "20 frames of small at 30 per second on the body of large, by copy_rotations" in done[1]
     assert "unit cm, y up" in done[1]
     # both figures bow alike, so the answer is what the large one does itself, in its own unit
@@ -90,6 +91,26 @@ def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
     assert (code, "rate=nan is no frame rate" in err) == (2, True), err
 
 
+def test_an_acclaim_skeleton_lies_beside_its_motion_or_is_named(bench, figures, tmp_path):
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far/bones.asf").write_text(ASF)
+    (tmp_path / "01_02.amc").write_text(":DEGREES\n1\nroot 0 16 0 0 0 0\n2\nroot 0 16 1 0 0 0\n")
+    asked = ("retarget", "01_02.amc", "--target", figures["small"], "-o", "out.bvh", "-m", "copy_rotations")
+    code, out, err = bench(*asked)
+    assert code == 2
+    assert "needs its skeleton, 01_02.asf or 01.asf" in err
+    code, out, err = bench(*asked, "--skeleton", "far/bones.asf")
+    assert code == 0, err
+    assert "2 frames of 01_02 at 120 per second" in out
+    onto = ("retarget", figures["small"], "--target", "01_02.amc", "-o", "out.bvh", "-m", "copy_rotations")
+    code, out, err = bench(*onto, "--target-skeleton", "far/bones.asf")
+    assert code == 0, err
+    assert "on the body of 01_02" in out
+    assert bench("doctor", "far/bones.asf")[0] == 0
+    code, out, err = bench(*onto, "--skeleton", "far/bones.asf")
+    assert (code, "is for AMC files" in err) == (2, True), err
+
+
 POSITIONS = """
 from retarget_bench.plugins import registry
 from retarget_bench.api import MethodCard
@@ -118,7 +139,7 @@ def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, fig
     units = ("--unit", "m", "--target-unit", "cm")
     code, out, err = bench(*asked, *units, "-o", "fitted.bvh", "-m", "places")
     assert code == 0, err
-    said, summary = out.splitlines()
+    said, summary, *_ = out.splitlines()
     assert said.startswith("rotations were fitted to positions: 0.0 cm mean, 0.0 cm worst (")
     assert "20 frames of small at 30 per second on the body of large, by places" in summary
     expected, found = (importer.load(file, unit="cm").motion for file in (figures["large"], "fitted.bvh"))

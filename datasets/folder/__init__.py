@@ -46,12 +46,13 @@ class Folder:
         summary="your own motion files, paired by name or not paired at all",
         version="1",
         licence="yours",
-        obtain=f"give a folder of BVH, GLB, glTF or FBX files, --root DIR: {LAYOUTS}",
+        obtain=f"give a folder of BVH, GLB, glTF, FBX or AMC files, --root DIR: {LAYOUTS}",
         parameters={
             "root": f"{LAYOUTS}; loose files with the same joints and bones are one body",
             "target": "a file, or a folder with files of one body: the only body to retarget to",
             "pairs": "names (clips of the same name and length are each other's reference) or none",
             "fps": "frames per second of the cases; 0 keeps each file's own",
+            "rate": "frames per second that the files truly have; 0 takes what each says",
             "unit": "unit of the files (m, cm, ...), or auto",
             "up": "up axis of the files, or auto",
             "protocol": (
@@ -59,6 +60,10 @@ class Folder:
                 "fifth is tested, a tenth validates, the rest is trained on) or train (all are trained on)"
             ),
             "part": "of protocol=split: test, or validation",
+            "inner_positions": (
+                "drop, bake (into rotations) what joints below the root do that bones of constant length "
+                "cannot; auto drops it"
+            ),
             "roles": 'a TOML file of "joint" = "role" for joints that are not recognised',
         },
         locations=("root", "target"),
@@ -75,7 +80,11 @@ class Folder:
         roles: str = "",
         protocol: Protocol = "all",
         part: Part = "test",
+        inner_positions: Literal["auto", "drop", "bake"] = "auto",
+        rate: float = 0.0,
     ) -> None:
+        if rate and not 0.0 < rate <= 1e5:
+            raise BenchError(f"folder: rate={rate:g} is not a frame rate (0 takes what each file says)")
         if fps and not 1.0 <= fps <= 1000.0:
             raise BenchError(f"folder: fps={fps:g} is not a frame rate (0 keeps each file's own)")
         self._root, self._target, self._pairs, self._fps = root, target, pairs, fps
@@ -83,6 +92,7 @@ class Folder:
         if part != "test" and protocol != "split":
             raise BenchError("folder: part=validation means something with protocol=split alone")
         self._protocol, self._part = protocol, part
+        self._inner, self._rate = inner_positions, rate
         self._read = lru_cache(maxsize=_KEPT)(self._import)
         self._character = lru_cache(maxsize=None)(self._model)
 
@@ -97,6 +107,8 @@ class Folder:
         roles = digest(repr(sorted(self._overrides.items()))) if self._overrides else "found"
         protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
         how = f"{self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs}"
+        how += f", rate {self._rate:g}" if self._rate else ""
+        how += ", baked" if self._inner == "bake" else ""
         if any(format_of(path) is not BVH for path in named.values()):
             # BVH's reader counts as code of every method
             how += f", readers {code_hash(package_code('motion.files'))}"
@@ -203,7 +215,7 @@ class Folder:
         if not self._any("validation"):
             return None
         same = (self._root, self._target, self._pairs, self._fps, self._unit, self._up, self._roles)
-        return Folder(*same, self._protocol, "validation")
+        return Folder(*same, self._protocol, "validation", self._inner, self._rate)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Bodies, structures and clips that training and its validation have: what weights carry."""
@@ -260,13 +272,16 @@ class Folder:
         if self._pairs == "none" or theirs is None:
             return False
         mine = self._found.bodies[source][clip]
-        rates = self._found.entries[mine].fps, self._found.entries[theirs].fps
+        rates = self._fps_of(mine), self._fps_of(theirs)
         same_rate = bool(self._fps) or abs(rates[0] - rates[1]) < 1e-3 * rates[0]
         return same_rate and self._frames(mine) == self._frames(theirs)
 
     def _frames(self, path: Path) -> int:
-        entry = self._found.entries[path]
-        return resampled_frames(entry.frames, entry.fps, self._fps) if self._fps else entry.frames
+        frames = self._found.entries[path].frames
+        return resampled_frames(frames, self._fps_of(path), self._fps) if self._fps else frames
+
+    def _fps_of(self, path: Path) -> float:
+        return self._rate or self._found.entries[path].fps
 
     @cached_property
     def _models(self) -> tuple[dict[str, Character], dict[str, str]]:
@@ -297,7 +312,14 @@ class Folder:
 
     def _fresh(self, body: str, path: Path) -> Motion:
         return importer.load(
-            path, unit=self._unit, up=self._up, roles=self._overrides, fps=self._fps or None, name=body
+            path,
+            unit=self._unit,
+            up=self._up,
+            roles=self._overrides,
+            fps=self._fps or None,
+            name=body,
+            inner_positions=self._inner,
+            rate=self._rate or None,
         ).motion
 
     @cached_property

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
 
 def reading_options(side: str = "") -> Decorator:
-    """Reading of a motion file: ``--unit``, ``--up``, ``--root-place``, ``--roles``, ``--take``, ``--body``
-    and ``--rate``; with a side ``--target-unit`` and so on."""
+    """Reading of a motion file: ``--unit``, ``--up``, ``--root-place``, ``--roles``, ``--take``,
+    ``--body``, ``--rate``, ``--inner-positions`` and ``--skeleton``; with a side
+    ``--target-unit`` and so on."""
     prefix, of = (f"--{side}-", f" of the {side}") if side else ("--", "")
     unit = f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit."
     root = f"Whether places of the root{of} add to its OFFSET."
@@ -24,6 +25,12 @@ def reading_options(side: str = "") -> Decorator:
     take = f"Which motion{of} in a file with several: name or number."
     body = f"Which body{of} in a file with several: name of its root, or number."
     rate = f"Frames per second that the file{of} truly has, over what it says. (--fps resamples.)"
+    inner = (
+        f"Drop, bake into rotations or keep (in files of the same body) what joints{of} below the root do "
+        "that bones of constant length cannot. [default: drop, with a warning]"
+    )
+    bones = f"ASF file of the bones{of} of an AMC file. [default: the one beside it]"
+    ways = click.Choice(["auto", "drop", "bake", "keep"])
     places = click.Choice(["auto", "absolute", "relative"])
     return together(
         click.option(f"{prefix}unit", default="auto", metavar="UNIT", help=unit),
@@ -33,6 +40,8 @@ def reading_options(side: str = "") -> Decorator:
         click.option(f"{prefix}take", metavar="NAME", help=take),
         click.option(f"{prefix}body", metavar="NAME", help=body),
         click.option(f"{prefix}rate", type=float, metavar="FPS", help=rate),
+        click.option(f"{prefix}inner-positions", type=ways, default="auto", help=inner),
+        click.option(f"{prefix}skeleton", metavar="FILE", help=bones),
     )
 
 
@@ -43,7 +52,7 @@ def imported(
     from retarget_bench.motion import importer
 
     prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
-    names = ("unit", "up", "root_place", "roles", "take", "body", "rate")
+    names = ("unit", "up", "root_place", "roles", "take", "body", "rate", "inner_positions", "skeleton")
     asked = {name: reading[f"{prefix}{name}"] for name in names}
     asked["root"] = asked.pop("root_place")
     found = importer.load(path, **asked, fps=fps)

@@ -139,12 +139,12 @@ def command(
     frames = chosen(scene, start, end, fps, every)
     look = DrawingStyle(size or (1280, 720), view, overlay, skin, camera)
     if sheet:
-        written = _sheet(output, scene, look, frames, columns, size)
+        written = write_sheet(output, scene, look, frames, columns, size)
     elif kind == clips.STILL:
         written = _still(output, scene, look, frames, frame)
     else:
         rate = fps or (scene.fps / every if every else min(scene.fps, FASTEST))
-        written = _clip(output, scene, look, frames, rate)
+        written = write_clip(output, scene, look, frames, rate)
     for figure in scene.figures:
         if figure.message:
             said = figure.message if figure.status == "ok" else f"{figure.status}: {figure.message}"
@@ -181,7 +181,7 @@ def _still(
     return f"frame {frame + 1}, {look.size[0]} x {look.size[1]} pixels"
 
 
-def _sheet(
+def write_sheet(
     output: Path,
     scene: Scene,
     look: DrawingStyle,
@@ -198,7 +198,7 @@ def _sheet(
     return f"{len(shown)} moments, {look.size[0]} x {look.size[1]} pixels"
 
 
-def _clip(output: Path, scene: Scene, look: DrawingStyle, frames: Sequence[int], rate: float) -> str:
+def write_clip(output: Path, scene: Scene, look: DrawingStyle, frames: Sequence[int], rate: float) -> str:
     from tqdm import tqdm
 
     from retarget_bench.viewer import clips

@@ -110,7 +110,7 @@ class Findings:
             )
         if not (self.up_told or self.up_prescribed) and self.up_sure < 0.5:
             out.append(f"the up axis is a guess ({self.up}): say --up y or --up z")
-        if abs(self.floor) > 0.05 * max(self.height, 0.1):
+        if self.frames > 1 and abs(self.floor) > 0.05 * max(self.height, 0.1):
             where = "above" if self.floor > 0 else "below"
             out.append(f"the feet are mostly {abs(self.floor):.2f} m {where} the floor (y = 0)")
         return tuple(out)

@@ -14,8 +14,9 @@ import numpy as np
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import files, kinematics, rotation, species
+from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
-from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.findings import Findings
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
@@ -66,11 +67,17 @@ _AGAINST = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """A file's motion and how it was understood. reading: what its reader was told."""
+    """A file's motion and how it was understood.
+
+    reading: what its reader was told.
+    places:  ``(frames, joints, 3)`` metres, every joint in its parent's frame, where joints below the root
+             move there and these positions are kept (``inner_positions.py``).
+    """
 
     motion: Motion
     findings: Findings
     reading: files.Reading = field(default_factory=files.Reading)
+    places: np.ndarray | None = None
 
 
 def load(
@@ -85,6 +92,8 @@ def load(
     name: str | None = None,
     take: str | None = None,
     body: str | None = None,
+    inner_positions: str = "auto",
+    skeleton: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
 
@@ -97,14 +106,19 @@ def load(
     name:  of the character; the file's name by default.
     take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
     body:  which body of a file with several, likewise.
+    inner_positions: ``auto``, or ``drop``, ``bake`` or ``keep`` what joints below the root do that bones of
+           constant length cannot (``inner_positions.settled``).
+    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
     roles that do not fit.
     """
     scale = _scale(unit)
     if up != "auto" and up not in UP_AXES:
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
+    inner.check(inner_positions)
     path, named = files.split_take(path)
-    reading = files.Reading(root, take if take is not None else named, body)
+    bones = None if skeleton is None else str(skeleton)
+    reading = files.Reading(root, take if take is not None else named, body, bones)
     stated = files.format_of(path).read(path, reading)
     recording = stated if rate is None else replace(stated, fps=_checked_rate(rate))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
@@ -122,10 +136,13 @@ def load(
     doubts = list(recording.doubts)
     if up == "auto" and _contradicts(recording, found, stands, sure):
         doubts.append(f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}")
-    motion = _scaled(body_found, upright, chosen[1])
-    skeleton = motion.skeleton
+    moved = _scaled(body_found, upright, chosen[1])
+    places = None if recording.places is None else recording.places * chosen[1]
+    settled = inner.settled(moved, places, inner_positions)
+    motion = settled.motion
+    joints = motion.skeleton
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
-    lengths = zip(skeleton.names[1:], skeleton.bone_lengths[1:], strict=True)
+    lengths = zip(joints.names[1:], joints.bone_lengths[1:], strict=True)
     findings = Findings(
         path=path,
         unit=chosen,
@@ -136,16 +153,16 @@ def load(
         up_sure=sure if axis == stands else 1.0,
         up_told=up != "auto",
         up_prescribed=up == "auto" and recording.up != "",
-        notes=recording.notes,
-        doubts=tuple(doubts),
-        joints=tuple(zip(skeleton.names, explain(skeleton, found), strict=True)),
+        notes=(*recording.notes, *settled.notes),
+        doubts=(*doubts, *settled.doubts),
+        joints=tuple(zip(joints.names, explain(joints, found), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in found),
-        quadruped=is_quadruped(skeleton, found),
+        quadruped=is_quadruped(joints, found),
         level=level,
         animal=animal,
         height=motion.character.height,
         stands=motion.character.measures.h4,
-        rest_pose=rest_pose(skeleton, found),
+        rest_pose=rest_pose(joints, found),
         facing=_facing(motion),
         fps=motion.fps,
         fps_stated=stated.fps if stated.rate_stated else None,
@@ -155,7 +172,12 @@ def load(
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
         still=not moves,
     )
-    return Imported(motion if fps is None else motion.resample(fps), findings, reading)
+    places = settled.places
+    if fps is not None:
+        if places is not None:
+            places = Positions(motion.character, places, motion.fps).resample(fps).positions
+        motion = motion.resample(fps)
+    return Imported(motion, findings, reading, places)
 
 
 def as_stated(motion: Motion, like: Imported) -> Motion:

@@ -26,6 +26,8 @@ class Recording:
     up:        the up axis likewise ("y"), or "".
     skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;
                None: the file has none.
+    places:    ``(frames, joints, 3)`` every joint in its parent's frame, in the file's unit, where joints
+               below the root move against their parents (``inner_positions.py``); None: none does.
     rate_stated: False where the file does not say its rate; ``fps`` is then the usual one of the format.
     """
 
@@ -39,6 +41,7 @@ class Recording:
     up: str = ""
     skin: Callable[[], Mesh] | None = None
     rate_stated: bool = True
+    places: np.ndarray | None = None
 
 
 @lru_cache(maxsize=256)
@@ -63,3 +66,10 @@ def reach(skeleton: Skeleton) -> float:
         if parent >= 0:
             along[joint] += along[parent]
     return max(along)
+
+
+def resting(stated: np.ndarray, seen: np.ndarray, within: float) -> np.ndarray:
+    """``(joints, 3)`` places at which moving joints stay when they are dropped: the ``stated`` ones where
+    the ``seen`` ``(frames, joints, 3)`` lie around them, to ``within``; else the median over time."""
+    around = (seen.min(axis=0) - within <= stated) & (stated <= seen.max(axis=0) + within)
+    return np.where(around.all(axis=1, keepdims=True), stated, np.median(seen, axis=0))

@@ -110,6 +110,7 @@ def read(name: str) -> Name:
     stem = "".join(letters)
     if not side and len(letters) == 1 and stem[:1] in "lr" and _is_limb(stem[1:]):
         side, stem = _SIDES[stem[0]], stem[1:]
+        letters = [stem]
     return Name(side, stem, numbers, tuple(letters))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,8 @@ from retarget_bench.python.arguments import checked
 from retarget_bench.python.plans import Named, method_spec
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from retarget_bench.python.views import Player
 
 FOUR_LEGS = "one body has four legs and the other two: what each limb should do is a guess"
@@ -50,10 +52,17 @@ class Motion(character.Motion):
     and ``fps``; ``positions`` ``(frames, joints, 3)`` follow from them.
 
     notes: sentences on how it was made, such as a fit of rotations to positions.
+    places: ``(frames, joints, 3)`` metres, every joint in its parent's frame, where joints below the root
+        move there and ``inner_positions="keep"`` was asked for; saved in files of the same body.
     """
 
     notes: tuple[str, ...] = ()
+    places: np.ndarray | None = None
     resample = checked(character.Motion.resample)
+
+    @property
+    def arrays(self) -> tuple[str, ...]:  # type: ignore[override]
+        return character.Motion.arrays if self.places is None else (*character.Motion.arrays, "places")
 
     def __repr__(self) -> str:
         lasts = f"{self.frames} frames at {self.fps:g} per second, {self.frames / self.fps:.1f} s"
@@ -108,8 +117,10 @@ def load_motion(
     name: str | None = None,
     take: str | None = None,
     body: str | None = None,
+    inner_positions: str = "auto",
+    skeleton: str | Path | None = None,
 ) -> Motion:
-    """The motion of a BVH, GLB, glTF or FBX file, in metres, Y up.
+    """The motion of a BVH, GLB, glTF, FBX or AMC file, in metres, Y up.
 
     What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
     warning names what is doubtful and the argument that settles it.
@@ -122,9 +133,20 @@ def load_motion(
     roles: joint name -> role, over what is found, or a TOML file of it. name: of the character.
     take:  which motion of a file with several, by name or number from 1 on; or as in ``Fox.glb#Walk``.
     body:  which body of a file with several, by the name of its root, or number.
+    inner_positions: ``drop``, ``bake`` (into rotations) or ``keep`` (in files of the same body) what joints
+           below the root do that bones of constant length cannot.
+    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
     Raises BenchError for files that cannot be read, and for unknown options.
     """
-    asked = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps, "name": name}
+    asked: dict[str, Any] = {
+        "unit": unit,
+        "up": up,
+        "root": root_place,
+        "roles": roles,
+        "fps": fps,
+        "name": name,
+    }
+    asked |= {"inner_positions": inner_positions, "skeleton": skeleton}
     return _loaded(path, **asked, take=take, body=body, rate=rate)
 
 
@@ -192,7 +214,17 @@ def answer(
     outcome = predict(asked, case, Context(seed=seed))
     if (found := outcome.prediction) is None:
         raise BenchError(f"{spec} gave no motion ({outcome.status}): {outcome.message}")
-    return with_rotations(found, target, source)
+    return _with_places(with_rotations(found, target, source), source)
+
+
+def _with_places(found: Motion, source: character.Prediction) -> Motion:
+    """A result with the inner positions of its source, where it is on the same body."""
+    if not isinstance(source, Motion) or source.places is None:
+        return found
+    if found.skeleton.same_as(source.skeleton, tolerance=1e-3 * source.character.height):
+        return replace(found, places=source.places)
+    left_out = "positions of inner joints are left out: the target is another body"
+    return replace(found, notes=(*found.notes, left_out))
 
 
 def with_rotations(
@@ -216,7 +248,7 @@ def imported(found: Imported) -> Motion:
     moved, body = found.motion, found.motion.character
     known = {each.name: getattr(body, each.name) for each in fields(character.Character)}
     named = Character(**known, file=found)
-    return Motion(named, moved.rotations, moved.root, moved.fps)
+    return Motion(named, moved.rotations, moved.root, moved.fps, places=found.places)
 
 
 def write(path: Path, motion: character.Motion) -> tuple[str, ...]:
@@ -224,7 +256,8 @@ def write(path: Path, motion: character.Motion) -> tuple[str, ...]:
     body = motion.character
     like = body.file if isinstance(body, Character) else None
     check_output(path, *([like.findings.path] if like else []))
-    return writing.write(path, motion, like)
+    places = motion.places if isinstance(motion, Motion) else None
+    return writing.write(path, motion, like, places)
 
 
 def check_output(path: Path, *given: Path) -> None:
@@ -243,4 +276,5 @@ def check_output(path: Path, *given: Path) -> None:
 def _in_python(warning: str) -> str:
     """A warning of a file's findings with arguments instead of options."""
     said = re.sub(r"--(unit|up|take|body) (\S+)", r'\1="\2"', warning)
+    said = said.replace("--inner-positions bake", 'inner_positions="bake"')
     return said.replace("--roles", 'roles="roles.toml"').replace("--rate", "rate=")

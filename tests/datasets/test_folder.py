@@ -13,6 +13,29 @@ from retarget_bench.motion.files.gltf import write_into
 from retarget_bench.motion.files.gltf import writing as gltf
 from tests.motion.gltf_files import person
 
+_BONES = {
+    "lhipjoint": ("root", "1 -1 0", 2),
+    "rhipjoint": ("root", "-1 -1 0", 2),
+    "lowerback": ("root", "0 1 0", 2),
+    **{f"{s}femur": (f"{s}hipjoint", "0 -1 0", 7) for s in "lr"},
+    **{f"{s}tibia": (f"{s}femur", "0 -1 0", 7) for s in "lr"},
+    **{f"{s}foot": (f"{s}tibia", "0 0 1", 2) for s in "lr"},
+    "thorax": ("lowerback", "0 1 0", 4),
+    "lowerneck": ("thorax", "0 1 0", 2),
+    "head": ("lowerneck", "0 1 0", 2),
+    **{f"{s}clavicle": ("thorax", f"{x} 0 0", 3) for s, x in (("l", 1), ("r", -1))},
+    **{f"{s}humerus": (f"{s}clavicle", f"{x} 0 0", 5) for s, x in (("l", 1), ("r", -1))},
+    **{f"{s}radius": (f"{s}humerus", f"{x} 0 0", 4) for s, x in (("l", 1), ("r", -1))},
+    **{f"{s}wrist": (f"{s}radius", f"{x} 0 0", 2) for s, x in (("l", 1), ("r", -1))},
+}
+ASF = ":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\n" + "".join(
+    f"begin\nname {name}\ndirection {way}\nlength {size}\ndof rx ry rz\nend\n"
+    for name, (_, way, size) in _BONES.items()
+)
+ASF += (
+    ":hierarchy\nbegin\n" + "".join(f"{above} {name}\n" for name, (above, *_) in _BONES.items()) + "end\n"
+)
+
 
 def every_case(dataset):
     return [info for split in SPLITS for info in dataset.cases("retarget", split)]
@@ -63,7 +86,7 @@ def test_rounding_and_the_place_of_the_root_make_no_other_body(loose):
 def test_a_body_that_cannot_be_used_is_named_and_left_out(loose):
     (loose / "puppet.bvh").write_text(
         "HIERARCHY\nROOT Hips\n{\nOFFSET 0 90 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT Spine\n{\n"
-        "OFFSET 0 10 0\nCHANNELS 3 Xposition Yposition Zposition\n}\nJOINT Leg\n{\n"
+        "OFFSET 0 10 0\nCHANNELS 3 Xposition Yposition Yrotation\n}\nJOINT Leg\n{\n"
         "OFFSET 0 -40 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n}\n}\n"
         "MOTION\nFrames: 2\nFrame Time: 0.05\n0 0 0 0 10 0 0 0 0\n0 0 0 0 20 0 0 0 0\n"
     )
@@ -173,6 +196,32 @@ def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):
     assert dataset.load(clips["walk"]).source.frames == body.frames
     assert "readers " in dataset.content
     assert "readers " not in Folder(str(loose / "walk.bvh")).content
+
+
+def test_acclaim_files_stand_beside_both(loose):
+    made = person(np.random.default_rng(4), frames=6)
+    made.save(loose / "robot.glb")
+    bones, lines = ASF, [":FULLY-SPECIFIED", ":DEGREES"]
+    for frame in range(1, 9):
+        lines += [str(frame), f"root 0 16 {frame} 0 0 0", f"lfemur {frame} 0 0", f"rhumerus 0 {frame} 0"]
+    (loose / "07.asf").write_text(bones)
+    (loose / "07_01.amc").write_text("\n".join(lines))
+    dataset = Folder(str(loose), fps=0.0)
+    assert set(dataset.characters()) == {"07_01", "robot", "walk", "xbot"}
+    assert not any("cannot be" in note for note in dataset.notes)
+    (own,) = (info for info in dataset.cases("retarget", "self") if info.source == "07_01")
+    assert (own.clip, own.frames, dataset.load(own).source.fps) == ("07_01", 8, 120.0)
+    across = [info for info in dataset.cases("retarget", "cross") if info.source == "07_01"]
+    assert {info.target for info in across} == {"robot", "walk", "xbot"}
+    halved = Folder(str(loose), fps=30.0, rate=60.0)
+    assert halved.content != Folder(str(loose), fps=30.0).content
+    (own,) = (info for info in halved.cases("retarget", "self") if info.source == "07_01")
+    assert own.frames == halved.load(own).source.frames == 4
+    before = dataset.content
+    (loose / "07.asf").write_text(bones.replace("length 7", "length 8"))
+    assert Folder(str(loose), fps=0.0).content != before
+    with pytest.raises(BenchError, match="rate=-1 is not a frame rate"):
+        Folder(str(loose), rate=-1.0)
 
 
 def test_content_follows_the_buffers_of_text_files(tmp_path):

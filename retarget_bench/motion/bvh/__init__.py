@@ -70,18 +70,21 @@ def parse_header(path: str | Path) -> Header:
     return read_header(path, plain(data))[0]
 
 
-def read(path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool = True) -> Recording:
+def read(
+    path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool = True, inner: bool = False
+) -> Recording:
     """The motion of a file, in its own axes, lengths multiplied by ``scale``.
 
     root: how the root's position channels are meant: ``absolute`` places, ``relative`` to its OFFSET, or
         ``auto``, which finds out (``recording.is_relative``) and says so in the notes.
     fold: make the hips the root where the file's root only carries them.
+    inner: where joints below the root move against their parents, give their ``places``. Without it such a
+        file is refused; position channels that are constant do no harm.
 
-    Joints below the root may have position channels if these are constant; where they move, the file is
-    refused. A joint name that occurs twice gets a number. Clips of one body may share their ``Skeleton``.
+    A joint name that occurs twice gets a number. Clips of one body may share their ``Skeleton``.
     Raises FileError for what cannot be read.
     """
-    return record(Path(path), parse(path), root=root, scale=scale, fold=fold)
+    return record(Path(path), parse(path), root=root, scale=scale, fold=fold, inner=inner)
 
 
 def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float = 1.0) -> None:

@@ -17,7 +17,7 @@ from retarget_bench.files import cache_folder, digest, read_sealed, write_sealed
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import frame_rate
 from retarget_bench.motion.files import format_of, listing, split_take
-from retarget_bench.motion.files.formats import BVH
+from retarget_bench.motion.files.formats import BVH, FORMATS
 
 VERSION = 2
 _HEADER = re.compile(rb"^[ \t]*MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*(\S+)[ \t\r]*\n", re.MULTILINE)
@@ -126,7 +126,7 @@ def inspect(path: Path) -> CatalogueEntry:
         if match and whole and 1e-4 < (seconds := float(match[2])) < 10.0:
             return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
     try:
-        recording = bvh.read(path)
+        recording = bvh.read(path, inner=True)
     except BenchError as error:
         return CatalogueEntry(content, hierarchy, 0, 0.0, _problem(error))
     return CatalogueEntry(content, hierarchy, len(recording.root), recording.fps)
@@ -164,8 +164,10 @@ def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
 
 
 def _stamp(path: Path) -> list[int]:
+    own = split_take(path)[0]
+    form = next((form for form in FORMATS if own.suffix.lower() in form.suffixes), BVH)
     try:
-        status = split_take(path)[0].stat()
+        found = [each.stat() for each in (own, *form.beside(own))]
     except OSError:
         return [0, 0]
-    return [status.st_size, status.st_mtime_ns]
+    return [number for status in found for number in (status.st_size, status.st_mtime_ns)]

@@ -53,8 +53,8 @@ _FOREIGN: dict[str, tuple[bytes, ...]] = {
     "an HDF5 file": (b"\x89HDF",),
     "a web page: the download gave an error page instead of the file": (b"<!DOCTYPE", b"<html"),
     "an XML file": (b"<?xml",),
-    "an Acclaim skeleton (ASF): convert ASF and AMC together to BVH": (b"# AST/ASF", b":version"),
-    "an Acclaim motion (AMC): convert ASF and AMC together to BVH": (b"#!OML:ASF", b":FULLY-SPECIFIED"),
+    "an Acclaim skeleton (ASF)": (b"# AST/ASF", b":version"),
+    "an Acclaim motion (AMC)": (b"#!OML:ASF", b":FULLY-SPECIFIED"),
     "a JSON file": (b"{",),
 }
 """Kinds of other files -> what they begin with."""

@@ -8,7 +8,7 @@ import numpy as np
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Document, Hierarchy
-from retarget_bench.motion.recording import MOST_JOINTS, Recording, reach, unique_names
+from retarget_bench.motion.recording import MOST_JOINTS, Recording, reach, resting, unique_names
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 ROOT_READINGS = ("auto", "absolute", "relative")
@@ -23,7 +23,9 @@ HIP_NAMES = ("hip", "pelvis")
 Offset = tuple[float, float, float]
 
 
-def record(path: Path, document: Document, *, root: str, scale: float, fold: bool) -> Recording:
+def record(
+    path: Path, document: Document, *, root: str, scale: float, fold: bool, inner: bool = False
+) -> Recording:
     """The recording that a document states; see ``bvh.read``."""
     if root not in ROOT_READINGS:
         raise NotSupported(f"root={root!r} is not known; it is one of {', '.join(ROOT_READINGS)}")
@@ -49,7 +51,7 @@ def record(path: Path, document: Document, *, root: str, scale: float, fold: boo
     if first:  # whatever lies above only carries it, and is folded into it
         above = ", ".join(map(repr, hierarchy.names[:first]))
         notes.append(f"{above} only carries {hierarchy.names[first]!r} and is folded into it")
-    replaced = _replaced_offsets(path, hierarchy, stated, first, notes)
+    replaced, moved = _replaced_offsets(path, hierarchy, stated, first, notes, inner=inner)
     skeleton = _skeleton(hierarchy, first, replaced, scale)
     absolute, heading = _carried(document, stated, turned, first, relative=False)
     relative, _ = _carried(document, stated, turned, first, relative=True)
@@ -64,7 +66,21 @@ def record(path: Path, document: Document, *, root: str, scale: float, fold: boo
         away = np.linalg.norm((relative - absolute).mean(axis=0))
         notes.append(f"root places read as {root} (root={other} would move them by {away:.4g})")
     places = relative if root == "relative" else absolute
-    return Recording(skeleton, rotation.continuous(turned), places, document.fps, tuple(notes))
+    turned = rotation.continuous(turned)
+    steps = _steps(skeleton, first, moved, document.frames, scale)
+    return Recording(skeleton, turned, places, document.fps, tuple(notes), places=steps)
+
+
+def _steps(
+    skeleton: Skeleton, first: int, moved: dict[int, np.ndarray], frames: int, scale: float
+) -> np.ndarray | None:
+    """``(frames, joints, 3)`` every joint in its parent's frame, of those of the file that move there."""
+    if not moved:
+        return None
+    steps = np.repeat(skeleton.offsets[None], frames, axis=0)
+    for joint, seen in moved.items():
+        steps[:, joint - first] = seen * scale
+    return steps
 
 
 def local_rotations(document: Document) -> np.ndarray:
@@ -134,20 +150,28 @@ def _carried(
 
 # ----------------------------------------------------------------------------------------- the bones
 def _replaced_offsets(
-    path: Path, hierarchy: Hierarchy, stated: dict[int, np.ndarray], first: int, notes: list[str]
-) -> tuple[tuple[int, Offset], ...]:
-    """(joint, offset) where constant position channels below the root differ from the file's OFFSET.
+    path: Path,
+    hierarchy: Hierarchy,
+    stated: dict[int, np.ndarray],
+    first: int,
+    notes: list[str],
+    *,
+    inner: bool,
+) -> tuple[tuple[tuple[int, Offset], ...], dict[int, np.ndarray]]:
+    """(joint, offset) where position channels below the root differ from the file's OFFSET, and
+    ``(frames, 3)`` the places in their parents' frames of joints that move there.
 
-    Raises FileError when such a joint moves against its parent: a skeleton has bones of fixed length.
+    Raises FileError when a joint moves so and ``inner`` is not asked for: bones have one length.
     """
     joints = [joint for joint in stated if joint > first]
     if not joints:
-        return ()
+        return (), {}
     size = reach(_skeleton(hierarchy, first, (), 1.0))
     lows = np.array([stated[joint].min(axis=0) for joint in joints])
     highs = np.array([stated[joint].max(axis=0) for joint in joints])
     middle, spread = (lows + highs) / 2, (highs - lows).max(axis=1)
-    if spread.max() > _STILL * size:
+    moves = spread > _STILL * size
+    if moves.any() and not inner:
         worst = hierarchy.names[joints[int(np.argmax(spread))]]
         raise FileError(
             path,
@@ -157,17 +181,25 @@ def _replaced_offsets(
     offsets = hierarchy.offsets[joints]
     if np.abs(middle).sum() < np.abs(middle - offsets).sum():
         middle = middle + offsets  # these channels are relative to OFFSET
+        stated = {joint: stated[joint] + hierarchy.offsets[joint] for joint in joints}
+    moved = {joint: stated[joint] for joint, each in zip(joints, moves, strict=True) if each}
+    if moved:
+        seen = np.stack(list(moved.values()), axis=1)
+        middle[moves] = resting(offsets[moves], seen, _SAME * size)
     away = np.abs(middle - offsets).max(axis=1)
     replaced = tuple(
         (joint, (x, y, z))
         for joint, (x, y, z), by in zip(joints, middle.tolist(), away, strict=True)
         if by > _SAME * size
     )
-    note = f"{len(joints)} joints below the root have position channels, constant within {spread.max():.2g}"
+    constant = spread[~moves].max(initial=0.0)
+    note = f"{len(joints)} joints below the root have position channels, "
+    note += f"{int(moves.sum())} of them moving, " if moved else ""
+    note += f"constant within {constant:.2g}" if not moves.all() else "none constant"
     if replaced:
         note += f"; {len(replaced)} of them replace OFFSETs that differ by up to {away.max():.4g}"
     notes.append(note)
-    return replaced
+    return replaced, moved
 
 
 @lru_cache(maxsize=256)

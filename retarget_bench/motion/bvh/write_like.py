@@ -11,14 +11,18 @@ from retarget_bench.errors import FileError
 from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.bvh import Document, Hierarchy, Recording
+from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS
 from retarget_bench.motion.bvh.recording import local_rotations
 from retarget_bench.motion.importer import Imported, as_stated
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.recording import reach
 
 _ANGLE = 1e-3
 """Degrees by which a written file may differ from the motion before it counts as another motion."""
 _DIGITS = 6
+_ROUNDED = 1e-3
+"""Share of a body's reach within which a reader takes position channels for constant."""
 
 
 @dataclass(frozen=True)
@@ -31,25 +35,37 @@ class _Pattern:
     first: int
 
 
-def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto") -> tuple[str, ...]:
+def write(
+    path: str | Path,
+    motion: Motion,
+    like: Imported,
+    *,
+    root: str = "auto",
+    places: np.ndarray | None = None,
+) -> tuple[str, ...]:
     """Write a motion of the body of ``like`` as that file would state it; returns what could not be kept.
 
     ``like`` was loaded with the same ``root``. The file is read back before it takes its name, so that
     what lies there is the motion; nothing is left behind when it is not.
+    places: ``(frames, joints, 3)`` metres, every joint in its parent's frame, where joints below the root
+        move there; None: bones keep their length.
     Raises FileError where the body's file has no channels to say where the body is.
     """
     path, source = Path(path), like.findings.path
-    recording, document = bvh.read(source, root=root), bvh.parse(source)
-    relative = np.array_equal(bvh.read(source, root="relative").root, recording.root)
+    recording, document = bvh.read(source, root=root, inner=True), bvh.parse(source)
+    other = bvh.read(source, root="relative", inner=True)
+    relative = np.array_equal(other.root, recording.root)
     first = len(document.hierarchy) - len(recording.skeleton)
     pattern = _Pattern(source, document, "relative" if relative else "absolute", first)
     wanted = as_stated(motion, like)
     values, notes = _values(pattern, wanted)
+    steps = None if places is None else places / like.findings.unit[1]
+    notes = (*notes, *_place_inner(values, pattern, recording, steps))
     document = Document(pattern.document.hierarchy, 1.0 / motion.fps, np.round(values, _DIGITS))
     with atomic(path) as temporary:
         bvh.write_document(temporary, document)
         if not notes:
-            _check(path, bvh.read(temporary, root=pattern.reading), wanted)
+            _check(path, bvh.read(temporary, root=pattern.reading, inner=True), wanted, steps)
     return notes
 
 
@@ -74,6 +90,37 @@ def _values(pattern: _Pattern, motion: Motion) -> tuple[np.ndarray, tuple[str, .
             name = hierarchy.names[pattern.first + joint]
             notes.append(f"{name} has {len(each)} rotation channels: {lost:.1f} degrees lost")
     return values, tuple(notes)
+
+
+def _place_inner(
+    values: np.ndarray, pattern: _Pattern, recording: Recording, steps: np.ndarray | None
+) -> list[str]:
+    """Put the position channels of joints below the first to ``steps`` ``(frames, joints, 3)``, or to the
+    places that the skeleton gives them; a note on joints that move and have no such channels."""
+    if recording.places is None and steps is None:
+        return []
+    hierarchy, offsets = pattern.document.hierarchy, recording.skeleton.offsets
+    steps = np.broadcast_to(offsets, (len(values), *offsets.shape)) if steps is None else steps
+    without = []
+    for joint in range(1, len(offsets)):
+        own = pattern.first + joint
+        columns = _columns(hierarchy, own, POSITIONS)
+        if len(columns) == 3:
+            stated = pattern.document.values[:, [columns[axis] for axis in range(3)]]
+            seen = offsets[joint] if recording.places is None else recording.places[:, joint]
+            added = _nearest(seen - stated, hierarchy.offsets[own])
+            values[:, [columns[axis] for axis in range(3)]] = steps[:, joint] - added
+        elif np.abs(steps[:, joint] - offsets[joint]).max() > _ROUNDED * reach(recording.skeleton):
+            without.append(hierarchy.names[own])
+    if not without:
+        return []
+    return [f"no position channels in the target's file, so positions are left out: {some(without)}"]
+
+
+def _nearest(added: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """0 or the OFFSET: whichever was added to position channels."""
+    mean = added.mean(axis=0)
+    return offset if np.abs(mean - offset).sum() < np.abs(mean).sum() else np.zeros(3)
 
 
 def _without_jumps(angles: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -126,11 +173,15 @@ def _columns(hierarchy: Hierarchy, joint: int, wanted: tuple[str, ...]) -> dict[
     return {wanted.index(c): first + i for i, c in enumerate(hierarchy.channels[joint]) if c in wanted}
 
 
-def _check(path: Path, written: Recording, wanted: Motion) -> None:
+def _check(path: Path, written: Recording, wanted: Motion, steps: np.ndarray | None) -> None:
     """Raise FileError where the file that was written holds another motion than the one it should."""
     turned = np.degrees(rotation.angle(written.rotations, wanted.rotations)).max()
-    reach = float(np.abs(wanted.skeleton.bone_lengths).sum())
-    moved = float(np.abs(written.root - wanted.root).max()) / max(reach, 1e-9)
+    size = max(float(np.abs(wanted.skeleton.bone_lengths).sum()), 1e-9)
+    moved = float(np.abs(written.root - wanted.root).max()) / size
+    if steps is not None:
+        found = written.skeleton.offsets if written.places is None else written.places
+        away = np.abs(found - steps)[:, 1:].max(initial=0.0)
+        moved = max(moved, float(away) / size - _ROUNDED)
     if turned > _ANGLE or moved > 1e-5:
         raise FileError(
             path,

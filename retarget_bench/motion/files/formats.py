@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh
+from retarget_bench.motion.files.acclaim import reading as acclaim
 from retarget_bench.motion.files.fbx import content as fbx_content
 from retarget_bench.motion.files.fbx import reading as fbx
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
 from retarget_bench.motion.recording import Recording
+
+_BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -22,11 +26,13 @@ class Reading:
     root: how the root's place is stated (``bvh.read``), where the format leaves that open.
     take: which of several motions of a file, by name or number from 1 on.
     body: which of several bodies, likewise.
+    skeleton: the file of the bones, where a format keeps them apart from the motion.
     """
 
     root: str = "auto"
     take: str | None = None
     body: str | None = None
+    skeleton: str | None = None
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,9 @@ class Format:
                 be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
+    beside:     other files that a file's motion depends on.
+    bodies:     endings of files that hold a body in one pose; beside motions of the format they are no
+                clips.
     """
 
     name: str
@@ -49,23 +58,43 @@ class Format:
     read: Callable[[Path, Reading], Recording]
     takes: Callable[[Path], tuple[str, ...]] = lambda path: ()  # noqa: ARG005
     written: tuple[str, ...] = ()
+    bodies: tuple[str, ...] = ()
+    beside: Callable[[Path], tuple[Path, ...]] = lambda path: ()  # noqa: ARG005
 
 
 def _read_bvh(path: Path, reading: Reading) -> Recording:
-    for name, value in (("take", reading.take), ("body", reading.body)):
-        if value is not None:
-            raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
-    return bvh.read(path, root=reading.root)
+    _only_one(path, reading)
+    _no_skeleton(path, reading)
+    return bvh.read(path, root=reading.root, inner=True)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
     _check_root(path, reading, "glTF")
+    _no_skeleton(path, reading)
     return gltf.read(path, reading.take, reading.body)
 
 
 def _read_fbx(path: Path, reading: Reading) -> Recording:
     _check_root(path, reading, "FBX")
+    _no_skeleton(path, reading)
     return fbx.read(path, reading.take, reading.body)
+
+
+def _read_acclaim(path: Path, reading: Reading) -> Recording:
+    _only_one(path, reading)
+    _check_root(path, reading, "AMC")
+    return acclaim.read(path, reading.skeleton)
+
+
+def _only_one(path: Path, reading: Reading) -> None:
+    for name, value in (("take", reading.take), ("body", reading.body)):
+        if value is not None:
+            raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
+
+
+def _no_skeleton(path: Path, reading: Reading) -> None:
+    if reading.skeleton is not None:
+        raise NotSupported(f"skeleton={reading.skeleton!r} is for AMC files; {path} holds its own bones")
 
 
 def _check_root(path: Path, reading: Reading, name: str) -> None:
@@ -80,7 +109,7 @@ def _begins_as_json(head: bytes) -> bool:
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
 
 
-BVH = Format("BVH", (".bvh",), lambda head: b"HIERARCHY" in head.upper(), _read_bvh, written=(".bvh",))
+BVH = Format("BVH", (".bvh",), lambda head: _BVH.search(head) is not None, _read_bvh, written=(".bvh",))
 GLTF = Format(
     "glTF",
     (".glb", ".gltf"),
@@ -90,5 +119,13 @@ GLTF = Format(
     written=(".glb",),
 )
 FBX = Format("FBX", (".fbx",), fbx_content.recognises, _read_fbx, fbx.takes)
-FORMATS = (BVH, GLTF, FBX)
+ACCLAIM = Format(
+    "ASF/AMC",
+    (".amc", ".asf"),
+    acclaim.recognises,
+    _read_acclaim,
+    bodies=(".asf",),
+    beside=acclaim.needed,
+)
+FORMATS = (BVH, GLTF, FBX, ACCLAIM)
 """All formats, the first for files that nothing recognises."""

@@ -12,7 +12,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import Hierarchy
 from retarget_bench.motion.files import format_of, read, split_take, suffixes, takes
-from retarget_bench.motion.files.formats import BVH
+from retarget_bench.motion.files.formats import BVH, FORMATS
 from retarget_bench.motion.recording import reach
 
 _DIGITS = 4
@@ -30,6 +30,10 @@ def motion_files(folder: Path) -> dict[str, Path]:
     except OSError as error:
         raise FileError(folder, f"cannot be listed ({error.strerror or error})") from error
     found: dict[str, Path] = {}
+    alone = {path.suffix.lower() for path in listed}
+    for form in FORMATS:
+        if alone & {*form.suffixes} - {*form.bodies}:  # beside motions, bodies are no clips
+            listed = [path for path in listed if path.suffix.lower() not in form.bodies]
     for path in listed:
         if path.suffix.lower() in suffixes() and path.is_file():
             for name, one in motions_of(path).items():

@@ -237,6 +237,7 @@ def _in_metres(recording: Recording, metres: float) -> Recording:
         recording,
         skeleton=recording.skeleton.scaled(metres),
         root=recording.root * metres,
+        places=None if recording.places is None else recording.places * metres,
         notes=(*recording.notes, f"its unit is {metres:.6g} m: read in metres"),
         unit="m",
         skin=recording.skin and partial(_scaled, recording.skin, metres),

@@ -18,7 +18,7 @@ from retarget_bench.motion.files.gltf.reading import GltfScene
 from retarget_bench.motion.files.gltf.writing import check_frames
 from retarget_bench.motion.files.scenes.nodes import Nodes
 from retarget_bench.motion.files.scenes.reading import rigged
-from retarget_bench.motion.files.scenes.rig import Rig
+from retarget_bench.motion.files.scenes.rig import Rig, is_plain
 from retarget_bench.motion.importer import Imported, as_stated
 from retarget_bench.motion.recording import Recording, reach
 
@@ -28,11 +28,15 @@ it are single precision."""
 _PICTURES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
 
 
-def write(path: str | Path, motion: Motion, like: Imported) -> tuple[str, ...]:
+def write(
+    path: str | Path, motion: Motion, like: Imported, *, places: np.ndarray | None = None
+) -> tuple[str, ...]:
     """Write a motion of the body of ``like`` into a copy of that file; returns what could not be kept.
 
     The motion is the first of the copy's animations, under the name of the new file. Whatever else the
     file has is kept: the numbers of its own buffer byte for byte, and before all others.
+    places: ``(frames, joints, 3)`` metres, every joint in its parent's frame, where joints below the root
+    move there; None: bones keep their length.
     The file is read back before it takes its name; nothing is left behind where it is another motion.
     Raises FileError where the motion cannot be stated on the file's nodes.
     """
@@ -43,7 +47,10 @@ def write(path: str | Path, motion: Motion, like: Imported) -> tuple[str, ...]:
     builder, notes = _copied(document)
     wanted = as_stated(motion, like)
     animation = AnimationBuilder(builder, path.stem, motion.frames, motion.fps)
-    _fill(animation, rig, rig.scene.nodes, wanted)
+    steps = None if places is None or not is_plain(rig.nodes, rig.body) else places / like.findings.unit[1]
+    if places is not None and steps is None:
+        notes = (*notes, "nodes are scaled unevenly: positions of inner joints are left out")
+    _fill(animation, rig, rig.scene.nodes, wanted, steps)
     builder.content["animations"] = [animation.finished(), *builder.content.get("animations", [])]
     with atomic(path) as temporary:
         builder.save(temporary)
@@ -52,8 +59,13 @@ def write(path: str | Path, motion: Motion, like: Imported) -> tuple[str, ...]:
     return notes
 
 
-def _fill(animation: AnimationBuilder, rig: Rig, resting: Nodes, wanted: Motion) -> None:
-    """The tracks of the body's nodes: turns of all, places of the root, and whatever differs from rest."""
+def _fill(
+    animation: AnimationBuilder, rig: Rig, resting: Nodes, wanted: Motion, steps: np.ndarray | None
+) -> None:
+    """The tracks of the body's nodes: turns of all, places of the root, and whatever differs from rest.
+
+    steps: ``(frames, joints, 3)`` every joint in its parent's frame where joints below the root move there.
+    """
     joints, parents = rig.body.joints, rig.skeleton.parents
     turned = rotation.multiply(wanted.rotations, rig.orientation)
     turned[:, 1:] = rotation.multiply(rotation.conjugate(rig.orientation[parents[1:]]), turned[:, 1:])
@@ -67,7 +79,9 @@ def _fill(animation: AnimationBuilder, rig: Rig, resting: Nodes, wanted: Motion)
     animation.track(joints[0], "translation", rotation.rotate(back[None], wanted.root - place) / size)
     for joint, node in enumerate(joints):
         animation.track(node, "rotation", rotation.continuous(turned[:, joint : joint + 1])[:, 0])
-        if joint and not np.allclose(rig.places[joint], resting.translation[node], rtol=1e-6, atol=0):
+        if joint and steps is not None and np.ptp(steps[:, joint], axis=0).any():
+            animation.track(node, "translation", rig.translations(joint, steps[:, joint]))
+        elif joint and not np.allclose(rig.places[joint], resting.translation[node], rtol=1e-6, atol=0):
             animation.track(node, "translation", rig.places[joint][None])
     for node in (*rig.nodes.above(joints[0]), *joints):
         if not np.allclose(rig.nodes.scale[node], resting.scale[node], rtol=1e-6, atol=0):

@@ -16,7 +16,7 @@ from retarget_bench.motion.files.scenes.rig import Rig, is_plain, orientations, 
 from retarget_bench.motion.files.scenes.scene import Scene
 from retarget_bench.motion.files.scenes.surface import has_surface, surface
 from retarget_bench.motion.files.scenes.tracks import Track
-from retarget_bench.motion.recording import Recording, reach, unique_names
+from retarget_bench.motion.recording import Recording, reach, resting, unique_names
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 _STILL, _SAME = 1e-3, 1e-5
@@ -62,10 +62,11 @@ def rigged(scene: Scene, take: str | None, body: str | None) -> tuple[Rig, Recor
         root,
         fps,
         (*notes, *replaced),
-        (*scaled, *moved),
+        scaled,
         unit=scene.unit,
         up=scene.up,
         skin=partial(surface, rig) if has_surface(rig) else None,
+        places=_steps(rig, moved, len(root)),
     )
     _check_finite(scene, recording)
     return rig, recording
@@ -152,10 +153,11 @@ def _size(places: Mapping[int, np.ndarray], nodes: Nodes, node: int) -> float:
 
 def _rig(
     scene: Scene, nodes: Nodes, body: Body, performance: _Performance
-) -> tuple[Rig, tuple[str, ...], tuple[str, ...]]:
-    """The body with its skeleton; doubts on joints that move against their parents, and notes."""
+) -> tuple[Rig, dict[int, np.ndarray], tuple[str, ...]]:
+    """The body with its skeleton; ``(frames, 3)`` translations of joints that move against their parents;
+    and notes."""
     if not is_plain(nodes, body):
-        return _rig_at_rest(scene, nodes, body), (), ("nodes are scaled unevenly: read as at rest",)
+        return _rig_at_rest(scene, nodes, body), {}, ("nodes are scaled unevenly: read as at rest",)
     joints, parents = list(body.joints), body.parents(nodes)
     names = unique_names(tuple(nodes.names[node] for node in joints))
     oriented, problem = orientations(scene, nodes, body)
@@ -207,34 +209,36 @@ def _tips(
 
 def _places(
     nodes: Nodes, body: Body, performance: _Performance, sizes: np.ndarray, size: float
-) -> tuple[np.ndarray, tuple[str, ...], str]:
-    """``(joints, 3)`` the translation of every joint in its parent's frame; a doubt where it changes, and
-    a note where it is another than at rest."""
+) -> tuple[np.ndarray, dict[int, np.ndarray], str]:
+    """``(joints, 3)`` the translation of every joint in its parent's frame; ``(frames, 3)`` the same of
+    joints where it changes; and a note where it is another than at rest."""
     joints = list(body.joints)
-    places = np.array(nodes.translation[joints])
-    spread, away = np.zeros(len(joints)), np.zeros(len(joints))
+    places, moved = np.array(nodes.translation[joints]), dict[int, np.ndarray]()
+    away = np.zeros(len(joints))
     for joint, node in enumerate(joints[1:], 1):
         if (node, "translation") in performance.tracks:
             values = performance.values(node, "translation", places[joint])
             middle = np.median(values, axis=0)
-            spread[joint] = sizes[joint] * np.ptp(values, axis=0).max()
+            if sizes[joint] * np.ptp(values, axis=0).max() > _STILL * size:
+                moved[joint] = values
+                within = _SAME * size / sizes[joint]
+                middle = resting(places[None, joint], values[:, None], within)[0]
             away[joint] = sizes[joint] * np.abs(middle - places[joint]).max()
             if _SAME * size < away[joint]:
                 places[joint] = middle
     count = int((away > _SAME * size).sum())
     replaced = f"{count} joints stand up to {away.max():.4g} from their place at rest" if count else ""
-    if spread.max(initial=0.0) <= _STILL * size:
-        return places, (), replaced
-    worst = int(np.argmax(spread))
-    count = int((spread > _STILL * size).sum())
-    return (
-        places,
-        (
-            f"{nodes.names[joints[worst]]!r} moves by up to {spread[worst]:.4g} against its parent "
-            f"({count} joint{'s do' if count > 1 else ' does'}): bones keep their length",
-        ),
-        replaced,
-    )
+    return places, moved, replaced
+
+
+def _steps(rig: Rig, moved: Mapping[int, np.ndarray], frames: int) -> np.ndarray | None:
+    """``(frames, joints, 3)`` every joint in its parent's frame, of nodes that move."""
+    if not moved:
+        return None
+    steps = np.repeat(rig.skeleton.offsets[None], frames, axis=0)
+    for joint, seen in moved.items():
+        steps[:, joint] = rig.step(joint, seen)
+    return steps
 
 
 # --------------------------------------------------------------------------------------------- frames

@@ -39,16 +39,29 @@ class Rig:
     places: np.ndarray
 
     @cached_property
+    def sizes(self) -> np.ndarray:
+        """``(joints,)`` metres that a node's own translation of 1 measures."""
+        return sizes_above(self.nodes, self.body)
+
+    def step(self, joint: int, translations: np.ndarray) -> np.ndarray:
+        """``(frames, 3)`` a joint in its parent's frame, of its node's ``translations`` ``(frames, 3)``."""
+        above = self.orientation[self.skeleton.parents[joint]]
+        return np.asarray(rotation.rotate(above[None], translations * self.sizes[joint]))
+
+    def translations(self, joint: int, steps: np.ndarray) -> np.ndarray:
+        """``step`` backwards."""
+        above = rotation.conjugate(self.orientation[self.skeleton.parents[joint]])
+        return np.asarray(rotation.rotate(above[None], steps) / self.sizes[joint])
+
+    @cached_property
     def matrices(self) -> np.ndarray:
         """``(joints, 4, 4)`` the nodes' transforms in the world while the skeleton stands unturned."""
         joints = list(self.body.joints)
         if not is_plain(self.nodes, self.body):
             found = self.nodes.matrices(joints)
             return np.stack([found[node] for node in joints])
-        size = sizes_above(self.nodes, self.body)
-        return transform(
-            self.skeleton.rest_positions, self.orientation, self.nodes.scale[joints] * size[:, None]
-        )
+        scale = self.nodes.scale[joints] * self.sizes[:, None]
+        return transform(self.skeleton.rest_positions, self.orientation, scale)
 
 
 def is_plain(nodes: Nodes, body: Body) -> bool:

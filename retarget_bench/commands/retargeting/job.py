@@ -1,0 +1,122 @@
+"""One retargeting of a motion file to the character of another, from reading to writing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import click
+
+from retarget_bench import defaults
+from retarget_bench.commands import motion_files
+from retarget_bench.commands.retargeting import previews
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import files as formats
+from retarget_bench.motion.character import Motion
+from retarget_bench.motion.importer import Imported
+from retarget_bench.motion.transfer import correspondence
+from retarget_bench.python import motions
+from retarget_bench.verification.verdict import Verdict, verdict
+
+BODIES = 4
+"""Target characters that a process keeps for further jobs."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A source onto a target, as plain data that can be sent to another process.
+
+    source, target: files; a take may stand behind a ``#``.
+    method:  None: the usual one.
+    fps:     of the source; None: its own rate.
+    options: all others that decide the result, by the names that the command has for them: those of
+             reading (``motion_files.reading_options``, both sides).
+    preview: a picture or clip of source and result.
+    """
+
+    source: Path
+    target: Path
+    out: Path
+    method: str | None = None
+    seed: int = 0
+    fps: float | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    preview: Path | None = None
+
+
+def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | None:
+    """Carry out a job, print warnings, notes and a summary, and return the verdict; None where there can be
+    none, or it is not to be ``judged``. quiet: print nothing. Raises BenchError."""
+    method = job.method or defaults.METHOD
+    motions.check_output(job.out, job.source, job.target)
+    performer = motion_files.imported(job.source, job.options, fps=job.fps, quiet=quiet)
+    body, target = _target(job, quiet)
+    source = motions.imported(performer)
+    answer = motions.answer(source, target, method, job.seed)
+    lost = motions.write(job.out, answer)
+    if not quiet:
+        for caution in motions.cautions(method, source.character, target):
+            click.echo(f"bench: {caution}", err=True)
+        for note in answer.notes:
+            click.echo(note)
+        for note in lost:
+            click.echo(f"{job.out}: {note}", err=True)
+        followed = int((correspondence(source.character, target) >= 0).sum())
+        click.echo(
+            f"{job.out}: {source.frames} frames of {source.character.name} at {source.fps:g} per second on "
+            f"the body of {target.name}, by {method}; {followed} of {len(target.skeleton)} joints follow "
+            f"it; {_units(job, body)}"
+        )
+    found = _judged(source, answer, quiet) if judged else None
+    if job.preview is not None:
+        previews.write(job.preview, source, answer, found)
+        if not quiet:
+            click.echo(f"{job.preview}: source and result side by side")
+    return found
+
+
+def _judged(source: Motion, answer: motions.Motion, quiet: bool) -> Verdict | None:
+    """The verdict; None, and a line that says why, where motions cannot be compared."""
+    try:
+        return verdict(source, answer)
+    except BenchError as error:
+        if not quiet:
+            click.echo(f"bench: {error}", err=True)
+        return None
+
+
+def _target(job: Job, quiet: bool) -> tuple[Imported, motions.Character]:
+    """The target's file, and its character; kept for the next job."""
+    asked = tuple(sorted((name, each) for name, each in job.options.items() if name.startswith("target_")))
+    roles = job.options.get("target_roles")
+    stamps = tuple(_stamp(each) for each in (formats.split_take(job.target)[0], roles and Path(roles)))
+    return _read_target(job.target, asked, stamps, quiet)
+
+
+@lru_cache(maxsize=BODIES)
+def _read_target(
+    path: Path, asked: tuple[tuple[str, Any], ...], stamps: object, quiet: bool
+) -> tuple[Imported, motions.Character]:
+    del stamps
+    found = motion_files.imported(path, dict(asked), "target", quiet=quiet)
+    character = motions.imported(found).character
+    assert isinstance(character, motions.Character)
+    return found, character
+
+
+def _stamp(path: Path | None) -> tuple[int, int] | None:
+    """Time and size of a file, by which a changed one is noticed; None for one that is not there."""
+    try:
+        return path and ((facts := path.stat()).st_mtime_ns, facts.st_size)  # type: ignore[return-value]
+    except OSError:
+        return None
+
+
+def _units(job: Job, body: Imported) -> str:
+    """Unit and up axis of the file that was written."""
+    kept = formats.format_of(job.target) is formats.format_of(job.out)
+    unit, up = (body.findings.unit[0], body.findings.up) if kept else ("m", "y")
+    return f"unit {unit}, {up} up"

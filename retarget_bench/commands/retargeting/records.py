@@ -1,0 +1,138 @@
+"""What a folder of results was made of, so that a second run does only what is new or has changed.
+
+A line of JSON for every result, appended when it is written; of two lines on one result the later counts.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from retarget_bench import __version__, defaults
+from retarget_bench.commands.retargeting.job import Job
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import plan
+from retarget_bench.files import write_text
+from retarget_bench.motion import files as formats
+from retarget_bench.motion.files.formats import BVH
+from retarget_bench.motion.files.listing import facts
+from retarget_bench.plugins import registry
+from retarget_bench.python.plans import method_spec
+
+NAME = "retarget.jsonl"
+FILES = ("roles", "target_roles", "skeleton", "target_skeleton")
+"""Options that name files, whose content counts."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A result. key: of all that decides it. verdict: as JSON has it, None where there was none."""
+
+    key: str
+    verdict: Mapping[str, Any] | None
+
+
+class Records:
+    """The records of a folder, by the result's path in it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.path = folder / NAME
+        self._found = _read(self.path)
+
+    def of(self, out: Path) -> Record | None:
+        return self._found.get(self._name(out))
+
+    def add(self, out: Path, record: Record) -> None:
+        """Raises FileError where it cannot be written."""
+        self._found[self._name(out)] = record
+        try:
+            with self.path.open("a", encoding="utf-8", newline="\n") as file:
+                file.write(_line(self._name(out), record))
+        except OSError as error:
+            raise FileError(self.path, f"cannot be written ({error.strerror or error})") from error
+
+    def tidy(self) -> None:
+        """One line for each result, in order."""
+        write_text(self.path, "".join(_line(name, self._found[name]) for name in sorted(self._found)))
+
+    def _name(self, out: Path) -> str:
+        return out.relative_to(self.folder).as_posix()
+
+
+def _line(name: str, record: Record) -> str:
+    return json.dumps({"result": name, "key": record.key, "verdict": record.verdict}) + "\n"
+
+
+def _read(path: Path) -> dict[str, Record]:
+    """What can be read; the last line of a run that was killed may be cut off."""
+    found: dict[str, Record] = {}
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return found
+    for line in lines:
+        try:
+            entry = json.loads(line)
+            found[entry["result"]] = Record(entry["key"], entry["verdict"])
+        except (ValueError, KeyError, TypeError):
+            continue
+    return found
+
+
+def key(job: Job) -> str:
+    """A hash of all that decides a result: both files, the method with its code and weights, all options.
+
+    Raises BenchError where a file or the method cannot be read.
+    """
+    method = registry.canonical("methods", method_spec(job.method or defaults.METHOD))
+    options = {
+        name: _file_hash(Path(value)) if name in FILES and value else value
+        for name, value in job.options.items()
+    }
+    said = {
+        "version": __version__,
+        "source": _content(job.source),
+        "target": _content(job.target),
+        "method": str(plan.spec_by_weights(method)),
+        "code": plan.method_code(method),
+        "seed": job.seed,
+        "fps": job.fps,
+        "options": options,
+    }
+    text = json.dumps(said, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+
+
+def _content(path: Path) -> str:
+    """A hash of a motion file and of the files that it refers to."""
+    own = formats.split_take(path)[0]
+    try:
+        stat = own.stat()
+    except OSError as error:
+        raise FileError(own, f"cannot be read ({error.strerror or error})") from error
+    return _content_of(path, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=64)
+def _content_of(path: Path, changed: int, size: int) -> str:
+    del changed, size
+    if formats.format_of(path) is BVH:
+        return _file_hash(path)
+    try:
+        return facts(path)[0]
+    except BenchError:  # bones of an AMC file that an option names: their content counts with the option
+        return _file_hash(formats.split_take(path)[0])
+
+
+def _file_hash(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error

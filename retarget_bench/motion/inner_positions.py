@@ -1,0 +1,92 @@
+"""Joints below the root that move against their parents, which bones of constant length cannot do.
+
+A reader gives such a motion as ``Recording.places`` beside rotations and a skeleton whose bones have one
+length each (``recording.resting``). ``settled`` then drops these places, bakes them into rotations, or
+keeps them beside the motion for a file of the same body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import rotation
+from retarget_bench.motion.character import Motion, Positions
+from retarget_bench.motion.fitting import fit
+
+WAYS = ("auto", "drop", "bake", "keep")
+NOT_KEPT = "positions of inner joints are left out: a new file has bones of constant length"
+_SMALL = 0.03
+"""Share of the body's height by which dropped places may move a joint that has a role, unless told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """A motion of constant bones; what to say of it as a matter of course, and as a doubt; and the
+    ``(frames, joints, 3)`` places in their parents' frames, metres, where they are kept."""
+
+    motion: Motion
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+    places: np.ndarray | None = None
+
+
+def check(way: str) -> None:
+    """Raises NotSupported for an unknown way."""
+    if way not in WAYS:
+        raise NotSupported(f"inner_positions={way!r} is not known; it is one of {', '.join(WAYS)}")
+
+
+def positions(motion: Motion, places: np.ndarray) -> np.ndarray:
+    """``(frames, joints, 3)`` metres in the world of joints turned as in the motion, standing at
+    ``places`` ``(frames, joints, 3)`` in their parents' frames."""
+    turned = motion.global_rotations
+    found = np.empty_like(places)
+    found[:, 0] = motion.root
+    for joint, parent in enumerate(motion.skeleton.parents.tolist()[1:], 1):
+        found[:, joint] = found[:, parent] + rotation.rotate(turned[:, parent], places[:, joint])
+    return found
+
+
+def moving(motion: Motion, places: np.ndarray) -> np.ndarray:
+    """``(joints,)`` metres by which joints leave the place that the skeleton gives them."""
+    away = np.linalg.norm(places - motion.skeleton.offsets, axis=2).max(axis=0, initial=0.0)
+    away[0] = 0.0
+    return np.asarray(away)
+
+
+def settled(motion: Motion, places: np.ndarray | None, way: str) -> Settled:
+    """What becomes of the places of inner joints: see ``WAYS``; ``auto`` drops them.
+
+    drop: bones keep their length. bake: rotations are fitted to where joints really are, with bones of
+    constant length. keep: as drop, and the places go on beside the motion.
+    """
+    if places is None:
+        return Settled(motion)
+    skeleton, height = motion.skeleton, max(motion.character.height, 1e-9)
+    away = moving(motion, places)
+    worst, count = int(away.argmax()), int((away > 1e-3 * height).sum()) or 1
+    told = (
+        f"{skeleton.names[worst]!r} moves by up to {away[worst]:.4g} m against its parent "
+        f"({count} joint{'s do' if count > 1 else ' does'})"
+    )
+    real = positions(motion, places)
+    if way == "bake":
+        fitted = fit.fit(Positions(motion.character, real, motion.fps), motion)
+        return Settled(fitted.motion, (f"{told}: baked into rotations, which leaves {fitted}",))
+    off = np.linalg.norm(real - motion.positions, axis=2).max(axis=0)
+    roles = [joint for joint, role in enumerate(motion.character.roles) if role] or list(range(len(off)))
+    share = off[roles].max() / height
+    told += f": bones keep their length, which moves joints by up to {off.max():.2g} m"
+    if way == "keep":
+        return Settled(motion, (f"{told}; their positions are kept for files of this body",), (), places)
+    if way == "drop":
+        return Settled(motion, (told,))
+    if share > _SMALL:
+        told += (
+            f", joints of the body by {100 * share:.0f} % of its height: choose --inner-positions bake "
+            "(rotations come as near as they can), keep (in files of this body) or drop"
+        )
+    return Settled(motion, (), (told,))

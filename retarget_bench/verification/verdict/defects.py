@@ -1,0 +1,150 @@
+"""Defects of a motion, and the verdict that lists them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.motion import contact
+
+MERGED = 0.2
+"""Seconds: stretches of one defect that are no farther apart are one."""
+OF_A_PART, IN_ALL = 3, 12
+"""Most stretches that are printed of one kind and part, and of all."""
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A stretch of frames to look at, and why.
+
+    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide`` or ``inside``.
+    part:     of the body, for people: ``left knee``.
+    first, last, worst: frames, counted from 0.
+    amount:   at the worst frame, in ``unit``; source: likewise of the source, at the size of the result's
+              body; None where the source has no such number.
+    severity: amount over what would still have passed, above 1.
+    reason:   for people: ``left knee snaps (31 degrees in a frame; source 9)``.
+    """
+
+    kind: str
+    part: str
+    first: int
+    last: int
+    worst: int
+    amount: float
+    source: float | None
+    unit: str
+    severity: float
+    reason: str
+
+    def text(self, fps: float) -> str:
+        """One line; frames are counted from 1, as in players and pictures."""
+        one = self.first == self.last
+        frames = f"frame {self.first + 1}" if one else f"frames {self.first + 1}-{self.last + 1}"
+        return f"{frames} ({self.first / fps:.1f} s): {self.reason}"
+
+
+@dataclass(frozen=True, repr=False)
+class Verdict:
+    """What there is to look at in a motion.
+
+    defects:  worst first. undriven: names of the joints that follow their parents.
+    """
+
+    frames: int
+    fps: float
+    defects: tuple[Defect, ...]
+    undriven: tuple[str, ...]
+
+    @cached_property
+    def worst(self) -> tuple[Defect, ...]:
+        """Those that are printed, in the order of time: at most ``OF_A_PART`` of a kind and part, and
+        ``IN_ALL``."""
+        seen = Counter[tuple[str, str]]()
+        chosen = []
+        for each in self.defects:
+            seen[each.kind, each.part] += 1
+            if seen[each.kind, each.part] <= OF_A_PART:
+                chosen.append(each)
+        return tuple(sorted(chosen[:IN_ALL], key=lambda each: (each.first, each.part)))
+
+    @property
+    def summary(self) -> str:
+        """``nothing to look at``, or ``3 places to look at``."""
+        count = len(self.defects)
+        return "nothing to look at" if not count else f"{count} place{'s' * (count > 1)} to look at"
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """A line for each of the worst, and one that counts the others."""
+        lines = [f"look at: {each.text(self.fps)}" for each in self.worst]
+        left = len(self.defects) - len(self.worst)
+        return (*lines, *([f"look at: {left} more like these"] if left else []))
+
+    @property
+    def followers(self) -> str:
+        """A sentence on the undriven joints, "" where there are none."""
+        if not (count := len(self.undriven)):
+            return ""
+        follow = "joint that nothing drives follows its parent"
+        if count > 1:
+            follow = "joints that nothing drives follow their parents"
+        return f"{count} {follow}: {_some(self.undriven)}"
+
+    def text(self) -> str:
+        """All of it for a terminal, the summary last."""
+        followers = [self.followers] if self.undriven else []
+        return "\n".join([*self.lines, *followers, self.summary])
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: frames are counted from 1, as in ``text``."""
+        return {
+            "verdict": self.summary,
+            "frames": self.frames,
+            "fps": self.fps,
+            "places": [self._place(each) for each in self.defects],
+            "undriven": list(self.undriven),
+        }
+
+    def _place(self, defect: Defect) -> dict[str, Any]:
+        """A defect with frames from 1 and seconds, numbers as they are worth reading."""
+        found = asdict(defect)
+        for name in ("first", "last", "worst"):
+            found[name] += 1
+        found["seconds"] = [round(frame / self.fps, 3) for frame in (defect.first, defect.last)]
+        for name in ("amount", "source", "severity"):
+            found[name] = None if found[name] is None else float(f"{found[name]:.4g}")
+        return found
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        return f"<Verdict on {self.frames} frames: {self.summary}>"
+
+
+def stretches(wrong: np.ndarray, fps: float) -> list[slice]:
+    """The stretches of a label ``(frames,)``, those near each other joined."""
+    joined = contact.tidy(wrong, round(MERGED * fps), 1)
+    return [slice(first, past) for first, past in contact.runs(joined).tolist()]
+
+
+def local_maximum(values: np.ndarray, radius: int) -> np.ndarray:
+    """``(frames, ...)`` the largest value within so many frames before and after each."""
+    if not len(values):
+        return values
+    edges = [(radius, radius)] + [(0, 0)] * (values.ndim - 1)
+    padded = np.pad(values, edges, constant_values=-np.inf)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * radius + 1, axis=0)
+    return np.asarray(windows.max(axis=-1))
+
+
+def _some(names: Sequence[str], shown: int = 6) -> str:
+    """The first few names, and how many more."""
+    more = len(names) - shown
+    return ", ".join(names[:shown]) + (f" and {more} more" if more > 0 else "")

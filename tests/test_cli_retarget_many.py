@@ -1,0 +1,336 @@
+"""``bench retarget`` of folders and several targets, and what it writes beside results."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from retarget_bench import cli
+from retarget_bench.commands.plugins import plugin_source
+from retarget_bench.commands.retargeting import batch, records, role_maps
+from retarget_bench.evaluation.process_pool import Done
+from retarget_bench.motion import bvh, importer
+from retarget_bench.motion.roles import load_overrides
+from retarget_bench.plugins import registry
+from tests.in_process import InThisProcess
+from tests.motion.gltf_files import person
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(request, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(registry, "_FILES", {})
+    if not request.node.get_closest_marker("processes"):
+        monkeypatch.setattr(batch, "LocalPool", InThisProcess)
+
+
+@pytest.fixture
+def bench(capsys):
+    def run(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as stop:
+            cli.main([str(each) for each in arguments])
+        return int(stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def folders(tmp_path) -> None:
+    """``mocap/`` with clips of 20 and 10 frames, ``bodies/`` with a figure in BVH and a person in GLB."""
+    file = tmp_path / "bows.py"
+    file.write_text(plugin_source("dataset", "bows"))
+    registry.add_file(file)
+    data = registry.create("datasets", "bows[frames=20]")
+    motions = {info.source: data.load(info).source for info in data.cases("retarget", "self")[:2]}
+    for folder in ("mocap", "bodies"):
+        Path(folder).mkdir()
+    bvh.write(Path("mocap/bow.bvh"), motions["small"])
+    bvh.write(Path("mocap/back.bvh"), motions["small"].at(slice(10)))
+    bvh.write(Path("bodies/large.bvh"), motions["large"], scale=100)
+    person(np.random.default_rng(0), frames=4).save(Path("bodies/person.glb"))
+
+
+COPY = ("-m", "copy_rotations", "--unit", "m")
+
+
+def results(folder: str = "out") -> dict[str, int]:
+    """Results by their path, with the time of their last change."""
+    paths = (path for path in Path(folder).rglob("*") if path.is_file() and path.name != records.NAME)
+    return {path.relative_to(folder).as_posix(): path.stat().st_mtime_ns for path in paths}
+
+
+def test_every_source_goes_to_every_target_as_one_by_one(bench, folders):
+    code, out, err = bench("retarget", "mocap", "--target", "bodies", "-o", "out", *COPY)
+    assert code == 0, err
+    assert results().keys() == {"large/back.bvh", "large/bow.bvh", "person/back.glb", "person/bow.glb"}
+    assert out.count("nothing to look at\n") == 5
+    assert out.endswith("4 retargeted, 0 up to date, 0 failed; nothing to look at\n")
+    for target, result in (("large.bvh", "large/bow.bvh"), ("person.glb", "person/bow.glb")):
+        alone = f"alone{Path(result).suffix}"
+        assert (
+            bench("retarget", "mocap/bow.bvh", "--target", f"bodies/{target}", "-o", alone, *COPY)[0] == 0
+        )
+        one, many = importer.load(alone), importer.load(f"out/{result}")
+        np.testing.assert_array_equal(one.motion.positions, many.motion.positions)
+
+
+def test_one_target_has_no_folder_of_its_own_and_a_format_can_be_chosen(bench, folders):
+    Path("flat").mkdir()
+    asked = ("retarget", "mocap/bow.bvh", "--target", "bodies/large.bvh", "-o", "flat", *COPY)
+    assert bench(*asked)[0] == 0
+    assert bench(*asked, "--format", "glb", "--quiet") == (0, "", "")
+    assert results("flat").keys() == {"bow.bvh", "bow.glb"}
+
+
+def test_what_is_up_to_date_is_left_and_what_changed_is_done_again(bench, folders):
+    asked = ("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert bench(*asked)[0] == 0
+    first = results()
+    _, out, _ = bench(*asked)
+    assert out == "0 retargeted, 2 up to date, 0 failed; nothing to look at\n"
+    assert results() == first
+
+    changed = bvh.parse("mocap/bow.bvh")
+    Path("mocap/bow.bvh").write_text(Path("mocap/back.bvh").read_text())
+    assert bench(*asked)[1].endswith("1 retargeted, 1 up to date, 0 failed; nothing to look at\n")
+    second = results()
+    assert second["back.bvh"] == first["back.bvh"]
+    assert second["bow.bvh"] != first["bow.bvh"]
+    assert not np.array_equal(bvh.parse("out/bow.bvh").values, changed.values)
+
+    Path("out/back.bvh").unlink()
+    assert "1 retargeted, 1 up to date" in bench(*asked)[1]
+    for again in (("--fps", 15), ("--target-unit", "cm"), ("--target-up", "y"), ("--seed", 1)):
+        assert "2 retargeted, 0 up to date" in bench(*asked, *again)[1]
+        assert "0 retargeted, 2 up to date" in bench(*asked, *again)[1]
+    assert "2 retargeted" in bench(*asked, *again, "--overwrite")[1]
+    asked = (*asked[:6], "-m", "ik", "--unit", "m")
+    assert "2 retargeted" in bench(*asked)[1]
+    Path("roles.toml").write_text("")
+    assert "2 retargeted" in bench(*asked, "--roles", "roles.toml")[1]
+    Path("roles.toml").write_text("# nothing\n")
+    assert "2 retargeted" in bench(*asked, "--roles", "roles.toml")[1]
+
+
+def test_a_bad_file_costs_its_own_line_and_the_exit_code(bench, folders):
+    Path("mocap/aaa.bvh").write_text("HIERARCHY\nROOT Hips\n{\n")
+    code, out, err = bench(
+        "retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", "--report", "report.json", *COPY
+    )
+    assert code == 2
+    assert results().keys() == {"back.bvh", "bow.bvh"}
+    assert "2 retargeted, 0 up to date, 1 failed" in out
+    (said,) = [line for line in err.splitlines() if "was not made" in line]
+    assert said.startswith("bench: out/aaa.bvh was not made: mocap/aaa.bvh:")
+    told = json.loads(Path("report.json").read_text())["results"]
+    assert [each["status"] for each in told] == ["failed", "done", "done"]
+    assert told[0]["error"].startswith("mocap/aaa.bvh:")
+    assert (told[1]["verdict"], told[1]["frames"], told[1]["places"]) == ("nothing to look at", 10, [])
+
+
+def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
+    class Interrupted(InThisProcess):
+        def run(self, function, payloads, workers=None):
+            for number, done in enumerate(super().run(function, payloads, workers)):
+                if number == 1:
+                    raise KeyboardInterrupt
+                yield done
+
+    asked = ("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    monkeypatch.setattr(batch, "LocalPool", Interrupted)
+    assert bench(*asked)[0] == 130
+    with Path("out", records.NAME).open("a") as file:
+        file.write('{"result": "bow.bvh", "ke')  # cut off while it was written
+    left = Path("out/.0123456789ab.bow.bvh")
+    left.write_text("half")
+    other = Path("out/.0123456789ab.notes.txt")
+    other.write_text("whose?")
+    monkeypatch.setattr(batch, "LocalPool", InThisProcess)
+    assert "1 retargeted, 1 up to date" in bench(*asked)[1]
+    assert not left.exists()
+    assert other.exists()
+    assert len(Path("out", records.NAME).read_text().splitlines()) == 2
+
+
+def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
+    class Died(InThisProcess):
+        def run(self, function, payloads, workers=None):
+            for done in super().run(function, payloads, workers):
+                yield done if done.job else Done(0, error="the worker process died")
+
+    monkeypatch.setattr(batch, "LocalPool", Died)
+    code, out, err = bench("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert code == 2
+    assert "out/back.bvh was not made: the worker process died" in err
+    assert "1 retargeted, 0 up to date, 1 failed" in out
+
+
+FALLS = """
+import os
+from retarget_bench.api import MethodCard
+from retarget_bench.plugins import registry
+
+class Falls:
+    card = MethodCard("falls", "ends its process on one clip", "1")
+
+    def supports(self, source, target):
+        return None
+
+    def retarget(self, source, target, *, context):
+        if source.character.name == "back":
+            os._exit(3)
+        return registry.create("methods", "copy_rotations").retarget(source, target, context=context)
+
+plugin = Falls
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+def test_a_job_that_ends_its_process_costs_its_own_line(bench, folders):
+    Path("falls.py").write_text(FALLS)
+    code, out, err = bench(
+        "retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", "--unit", "m", "--plugin",
+        "falls.py", "-m", "falls", "--jobs", 2,
+    )  # fmt: skip
+    assert code == 2
+    assert results().keys() == {"bow.bvh"}
+    assert "out/back.bvh was not made: the worker process died (exit code 3" in err
+    assert "1 retargeted, 0 up to date, 1 failed" in out
+
+
+def test_names_that_meet_are_kept_apart_by_their_folders(bench, folders):
+    Path("more").mkdir()
+    Path("more/bow.bvh").write_text(Path("mocap/bow.bvh").read_text())
+    asked = ("retarget", "mocap", "more", "--target", "bodies/large.bvh", "-o", "out", "--quiet", *COPY)
+    assert bench(*asked)[0] == 0
+    assert results().keys() == {"back.bvh", "mocap-bow.bvh", "more-bow.bvh"}
+
+
+def test_takes_of_files_in_folders_are_results_of_their_own(bench, folders):
+    Path("rigs").mkdir()
+    made = person(np.random.default_rng(0), frames=4)
+    made.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
+    made.save(Path("rigs/anna.glb"))
+    asked = ("--target", "bodies/large.bvh", "--quiet", "-m", "copy_rotations")
+    assert bench("retarget", "rigs", *asked, "-o", "out")[0] == 0
+    assert results().keys() == {"anna-act.bvh", "anna-nod.bvh"}
+    assert bench("retarget", "rigs", *asked, "-o", "one", "--take", "nod")[0] == 0
+    assert results("one").keys() == {"anna.bvh"}
+    assert len(bvh.parse("one/anna.bvh").values) == len(bvh.parse("out/anna-nod.bvh").values)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("mocap --target bodies -o out.bvh", "out.bvh: several results go into a folder"),
+        ("mocap --target bodies -o mocap", "mocap holds the sources; choose another folder"),
+        ("mocap --target bodies -o out --format fbx2", "--format fbx2: results are written as bvh, glb"),
+        ("mocap/bow.bvh --target bodies/large.bvh -o a.bvh --format bvh", "is for results in a folder"),
+        ("mocap --target bodies -o out --preview all.mp4", "a preview each, beside them; say what it is"),
+        ("mocap/bow.bvh --target bodies/large.bvh -o a.bvh --preview a.txt", "clips are .mp4"),
+        ("mocap/bow.bvh --target bodies/large.bvh -o a.bvh --save-map map.txt", "end the name in .toml"),
+        ("mocap none --target bodies/large.bvh -o out --format bvh", "none: has no motion files"),
+        ("mocap mocap --target bodies/large.bvh -o out", "would give results of one name"),
+        ("mocap --target missing.bvh -o out", "missing.bvh: cannot be read"),
+        ("mocap --target bodies/large.bvh -o out -m nobody", "nobody"),
+    ],
+)
+def test_what_cannot_be_is_a_sentence(bench, folders, arguments, told):
+    Path("none").mkdir()
+    before = results(".")
+    code, _, err = bench("retarget", *arguments.split())
+    assert code == 2
+    assert told in err
+    assert "Traceback" not in err
+    assert results(".") == before
+
+
+def test_a_folder_that_another_run_writes_into_is_left_alone(bench, folders):
+    from filelock import FileLock
+
+    Path("out").mkdir()
+    with FileLock("out/.lock"):
+        code, _, err = bench("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert code == 2
+    assert "another bench retarget is writing into this folder" in err
+
+
+def test_previews_show_source_and_result(bench, folders):
+    asked = ("retarget", "mocap/bow.bvh", "--target", "bodies/person.glb", *COPY)
+    code, out, err = bench(*asked, "-o", "a.glb", "--preview", "look.png")
+    assert code == 0, err
+    assert "look.png: source and result side by side" in out
+    assert Image.open("look.png").size[0] > 500
+    done = bench(*asked, "-o", "a.glb", "--preview", "gif", "--fps", 15, "--quiet")
+    assert done == (0, "", ""), done[2]
+    clip = Image.open("a.preview.gif")
+    assert clip.n_frames == 10
+    Path("out").mkdir()
+    assert bench(*asked, "-o", "out", "--preview", "png")[0] == 0
+    assert results().keys() == {"bow.glb", "bow.preview.png"}
+    Path("out/bow.preview.png").unlink()
+    assert "1 retargeted" in bench(*asked, "-o", "out", "--preview", "png")[1]
+
+
+def test_a_saved_map_reads_as_what_was_found(bench, folders):
+    asked = ("retarget", "mocap/bow.bvh", "--target", "bodies/person.glb", *COPY)
+    code, out, _ = bench(*asked, "-o", "first.glb", "--save-map", "maps/roles.toml")
+    assert code == 0
+    assert "maps/roles.toml: what joints are, for --roles" in out
+    assert "maps/roles.target.toml: what joints are, for --target-roles" in out
+    for file, saved in (("mocap/bow.bvh", "roles.toml"), ("bodies/person.glb", "roles.target.toml")):
+        body = importer.load(file).motion.character
+        assert load_overrides(Path("maps") / saved) == dict(
+            zip(body.skeleton.names, body.roles, strict=True)
+        )
+    told = ("--roles", "maps/roles.toml", "--target-roles", "maps/roles.target.toml")
+    assert bench(*asked, "-o", "second.glb", *told)[0] == 0
+    first, second = (importer.load(f"{name}.glb").motion for name in ("first", "second"))
+    np.testing.assert_array_equal(first.positions, second.positions)
+
+
+def test_maps_of_a_folder_are_one_for_each_kind_of_body(bench, folders):
+    other = Path("bodies/large.bvh").read_text().replace("Head", "Skull")
+    Path("bodies/skull.bvh").write_text(other)
+    asked = ("retarget", "mocap", "--target", "bodies", "-o", "out", "--save-map", "map.toml")
+    assert bench(*asked, *COPY)[0] == 0
+    saved = sorted(path.name for path in Path().glob("map*.toml"))
+    assert saved == ["map.target.large.toml", "map.target.skull.toml", "map.toml"]
+
+
+MEANINGS = st.sampled_from(["hips", "left_hand", "helper", "extra", "not understood", "above the hips"])
+
+
+@given(st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]), min_size=1), MEANINGS, max_size=6))
+def test_any_name_of_a_joint_is_quoted_so_that_it_is_read_again(tmp_path_factory, joints):
+    findings = _findings()
+    roles = {"hips", "left_hand"}
+    text = role_maps.text(replace(findings, joints=tuple(joints.items())))
+    path = tmp_path_factory.mktemp("maps") / "map.toml"
+    path.write_text(text, encoding="utf-8", newline="\n")
+    expected = {name: meaning if meaning in roles else None for name, meaning in joints.items()}
+    assert load_overrides(path) == expected
+    for name in joints:
+        if joints[name] not in roles:
+            assert '"none"  # ' in text
+
+
+def _findings() -> importer.Findings:
+    from tests.motion.tubes import fleshed
+
+    body = fleshed()
+    path = Path(os.devnull)
+    return importer.Findings(
+        path=path, unit=("m", 1.0), unit_told=True, other_unit=None, up="y", up_sure=1.0, up_told=True,
+        notes=(), joints=(), missing=(), quadruped=False, height=body.height, rest_pose="", facing=0.0,
+        fps=30.0, frames=1, floor=0.0, zero_bones=(), still=True,
+    )  # fmt: skip

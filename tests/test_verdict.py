@@ -1,0 +1,325 @@
+"""Verdicts: motions that are known to be right, and defects put into them on purpose."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import retarget_bench as rb
+from retarget_bench.api import Case, Context
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import importer, rotation, transfer
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plugins import registry
+from retarget_bench.verification.verdict import Verdict, coarse, defects, flesh, verdict
+
+WALK = "puppets/vesper>moppet/walk-001"
+KICK = "puppets/jack>olga/kick_front-001"
+
+
+@cache
+def case(name: str) -> Case:
+    data = registry.create("datasets", "puppets[size=tiny]")
+    return data.load(next(each for each in data.cases("retarget", "cross") if each.id == name))
+
+
+@cache
+def solved(name: str) -> tuple[Motion, Motion]:
+    """A source, and the same performance solved for another body: right, and no copy of rotations."""
+    found = case(name)
+    return found.source, found.reference
+
+
+def found_in(source: Motion, result: Motion) -> set[tuple[str, str]]:
+    return {(each.kind, each.part) for each in verdict(source, result).defects}
+
+
+def changed(motion: Motion, change: Callable[[np.ndarray, np.ndarray], None]) -> Motion:
+    """The motion after a change of its rotations and root, in place."""
+    rotations, root = motion.rotations.copy(), motion.root.copy()
+    change(rotations, root)
+    return motion.character.motion(rotations, root, motion.fps)
+
+
+def eased(frames: int, first: int, last: int) -> np.ndarray:
+    """0, slowly up to 1 within ten frames after ``first``, and back before ``last``."""
+    at = np.arange(frames)
+    up, down = np.clip((at - first) / 10, 0, 1), np.clip((last - at) / 10, 0, 1)
+    return np.sin(np.pi / 2 * np.minimum(up, down)) ** 2
+
+
+def bent(motion: Motion, role: str, degrees: float, frames: slice) -> Motion:
+    """A limb's lower joint turned about the body's left axis, against the reference pose."""
+    joint = motion.character.joint_of[role]
+    axis = rotation.rotate(
+        rotation.conjugate(motion.character.reference_globals[joint]), np.array([1.0, 0.0, 0.0])
+    )
+    turn = rotation.from_rotation_vector(np.radians(degrees) * axis)
+
+    def change(rotations: np.ndarray, root: np.ndarray) -> None:
+        del root
+        rotations[frames, joint] = rotation.multiply(rotations[frames, joint], turn[None])
+
+    return changed(motion, change)
+
+
+# ------------------------------------------------------------------------------------ nothing to look at
+@pytest.mark.parametrize("every", [30, pytest.param(1, marks=pytest.mark.slow)])
+def test_right_answers_of_other_bodies_have_nothing_to_look_at(every):
+    """Puppets' references are solved for each body, keep contacts, and never come from a method."""
+    data = registry.create("datasets", "puppets[size=tiny]")
+    infos = [info for split in ("intra", "cross") for info in data.cases("retarget", split)]
+    judged = {}
+    for info in infos[::every]:
+        given = data.load(info)
+        judged[info.id] = verdict(given.source, given.reference).defects
+    assert len(judged) >= 3
+    assert judged == dict.fromkeys(judged, ())
+
+
+@pytest.mark.parametrize("name", [WALK, KICK])
+def test_a_motion_beside_itself_has_nothing_to_look_at(name):
+    source, result = solved(name)
+    for motion in (source, result):
+        judged = verdict(motion, motion.copy())
+        assert (judged.defects, judged.undriven) == ((), ())
+        assert judged.text() == "nothing to look at"
+
+
+def test_real_motion_held_by_ik_is_not_drowned_and_a_copy_slides(real_data):
+    """LAFAN1's dance on a Mixamo character: ``ik`` holds its feet, and in copied poses they slide."""
+    dance = importer.load(real_data / "lafan1/dance1_subject1.bvh").motion.at(slice(600))
+    body = importer.load(next((real_data / "mixamo_san/Aj").glob("*.bvh"))).motion.character
+    judged = {}
+    for method in ("ik", "copy_rotations"):
+        asked = registry.create("methods", method)
+        judged[method] = verdict(dance, asked.retarget(dance, body, context=Context(seed=0)))
+    assert len(judged["ik"].defects) <= 2
+    assert sum(each.kind == "slide" for each in judged["copy_rotations"].defects) >= 5
+
+
+# ---------------------------------------------------------------------------------- defects put in
+@pytest.mark.parametrize(("role", "part"), [("left_leg", "left knee"), ("right_leg", "right knee")])
+def test_a_knee_that_snaps_for_a_frame_is_found_and_nothing_that_follows_from_it(role, part):
+    source, result = solved(WALK)
+    snapped = bent(result, role, 70, slice(30, 31))
+    judged = verdict(source, snapped)
+    assert {(each.kind, each.part) for each in judged.defects} == {("snap", part)}
+    (only,) = judged.defects
+    assert only.first <= 30 <= only.last <= only.first + 4
+    assert only.worst in (30, 31)
+    assert only.amount == pytest.approx(70, abs=20)
+    assert only.source < only.amount / 2
+    assert only.severity > 1
+    assert f"frames {only.first + 1}-{only.last + 1} (" in judged.text()
+    assert f"{part} snaps ({only.amount:.0f} degrees in a frame; source {only.source:.0f})" in judged.text()
+    assert judged.text().endswith("1 place to look at")
+
+
+def test_a_snap_is_found_at_any_rate():
+    source, result = solved(WALK)
+    snapped = bent(result, "left_leg", 70, slice(30, 31))
+    for fps in (60, 120):
+        assert found_in(source.resample(fps), snapped.resample(fps)) == {("snap", "left knee")}
+        assert found_in(source.resample(fps), result.resample(fps)) == set()
+
+
+def test_an_elbow_that_is_straight_where_the_source_bends_it_is_found():
+    bare = replace(case(KICK).target, skin=None)
+    standing, straight = posed(bare, elbow=60.0), posed(bare, elbow=0.0)
+    assert found_in(standing, straight) == {("straight", "left elbow")}
+    assert found_in(straight, standing) == set()
+    assert found_in(standing, posed(bare, elbow=20.0)) == set()
+
+
+def test_a_jump_of_the_whole_body_is_one_place():
+    source, result = solved(WALK)
+
+    def jump(rotations: np.ndarray, root: np.ndarray) -> None:
+        del rotations
+        root[40] += [0.0, 0.0, 0.4 * result.character.measures.leg_length]
+
+    judged = verdict(source, changed(result, jump))
+    assert [each.kind for each in judged.defects] == ["speed"]
+    assert judged.defects[0].first <= 40 <= judged.defects[0].last
+    assert "more joints" in judged.defects[0].reason
+
+
+def test_a_body_that_sinks_has_its_feet_in_the_floor():
+    source, result = solved(WALK)
+    height = result.character.height
+
+    def sink(rotations: np.ndarray, root: np.ndarray) -> None:
+        del rotations
+        root[:, 1] -= 0.08 * height * eased(len(root), 15, 55)
+
+    judged = verdict(source, changed(result, sink))
+    assert {each.kind for each in judged.defects} == {"floor"}
+    assert {each.part for each in judged.defects} == {"left foot", "right foot"}
+    deepest = max(judged.defects, key=lambda each: each.amount)
+    assert deepest.amount == pytest.approx(8 * height, rel=0.2)
+    assert 15 <= deepest.worst <= 55
+
+    def sink_a_little(rotations: np.ndarray, root: np.ndarray) -> None:
+        del rotations
+        root[:, 1] -= 0.01 * height
+
+    assert found_in(source, changed(result, sink_a_little)) == set()
+
+
+def test_a_floor_that_the_source_is_in_itself_is_no_defect_of_the_result():
+    source, _ = solved(WALK)
+    sunk = source.character.motion(source.rotations, source.root - [0.0, 0.1, 0.0], source.fps)
+    assert found_in(sunk, sunk) == set()
+
+
+def test_a_foot_that_slides_while_the_sources_stands_is_found():
+    source, result = solved(WALK)
+
+    def drift(rotations: np.ndarray, root: np.ndarray) -> None:
+        del rotations
+        root[:, 0] += 0.25 * result.character.height * np.linspace(0, 1, len(root))
+
+    slid = verdict(source, changed(result, drift))
+    assert {each.kind for each in slid.defects} == {"slide"}
+    assert {each.part for each in slid.defects} <= {"left foot", "right foot"}
+    shift = 100 * 0.25 * result.character.height / len(result.root)
+    for each in slid.defects:
+        assert each.amount == pytest.approx(shift * (each.last - each.first), rel=0.3, abs=1.5)
+
+
+def posed(body: Character, elbow: float, arm: float = 75.0, frames: int = 30) -> Motion:
+    """Standing, the arms down by so many degrees, the left forearm turned on by more; from above the arms
+    hang, and the forearm turns before the body."""
+    turned = rotation.identity(frames, len(body.skeleton))
+    for side, sign in (("left", -1.0), ("right", 1.0)):
+        upper = rotation.from_rotation_vector(np.array([0.0, 0.0, sign * np.radians(arm)]))
+        lower = rotation.from_rotation_vector(np.array([0.0, 0.0, sign * np.radians(elbow)]))
+        for part in ("arm", "forearm", "hand"):
+            both = part != "arm" and side == "left"
+            turned[:, body.joint_of[f"{side}_{part}"]] = rotation.multiply(upper, lower) if both else upper
+    local = transfer.from_relative(body, turned)
+    root = np.repeat(body.standing_places[:1], frames, axis=0)
+    return body.motion(local, root, 30.0)
+
+
+def test_a_hand_in_the_belly_is_found_where_there_is_a_mesh():
+    body = case(KICK).target
+    bare = replace(body, skin=None)
+    inside, beside = posed(body, elbow=100.0), posed(body, elbow=0.0, arm=45.0)
+    source = posed(bare, elbow=100.0)
+    judged = verdict(source, inside)
+    assert {(each.kind, each.part) for each in judged.defects} == {("inside", "left hand")}
+    assert (judged.defects[0].first, judged.defects[0].last) == (0, 29)
+    assert found_in(inside, inside) == set(), "the source's own hand is as deep"
+    assert found_in(posed(bare, elbow=0.0, arm=45.0), beside) == set()
+    assert found_in(source, posed(bare, elbow=100.0)) == set(), "nothing is known of flesh"
+
+
+def test_what_a_coarse_mesh_says_of_hands_is_what_the_mesh_says():
+    body = case(KICK).target
+    motion = posed(body, elbow=100.0, frames=1)
+    exact = flesh.shares(motion, np.array([0]), body)
+    fast = flesh.shares(motion, np.array([0]))
+    assert exact.keys() == fast.keys() == {"left", "right"}
+    for side in exact:
+        assert fast[side] == pytest.approx(exact[side], abs=0.15)
+    made = coarse.coarse_body(body).mesh
+    assert len(made.vertices) < len(body.mesh.vertices)
+    edges = np.sort(np.concatenate([made.faces[:, [0, 1]], made.faces[:, [1, 2]], made.faces[:, [2, 0]]]))
+    assert (np.unique(edges, axis=0, return_counts=True)[1] % 2 == 0).all(), "closed as before"
+
+
+# ------------------------------------------------------------------------------------------- the rest
+def test_capes_are_named_and_are_no_defects():
+    source, _ = solved(WALK)
+    skeleton = source.skeleton
+    spine = source.character.joint_of["spine_1"]
+    caped = Skeleton(
+        (*skeleton.names, "Cape_1", "Cape_2"),
+        np.concatenate([skeleton.parents, [spine, len(skeleton)]]),
+        np.concatenate([skeleton.offsets, [[0, 0, -0.1], [0, -0.4, 0]]]),
+        skeleton.end_sites,
+    )
+    body = Character.of("caped", caped)
+    extra = np.repeat(rotation.identity(1, 2), source.frames, axis=0)
+    result = body.motion(np.concatenate([source.rotations, extra], axis=1), source.root, source.fps)
+    judged = verdict(source, result)
+    helpers = ("Spine1_split", "LeftShoulder_split", "RightShoulder_split")
+    assert judged.undriven == ("Cape_1", "Cape_2", *helpers)
+    assert judged.defects == ()
+    names = ", ".join(("Cape_1", "Cape_2", *helpers))
+    assert judged.text().splitlines() == [
+        f"5 joints that nothing drives follow their parents: {names}",
+        "nothing to look at",
+    ]
+
+
+def test_motions_of_other_lengths_rates_or_bodies_are_refused_in_a_sentence():
+    source, result = solved(WALK)
+    with pytest.raises(BenchError, match=r"has 65 frames at 30 per second, the result 64 at 30"):
+        verdict(source, result.at(slice(64)))
+    with pytest.raises(BenchError, match="resample or cut"):
+        verdict(source, replace(result, fps=25.0))
+    nobody = replace(result.character, roles=(None,) * len(result.skeleton))
+    with pytest.raises(BenchError, match="known as hips"):
+        verdict(source, replace(result, character=nobody))
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3])
+def test_motions_of_few_frames_have_a_verdict(frames):
+    source, result = solved(WALK)
+    assert verdict(source.at(slice(frames)), result.at(slice(frames))).defects == ()
+
+
+def many() -> Verdict:
+    """Ten snaps of one knee and one slide, of rising severity."""
+    made = [
+        defects.Defect(
+            "snap", "left knee", 10 * n, 10 * n + 2, 10 * n, 30.0, 1 / 3, "degrees", n + 2.0, "why"
+        )
+        for n in range(10)
+    ]
+    made.append(defects.Defect("slide", "left foot", 5, 9, 7, 8.0, None, "cm", 1.1, "slides"))
+    return Verdict(100, 30.0, tuple(sorted(made, key=lambda each: -each.severity)), ())
+
+
+def test_the_worst_are_printed_and_all_are_in_the_report():
+    judged = many()
+    assert [each.first for each in judged.worst] == [5, 70, 80, 90]
+    assert judged.lines[0] == "look at: frames 6-10 (0.2 s): slides"
+    assert judged.lines[-1] == "look at: 7 more like these"
+    assert judged.summary == "11 places to look at"
+    told = json.loads(json.dumps(judged.as_dict()))
+    assert len(told["places"]) == 11
+    first = told["places"][0]
+    assert (first["first"], first["last"], first["worst"]) == (91, 93, 91)
+    assert first["seconds"] == [3.0, 3.067]
+    assert first["source"] == 0.3333
+    assert told["places"][-1]["source"] is None
+
+
+@pytest.mark.filterwarnings("ignore:.*(worse than|is a guess):UserWarning")
+def test_verdicts_in_python_take_motions_and_files(tmp_path):
+    source, result = solved(WALK)
+    judged = rb.verdict(source, bent(result, "left_leg", 70, slice(30, 31)))
+    assert repr(judged) == "<Verdict on 65 frames: 1 place to look at>"
+    assert str(judged) == judged.text()
+    mine = rb.retarget(source, result.character, "copy_rotations")
+    path = mine.save(tmp_path / "mine.bvh")
+    assert rb.verdict(path, path).summary == "nothing to look at"
+    with pytest.raises(BenchError, match="verdict: source is 3"):
+        rb.verdict(3, result)
+
+
+def test_local_maxima_are_those_of_a_loop():
+    values = np.random.default_rng(0).normal(size=(20, 3))
+    for radius in (0, 1, 4, 30):
+        expected = [values[max(0, k - radius) : k + radius + 1].max(axis=0) for k in range(20)]
+        np.testing.assert_array_equal(defects.local_maximum(values, radius), expected)
