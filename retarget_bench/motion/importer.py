@@ -140,9 +140,7 @@ def load(
     others = [(each, tall * UNITS[each]) for each in guesses if each != chosen[0]]
     doubts = list(recording.doubts)
     if up == "auto" and _contradicts(recording, found, stands, sure):
-        doubts.append(
-            f"the format says that {axis} is up, and the body stands along {stands}: say --up {stands}"
-        )
+        doubts.append(f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}")
     moved = _scaled(body_found, upright, chosen[1])
     places = None if recording.places is None else recording.places * chosen[1]
     settled = inner.settled(moved, places, inner_positions)
@@ -244,11 +242,7 @@ def _units(height: float, improbable: Callable[[float], float] | None, prescribe
 
 def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
     """The motion in metres; reference pose and roles do not depend on the unit."""
-    sites = tuple(
-        replace(site, offset=(site.offset[0] * scale, site.offset[1] * scale, site.offset[2] * scale))
-        for site in body.skeleton.end_sites
-    )
-    skeleton = replace(body.skeleton, offsets=body.skeleton.offsets * scale, end_sites=sites)
+    skeleton = body.skeleton.scaled(scale)
     character = replace(
         body,
         skeleton=skeleton,
@@ -259,8 +253,7 @@ def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
 
 
 def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
-    mesh = skin()
-    return replace(mesh, vertices=mesh.vertices * scale)
+    return skin().scaled(scale)
 
 
 # -------------------------------------------------------------------------------------------------- up

@@ -23,8 +23,8 @@ class Recording:
     fps:       frames per second.
     notes:     one sentence for each thing that was decided, folded or renamed.
     doubts:    one sentence for each thing of the motion that could not be kept.
-    unit:      name of the unit that the file's format prescribes ("m"); "" where it prescribes none.
-    up:        the up axis that it prescribes ("y"), or "".
+    unit:      name of the unit that the file or its format states ("m"); "" where neither does.
+    up:        the up axis likewise ("y"), or "".
     positions: ``(frames, joints, 3)`` of a file that states these and no rotations, which are then those of
                the rest pose until ``fitting.recorded`` has found them; None: the file states rotations.
     skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;

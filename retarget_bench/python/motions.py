@@ -128,7 +128,7 @@ def load_motion(
     skeleton: str | PathLike[str] | None = None,
     body_model: str | PathLike[str] | None = None,
 ) -> Motion:
-    """The motion of a file (BVH, GLB, glTF, AMC, AMASS ``.npz``, joint array ``.npy``), in metres, Y up.
+    """The motion of a file (BVH, GLB, glTF, FBX, AMC, AMASS ``.npz``, ``.npy``), in metres, Y up.
 
     What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
     warning names what is doubtful and the argument that settles it.
@@ -302,7 +302,10 @@ def check_output(path: Path, *given: Path) -> None:
     """Raises BenchError where results cannot be written under a name, or it is that of a file given."""
     if path.suffix.lower() not in files.suffixes(written=True):
         known = " or ".join(files.suffixes(written=True))
-        raise BenchError(f"{path}: the result is a motion file; give it a name that ends in {known}")
+        why = "the result is a motion file"
+        if path.suffix.lower() == ".fbx":
+            why = "FBX is read and not written; programs that import FBX import GLB as well"
+        raise BenchError(f"{path}: {why}; give it a name that ends in {known}")
     for each in (files.split_take(one)[0] for one in given):
         if path.exists() and each.exists() and path.samefile(each):
             raise BenchError(f"{path} would overwrite {each}; choose another name for the result")

@@ -10,6 +10,8 @@ from pathlib import Path
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh
 from retarget_bench.motion.files.acclaim import reading as acclaim
+from retarget_bench.motion.files.fbx import content as fbx_content
+from retarget_bench.motion.files.fbx import reading as fbx
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
 from retarget_bench.motion.files.smpl import amass, joint_arrays
@@ -46,8 +48,9 @@ class Format:
     name:       for people.
     suffixes:   endings of file names, in small letters.
     recognises: whether a file is one, by its first bytes.
-    read:       the motion; unit and up axis are said in the ``Recording`` only where the format prescribes
-                them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
+    read:       the motion; unit and up axis are said in the ``Recording`` only where the format or the
+                file states them. Raises FileError for what cannot be read, NotSupported for what it cannot
+                be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
     beside:     other files that a file's motion depends on.
@@ -93,6 +96,11 @@ def _read_gltf(path: Path, reading: Reading) -> Recording:
     return gltf.read(path, reading.take, reading.body)
 
 
+def _read_fbx(path: Path, reading: Reading) -> Recording:
+    _refuse(path, reading, "root", "skeleton", "body_model")
+    return fbx.read(path, reading.take, reading.body)
+
+
 def _read_acclaim(path: Path, reading: Reading) -> Recording:
     _refuse(path, reading, "take", "body", "root", "body_model")
     return acclaim.read(path, reading.skeleton)
@@ -121,6 +129,7 @@ GLTF = Format(
     gltf.takes,
     written=(".glb",),
 )
+FBX = Format("FBX", (".fbx",), fbx_content.recognises, _read_fbx, fbx.takes)
 ACCLAIM = Format(
     "ASF/AMC",
     (".amc", ".asf"),
@@ -131,5 +140,5 @@ ACCLAIM = Format(
 )
 AMASS = Format("AMASS", (".npz",), begins_as_archive, _read_amass, written=(".npz",))
 JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY), _read_joint_array)
-FORMATS = (BVH, GLTF, ACCLAIM, AMASS, JOINT_ARRAY)
+FORMATS = (BVH, GLTF, FBX, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""
