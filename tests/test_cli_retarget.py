@@ -11,9 +11,12 @@ import pytest
 from retarget_bench import cli
 from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.motion import bvh, files, importer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.smpl import average
+from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.plugins import registry
 from tests.datasets.test_folder import ASF
-from tests.motion import fbx_files
+from tests.motion import fbx_files, smpl_files
 from tests.motion.gltf_files import person
 
 
@@ -203,6 +206,37 @@ def test_files_of_both_formats_mix_and_results_keep_the_target_s_format(bench, f
     assert "unit cm, y up" in done[1]
     done = bench("retarget", glb, "--target", glb, "-o", "nod.bvh", "-m", "copy_rotations")
     assert "unit m, y up" in done[1]
+
+
+def test_files_of_smpl_go_in_and_out(bench, figures):
+    random = np.random.default_rng(0)
+    smpl_files.archive(Path("amass.npz"), smpl_files.parameters(random))
+    smpl_files.archive(Path("models/smplh/female/model.npz"), smpl_files.model(random))
+    np.save("joints.npy", smpl_files.danced(Character.of("body", average.skeleton(BODY)), 30))
+    code, out, err = bench("retarget", "joints.npy", "--target", "amass.npz", "-o", "out.npz")
+    assert code == 0, err
+    assert "22 of 52 joints follow it; unit m, z up" in out
+    assert "joints.npy: the rate is not in the file: 20 frames per second" in err
+    assert "amass.npz: an average skeleton: give --target-body-model for" in err
+    modelled = ("--target", "amass.npz", "--target-body-model", "models", "--quiet")
+    code, out, err = bench("retarget", "joints.npy", "--rate", "30", *modelled, "-o", "out.glb")
+    assert (code, out, err) == (0, "", "")
+    found = importer.load("out.glb").motion
+    assert (found.fps, len(found.character.mesh.vertices)) == (30.0, 90)
+    code, out, _ = bench("doctor", "amass.npz", "--body-model", "models")
+    assert code == 0
+    for told in (
+        "SMPL-H, female, 16 betas",
+        "joints and skin of model.npz",
+        "6 of the 16 betas",
+        "left_thumb_3",
+    ):
+        assert told in out
+    code, _, err = bench("retarget", "joints.npy", "--target", figures["small"], "-o", "no.npz")
+    assert code == 2
+    assert "no.npz: not written: an AMASS file states the joints of SMPL bodies alone, and" in err
+    assert not Path("no.npz").exists()
+    assert "a body model is for AMASS files" in bench("doctor", "joints.npy", "--body-model", "models")[2]
 
 
 def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):

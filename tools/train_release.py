@@ -1,6 +1,6 @@
 """Train every shipped method with fixed configs and budgets, ship what validates better, write the tables.
 
-    python -m tools.train_release                  all: half an hour of a GPU, or 24 hours of a core
+    python -m tools.train_release                  all: half an hour of a GPU, or 28 hours of a core
     python -m tools.train_release --only pan --budget-scale 0.1
 
 The training data are made first, by all cores. Then every method is trained in a folder of its own, on from
@@ -44,7 +44,8 @@ from retarget_bench.training.validate import Validator
 @dataclass(frozen=True)
 class Training:
     """A method as it is shipped. hours: on a CPU, of preset ``default``. minutes: on a GPU, of ``gpu``.
-    cmu: what it is trained on beside ``DATA`` where CMU's files are at hand."""
+    cmu: what it is trained on beside ``DATA`` where CMU's files are at hand; "": nothing, for methods that
+    learn from meshes."""
 
     method: str
     hours: float
@@ -53,18 +54,21 @@ class Training:
 
 
 TRAININGS = (
-    Training("paired", hours=2, minutes=4),
-    Training("pan", hours=4, minutes=5, cmu="cmu[bodies=200,own=false]"),
-    Training("pan[parts=three]", hours=2, minutes=2.5, cmu="cmu[bodies=200,own=false]"),
-    Training("humot", hours=4, minutes=4),
-    Training("nkn", hours=2, minutes=2.5),
+    Training("paired", hours=2, minutes=3.5),
+    Training("pan", hours=4, minutes=4.5, cmu="cmu[bodies=200,own=false]"),
+    Training("pan[parts=three]", hours=2, minutes=2, cmu="cmu[bodies=200,own=false]"),
+    Training("humot", hours=4, minutes=3.5),
+    Training("nkn", hours=2, minutes=2),
     Training("smrm", hours=2, minutes=2),
-    Training("san", hours=2, minutes=2.5, cmu="cmu[bodies=200,own=false]"),
-    Training("nkn_cross", hours=2, minutes=2, cmu="cmu[bodies=200,own=false]"),
-    Training("pmnet", hours=1, minutes=1.5),
+    Training("san", hours=2, minutes=2, cmu="cmu[bodies=200,own=false]"),
+    Training("nkn_cross", hours=2, minutes=1.5, cmu="cmu[bodies=200,own=false]"),
+    Training("pmnet", hours=1, minutes=1),
     Training("pmnet_cross", hours=1, minutes=1, cmu="cmu[bodies=200,own=false]"),
-    Training("r2et", hours=1, minutes=1.5),
-    Training("same", hours=1, minutes=1.5),
+    Training("r2et", hours=1, minutes=1),
+    Training("same", hours=1, minutes=1),
+    Training("skr", hours=2, minutes=2.5, cmu=""),
+    Training("skin", hours=1, minutes=1, cmu=""),  # learns with the joints that the shipped skr finds
+    Training("npt", hours=1, minutes=1.5, cmu=""),
 )
 DATA = "puppets[size=large,bodies=200]"
 """What all of them are trained on."""
@@ -142,7 +146,8 @@ def command(
 
 def data_of(training: Training, tiny: bool) -> Spec:
     """The training data, several as one."""
-    names = [TINY] if tiny else [DATA, *[training.cmu] * bool(os.environ.get(CMU_FOLDER))]
+    beside = training.cmu if os.environ.get(CMU_FOLDER) else ""
+    names = [TINY] if tiny else [DATA, *([beside] if beside else [])]
     return joint_datasets.joint_spec([Spec.parse(each) for each in names])
 
 

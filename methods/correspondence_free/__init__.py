@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +12,8 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.files import digest
 from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
+from retarget_bench.training.learned_method import of_weights
 
-from ..skin import SKIN
-from ..skin.network import Inputs
-from ..skr import SKR
-from ..smrm import SMRM
 from .online import Networks, OnlineRetargeter, estimated_body
 
 
@@ -34,14 +32,13 @@ class CorrespondenceFree:
     looks ahead, and nothing is smoothed. Other rates than 30 frames per second are met between the
     joints' places, and answered between the target's rotations.
 
-    skr, smrm, skin: names of the stages' weights, or paths to others. inputs: of SKIN's weights.
-    path: see SMRM. sides: see SKR.
+    skr, smrm, skin: names of the stages' weights, or paths to others; each stage has the parameters that
+    its weights were trained with. path: see SMRM. sides: see SKR.
     """
 
     skr: str = "puppets"
     smrm: str = "puppets"
     skin: str = "puppets"
-    inputs: Inputs = "distances"
     path: root_rules.PathKind = "relative"
     sides: int = 1
 
@@ -61,7 +58,6 @@ class CorrespondenceFree:
             "skr": "weights of skr: name of shipped ones, or a path",
             "smrm": "weights of smrm: name of shipped ones, or a path",
             "skin": "weights of skin: name of shipped ones, or a path",
-            "inputs": "what skin's weights see of a point: distances to joints, or vectors from them",
             "sides": "1, or 2: skr also sees points turned to their back, and averages",
             "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
         },
@@ -71,25 +67,31 @@ class CorrespondenceFree:
     def networks(self) -> Networks:
         """The three stages."""
         return Networks(
-            SKR(weights=self.skr, sides=self.sides),
-            SMRM(weights=self.smrm, path=self.path),
-            SKIN(weights=self.skin, inputs=self.inputs, skr=self.skr),
+            skr=of_weights("skr", self.skr, sides=self.sides),
+            smrm=of_weights("smrm", self.smrm, path=self.path),
+            skin=of_weights("skin", self.skin, skr=self.skr),
         )
 
     @property
-    def _stages(self) -> tuple[SKR, SMRM, SKIN]:
-        return self.networks.skr, self.networks.smrm, self.networks.skin
+    def stages(self) -> Mapping[str, Any]:
+        """The three methods, by name."""
+        return vars(self.networks)
+
+    @property
+    def untrained(self) -> str:
+        """Reason why a stage cannot answer as it is; "" where all can."""
+        return next((each.untrained for each in self.stages.values() if each.untrained), "")
 
     @property
     def weights_hash(self) -> str:
         """Of the three stages' weights together; "" where one has none."""
-        each = [stage.weights_hash for stage in self._stages]
+        each = [stage.weights_hash for stage in self.stages.values()]
         return digest(" ".join(each)) if all(each) else ""
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
         """What any of the three stages has been trained on; None where one does not say."""
-        each = [stage.training_manifest for stage in self._stages]
+        each = [stage.training_manifest for stage in self.stages.values()]
         known = [manifest for manifest in each if manifest is not None]
         if len(known) < len(each):
             return None
@@ -100,9 +102,8 @@ class CorrespondenceFree:
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
-        lacking = next((stage.untrained for stage in self._stages if stage.untrained), "")
-        if lacking:
-            return lacking
+        if self.untrained:
+            return self.untrained
         if target.skin is None:
             return f"{target.name} has no mesh to move"
         if target.four_legged:

@@ -1,7 +1,9 @@
 """The pipeline frame by frame: points of a source come in, vertices of the target go out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 import torch
@@ -12,13 +14,9 @@ from retarget_bench.motion.body22 import JOINTS, PARENTS
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.rates import FPS
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import BODY22
-
-from ..skin import SKIN
-from ..skr import SKR
-from ..smrm import SMRM
-from ..smrm.features import FPS
 
 LEG_TO_HIPS = 1.10
 """How high the hips are above the toes, in lengths of thigh and shank: 1.06 to 1.17 among puppets (of two
@@ -30,17 +28,42 @@ _LEGS = tuple(
 _ACROSS = tuple(
     tuple(BODY22.index(f"{side}_{part}") for side in ("left", "right")) for part in ("up_leg", "arm")
 )
+_STRAIGHT = 0.35
+"""Radians: a target that faces nearer to +Z than this is taken to face +Z."""
 _TOLD = 1e-3
 """Hip heights: where hips and shoulders seen from above are closer than this, they show no direction."""
 
 
+class FindsJoints(Protocol):
+    """What is used of the method ``skr``."""
+
+    def joints(self, points: Sequence[np.ndarray]) -> np.ndarray: ...
+    def resting(self, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray: ...
+
+
+class MovesJoints(Protocol):
+    """What is used of the method ``smrm``: its networks, its features and the kind of path."""
+
+    path: root_rules.PathKind
+    features: Any
+
+    @property
+    def generator(self) -> Any: ...
+
+
+class GivesWeights(Protocol):
+    """What is used of the method ``skin``."""
+
+    def shares(self, points: np.ndarray, joints: np.ndarray) -> np.ndarray: ...
+
+
 @dataclass(frozen=True)
 class Networks:
-    """The three trained stages."""
+    """The three trained stages, each a method of its own."""
 
-    skr: SKR
-    smrm: SMRM
-    skin: SKIN
+    skr: FindsJoints
+    smrm: MovesJoints
+    skin: GivesWeights
 
 
 @dataclass(eq=False)
@@ -71,9 +94,10 @@ class OnlineRetargeter:
     """
 
     def __init__(self, networks: Networks, vertices: np.ndarray, faces: np.ndarray) -> None:
-        """vertices, faces: ``(V, 3)`` metres and ``(F, 3)`` of the target in T-pose, facing +Z."""
+        """vertices, faces: ``(V, 3)`` metres and ``(F, 3)`` of the target in T-pose, wherever it faces."""
         self.networks, self.memory = networks, Memory()
         joints = networks.skr.resting(vertices, faces).mean(axis=0)
+        vertices, joints = _ahead(joints, vertices, joints)
         self.body = estimated_body(joints)
         self.mesh = Mesh(vertices, faces, networks.skin.shares(vertices, joints))
         self._generator, self._features = networks.smrm.generator, networks.smrm.features
@@ -120,8 +144,7 @@ class OnlineRetargeter:
 
     def _facing(self, joints: np.ndarray, units: np.ndarray) -> np.ndarray:
         """``(frames,)`` unit complex numbers; where it cannot be told, the last that could decides."""
-        across = sum(joints[:, left] - joints[:, right] for left, right in _ACROSS)
-        forward = across[:, 0] - 1j * across[:, 2]
+        forward = _forward(joints)
         size = np.abs(forward)
         told = size > _TOLD * units
         last = np.maximum.accumulate(np.where(told, np.arange(len(joints)), -1))
@@ -173,6 +196,22 @@ class OnlineRetargeter:
         memory.moves, memory.turn, memory.path = moves[-1:], turn[-1:], path[-1:]
         memory.faded = np.stack([lag[-1], faded[-1]])
         return path if self.networks.smrm.path == "integrated" else lead + faded
+
+
+def _forward(joints: np.ndarray) -> np.ndarray:
+    """``(...)`` complex numbers: the direction ahead of joints ``(..., 22, 3)``, see ``motion/facing.py``;
+    the farther hips and shoulders are apart on the level, the larger."""
+    across = sum(joints[..., left, :] - joints[..., right, :] for left, right in _ACROSS)
+    return np.asarray(across[..., 0] - 1j * across[..., 2])
+
+
+def _ahead(resting: np.ndarray, *places: np.ndarray) -> list[np.ndarray]:
+    """Places ``(n, 3)`` of a body, turned so that it faces +Z, where its joints at rest say that it does
+    not. Where it does, as far as they can tell, nothing is turned: they are found to a degree or two."""
+    forward = complex(_forward(resting))
+    if abs(np.angle(forward)) < _STRAIGHT:
+        return list(places)
+    return [facing.seen(each, np.asarray(forward / abs(forward))) for each in places]
 
 
 def estimated_body(joints: np.ndarray) -> Character:

@@ -14,11 +14,12 @@ from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.skinned_body import moves
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .inference import retargeted
 from .network import Pooling, PoseTransfer
-from .surfaces import on_mesh, transforms, unfit
+from .surfaces import on_mesh, unfit
 from .training import NptTraining
 
 
@@ -104,10 +105,9 @@ class NPT(LearnedMethod):
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        mesh = motion.character.mesh
-        if mesh is None:
+        if motion.character.skin is None:
             raise NotSupported(unfit(motion.character))
-        return {"moved": transforms(mesh, motion)}
+        return moves(motion, motion.root)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NptTraining:
         del config

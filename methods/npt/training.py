@@ -67,9 +67,9 @@ class NptTraining:
         frame = at - int(self._ends[number - 1] if number else 0)
         source, target = (clips[k] for k in numbers.choice(len(clips), 2, replace=False))
         giver, taker = self._skins[source.character], self._skins[target.character]
-        skin = giver.posed(source.arrays["moved"][frame])[None]
-        points = sampled(skin, giver.faces, numbers.random((1, 3, self._points)))[0]
-        posed = taker.posed(target.arrays["moved"][frame])
+        skin = giver.posed(source.arrays, frame)[None]
+        points = sampled(skin, giver.body.faces, numbers.random((1, 3, self._points)))[0]
+        posed = taker.posed(target.arrays, frame)
         scale, resting = taker.identity.scale, taker.identity.vertices
         kept = numbers.permutation(len(resting))[: self._points]
         edges, real = self._edges(numbers, taker, kept)
@@ -86,7 +86,7 @@ class NptTraining:
     ) -> tuple[np.ndarray, np.ndarray]:
         """``(points, 2)`` edges between the vertices that are kept, by their places among these, and
         ``(points,)`` whether there are so many."""
-        place = np.full(len(skin.weights), -1)
+        place = np.full(len(skin.body.weights), -1)
         place[kept] = np.arange(len(kept))
         edges = place[skin.edges]
         edges = numbers.permutation(edges[(edges >= 0).all(axis=1)])[: self._points]

@@ -3,26 +3,27 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import torch
 
 from retarget_bench.api import Context, MethodCard, Source, Surface
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.files import digest
 from retarget_bench.motion import body22, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.skinning_torch import skinned
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.learned_method import LearnedMethod
+from retarget_bench.training.layers.skinned_body import SkinnedBody, mesh_of, moves_about_hips
+from retarget_bench.training.learned_method import LearnedMethod, of_weights
 
-from ..skr import SKR
-from ..skr.sampling import SkinnedBody, mesh_of, transforms
 from .network import Inputs, SkinningPredictor
-from .posing import posed, transforms_of
+from .posing import transforms_of
 from .training import SkinTraining
 
 OURS = TrainingConfig(
@@ -111,7 +112,7 @@ class SKIN(LearnedMethod):
         return body22.unfit(character, "skin")
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return transforms(motion)
+        return moves_about_hips(motion)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SkinTraining:
         return SkinTraining(
@@ -125,23 +126,39 @@ class SKIN(LearnedMethod):
         """``(estimates, 22, 3)`` metres: the joints of a body in T-pose."""
         if self.joints == "truth":
             return body.resting[None]
-        return self._regressor.resting(body.vertices[:, :3], body.faces, draws)
+        found: np.ndarray = self._regressor.resting(body.vertices[:, :3], body.faces, draws)
+        return found
 
     @cached_property
-    def _regressor(self) -> SKR:
-        return SKR(weights=self.skr)
+    def _regressor(self) -> Any:
+        return of_weights("skr", self.skr)
+
+    # --------------------------------------------------------------------------------- what is known
+    @property
+    def stages(self) -> Mapping[str, Any]:
+        """SKR, where it finds the joints."""
+        return {"skr": self._regressor} if self.joints == "skr" else {}
+
+    @property
+    def weights_hash(self) -> str:
+        """Of the weights, and of those of SKR, where it finds the joints."""
+        each = [super().weights_hash, *(stage.weights_hash for stage in self.stages.values())]
+        return (digest(" ".join(each)) if len(each) > 1 else each[0]) if all(each) else ""
+
+    @property
+    def untrained(self) -> str:
+        return super().untrained or next((each.untrained for each in self.stages.values()), "")
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
         if source.name != target.name:
             return "skin poses the body that it sees and carries nothing to another one"
-        lacking = self._regressor.untrained if self.joints == "skr" else ""
-        return self.untrained or lacking or self.unfit(target) or None
+        return self.untrained or self.unfit(target) or None
 
     def retarget(self, source: Source, target: Character, *, context: Context) -> Surface:
         if not isinstance(source, Motion):
             raise NotSupported("skin needs a source with rotations")
-        body, seen = SkinnedBody.of(target), transforms(source)
+        body, seen = SkinnedBody.of(target), moves_about_hips(source)
         joints = self._skeletons(body).mean(axis=0)
         mesh = mesh_of(target)
         shares = self.shares(mesh.vertices, joints)
@@ -149,7 +166,8 @@ class SKIN(LearnedMethod):
         hips = source.positions[:, body22.Body22(source.character).joints[0]]
         hips = hips - np.einsum("fab,b->fa", matrices[:, 0], body.resting[0])
         shifts = transforms_of(joints, matrices, hips)
-        return target.surface(posed(mesh.vertices, shares, matrices, shifts), source.fps)
+        known = (torch.from_numpy(each) for each in (mesh.vertices, shares, matrices, shifts))
+        return target.surface(skinned(*known).numpy(), source.fps)
 
     def shares(self, points: np.ndarray, joints: np.ndarray) -> np.ndarray:
         """``(V, 22)`` skinning weights of points ``(V, 3)`` about joints ``(22, 3)`` in T-pose, metres."""

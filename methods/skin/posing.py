@@ -1,4 +1,4 @@
-"""Linear blend skinning over the 22 joints in NumPy."""
+"""What moves points that follow the 22 joints, by forward kinematics."""
 
 import numpy as np
 
@@ -19,17 +19,3 @@ def transforms_of(joints: np.ndarray, matrices: np.ndarray, hips: np.ndarray) ->
             change = matrices[:, parent] - matrices[:, joint]
             shifts[:, joint] = shifts[:, parent] + change @ joints[joint]
     return shifts
-
-
-def posed(points: np.ndarray, shares: np.ndarray, matrices: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """``(frames, V, 3)`` metres: points ``(V, 3)`` moved by their shares ``(V, 22)`` of the joints.
-
-    matrices: ``(frames, 22, 3, 3)`` and shifts: ``(frames, 22, 3)``, see ``transforms_of``. One product of
-    matrices moves all points in all frames: skinning is linear in the transforms.
-    """
-    around = np.concatenate([points, np.ones((len(points), 1))], axis=1)
-    spread = (shares[:, :, None] * around[:, None, :]).reshape(len(points), -1)  # (V, 22 * 4)
-    moves = np.concatenate([matrices, shifts[..., None]], axis=-1)  # (frames, 22, 3, 4)
-    columns = moves.transpose(0, 2, 1, 3).reshape(-1, spread.shape[1])
-    found: np.ndarray = (columns @ spread.T).reshape(len(moves), 3, -1).swapaxes(1, 2)
-    return found

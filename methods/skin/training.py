@@ -15,8 +15,8 @@ from retarget_bench.training import weights
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.skinned_body import SkinnedBody
 
-from ..skr.sampling import SkinnedBody
 from .network import SkinningPredictor, size
 from .posing import transforms_of
 

@@ -18,11 +18,11 @@ from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.skinned_body import moves_about_hips
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .inference import joints_of, placed, points_of
 from .network import SkeletonRegressor
-from .sampling import transforms
 from .training import SkrTraining
 
 DRAWS, SPOTS = 16, 2048
@@ -94,7 +94,7 @@ class SKR(LearnedMethod):
         version="1",
         paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
         published=(
-            {"network": "count", "dropout": 0.3, "direction": "world"},
+            {"dropout": 0.3, "direction": "world"},
             {"network": "table5", "dropout": 0.3, "direction": "world"},
         ),
         differs={"dropout": "no dropout", "direction": "seen along the points' main level direction"},
@@ -136,7 +136,7 @@ class SKR(LearnedMethod):
         return body22.unfit(character, "skr")
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return transforms(motion)
+        return moves_about_hips(motion)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SkrTraining:
         return SkrTraining(

@@ -13,9 +13,9 @@ from retarget_bench.training import weights
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.skinned_body import SkinnedBody
 
 from .network import SkeletonRegressor
-from .sampling import SkinnedBody
 
 RESTING = 0.1
 """Share of rows that show the mesh in its own pose, as targets are seen."""

@@ -144,6 +144,27 @@ class OffersAttention(Protocol):
         where there is no attention to show. A run never calls it."""
 
 
+@runtime_checkable
+class OffersStages(Protocol):
+    """A method that is composed of others. Their code belongs to the keys of its results; its own
+    ``weights_hash`` has their weights in it."""
+
+    @property
+    def stages(self) -> Mapping[str, Any]:
+        """The others, each under the parameter that names its weights or is a path to them."""
+
+
+def stages(method: object) -> Mapping[str, Any]:
+    """The methods that a method is composed of; none of most."""
+    return method.stages if isinstance(method, OffersStages) else {}
+
+
+def stage_names(method: object) -> tuple[str, ...]:
+    """The plug-ins that a method is composed of, and those that these are composed of."""
+    each = stages(method).values()
+    return tuple(name for one in each for name in (method_card(one).name, *stage_names(one)))
+
+
 def weights_hash(method: object) -> str:
     return str(getattr(method, "weights_hash", ""))
 

@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
+from retarget_bench.errors import BenchError
+
 ENGINE = "retarget_bench"
 FOLDER = Path(__file__).resolve().parents[1]
 
@@ -130,3 +132,15 @@ def _blank(lines: list[str], node: ast.stmt) -> None:
     lines[first] = before + (after if last == first else "")
     for row in range(first + 1, last + 1):
         lines[row] = after if row == last else ""
+
+
+@cache
+def folder_hash(folder: Path) -> str:
+    """Eight hex digits of every motion file in a folder of predictions."""
+    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
+    if not found:
+        raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
+    total = hashlib.sha256()
+    for path in found:
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()[:8]

@@ -1,6 +1,5 @@
 """Plans (methods x data sets x splits) and the keys of their results."""
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache
@@ -12,7 +11,7 @@ from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import quick_looks
 from retarget_bench.evaluation.batches import RULE, batches
-from retarget_bench.evaluation.code_hash import code_hash, imports, package_code, reached_code
+from retarget_bench.evaluation.code_hash import code_hash, folder_hash, imports, package_code, reached_code
 from retarget_bench.evaluation.prediction import environments
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
@@ -34,6 +33,8 @@ LAYERS, FEATURES = "training.layers", "training.features"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
 SETS = "evaluation.set_metrics"
 """The package that draws sets and evaluates metrics of them."""
+APART = ("motion/files/", "motion/editing/")
+"""Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +177,7 @@ class EvaluationUnit:
         facts = {
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
-            "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
+            "code": folder_hash(self.plan.external) if self.plan.external else code_of(self.method),
             "weights": "" if self.plan.external else optional.weights_hash(self.built),
             "dataset": self.dataset.name,
             "dataset_parameters": without_location(self.dataset),
@@ -272,8 +273,11 @@ def spec_by_weights(spec: Spec) -> Spec:
     Raises BenchError where there are no such weights or assets, or no such environment.
     """
     built = method(spec.here)
-    label = optional.weights_label(built) if "weights" in spec.parameters else ""
-    known = assets.labelled(spec.with_parameters(weights=label) if label else spec, built)
+    weighted = {"weights": built, **optional.stages(built)}
+    labels = {
+        name: optional.weights_label(each) for name, each in weighted.items() if name in spec.parameters
+    }
+    known = assets.labelled(spec.with_parameters(**{k: v for k, v in labels.items() if v}), built)
     return replace(known, environment=environments.label(spec.environment)) if spec.environment else known
 
 
@@ -294,11 +298,14 @@ def placed(spec: Spec) -> Spec:
 def located(spec: Spec) -> Spec:
     """The method with the paths of its local weights and assets in full, for processes that work in other
     folders."""
-    spec = assets.in_full(spec, method(spec.here))
-    path = Path(str(spec.parameters.get("weights", "")))
-    if path.is_absolute() or spec_by_weights(spec.here) == spec.here or not path.exists():
-        return spec
-    return spec.with_parameters(weights=str(path.resolve()))
+    built, known = method(spec.here), spec_by_weights(spec.here)
+    spec = assets.in_full(spec, built)
+    found = {}
+    for name in ("weights", *optional.stages(built)):
+        path = Path(str(value := spec.parameters.get(name, "")))
+        if known.parameters.get(name, "") != value and not path.is_absolute() and path.exists():
+            found[name] = str(path.resolve())
+    return spec.with_parameters(**found)
 
 
 def located_data(spec: Spec) -> Spec:
@@ -347,15 +354,22 @@ def forget() -> None:
 
 # ---------------------------------------------------------------------------------------------- hashes
 @cache
-def method_code(spec: Spec) -> str:
-    """A hash of the plug-in's own files, of those of its post-processors, of ``motion/`` without the
-    formats in ``motion/files/``, and of what these files reach of the layers that learned methods share.
-    A data set that reads such formats has their code in its own ``content``."""
-    own = list(_own_code("methods", spec.name))
+def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
+    """A hash of the plug-in's own files, of those of its stages and post-processors, of ``motion/`` without
+    ``APART``, and of what these files reach of the layers that learned methods share. A data set that
+    reads formats of motion files has their code in its own ``content``.
+
+    stages: plug-ins that the method is composed of (``optional.stage_names``). Nothing is imported."""
+    own = [file for name in dict.fromkeys((spec.name, *stages)) for file in _own_code("methods", name)]
     own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    motion = (each for each in package_code("motion") if not each[0].startswith("motion/files/"))
+    motion = (each for each in package_code("motion") if not each[0].startswith(APART))
     layers = reached_code(LAYERS, (path for _, path in own))
     return code_hash([*own, *motion, *layers])
+
+
+def code_of(spec: Spec) -> str:
+    """``method_code`` with the stages that the method has, for which it is built."""
+    return method_code(spec, optional.stage_names(method(spec.here)))
 
 
 @cache
@@ -376,15 +390,3 @@ def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
     """A plug-in's own files, under names that do not depend on where the plug-in lies."""
     for relative, path in registry.code_files(kind, name):
         yield f"{kind}/{name}/{relative}", path
-
-
-@cache
-def folder_hash(folder: Path) -> str:
-    """Eight hex digits of every motion file in a folder of predictions."""
-    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
-    if not found:
-        raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
-    total = hashlib.sha256()
-    for path in found:
-        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return total.hexdigest()[:8]

@@ -22,13 +22,13 @@ from typing import Any, Self, TypeVar
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.answers import Answer, size
+from retarget_bench.evaluation.code_hash import folder_hash
 from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.evaluation.plan import (
     Plan,
+    code_of,
     dataset,
-    folder_hash,
     located_data,
-    method_code,
     metric_versions,
 )
 from retarget_bench.evaluation.predict import Inputs
@@ -191,7 +191,7 @@ def machine_facts(plan: Plan, methods: Iterable[Spec], data: Iterable[Spec]) -> 
     if plan.external:
         found["the folder of predictions"] = folder_hash(plan.external)
     else:
-        found |= {f"method {spec.names}": method_code(spec) for spec in methods}
+        found |= {f"method {spec.names}": code_of(spec) for spec in methods}
     return found | {f"data set {spec.name}": dataset(spec, plan.task).content for spec in data}
 
 

@@ -18,6 +18,7 @@ from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.findings import Findings
+from retarget_bench.motion.fitting.recorded import with_rotations
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
@@ -94,6 +95,7 @@ def load(
     body: str | None = None,
     inner_positions: str = "auto",
     skeleton: str | Path | None = None,
+    body_model: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
 
@@ -109,6 +111,8 @@ def load(
     inner_positions: ``auto``, or ``drop``, ``bake`` or ``keep`` what joints below the root do that bones of
            constant length cannot (``inner_positions.settled``).
     skeleton: the ASF file of an AMC file's bones; by default the one beside it.
+    body_model: file or folder of the body models that files of the SMPL family are of.
+    Where a file states joint positions alone, rotations are fitted to them, and a note says how well.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
     roles that do not fit.
     """
@@ -117,10 +121,11 @@ def load(
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     inner.check(inner_positions)
     path, named = files.split_take(path)
-    bones = None if skeleton is None else str(skeleton)
-    reading = files.Reading(root, take if take is not None else named, body, bones)
+    told = None if rate is None else _checked_rate(rate)
+    take = take if take is not None else named
+    reading = files.Reading(root, take, body, _text(skeleton), told, _text(body_model))
     stated = files.format_of(path).read(path, reading)
-    recording = stated if rate is None else replace(stated, fps=_checked_rate(rate))
+    recording = with_rotations(stated if told is None else replace(stated, fps=told))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
     stands, sure = _up_axis(recording, found)
@@ -202,6 +207,10 @@ def _scale(unit: str) -> float | None:
             f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
         )
     return metres
+
+
+def _text(path: str | Path | None) -> str | None:
+    return None if path is None else str(path)
 
 
 def _checked_rate(rate: float) -> float:

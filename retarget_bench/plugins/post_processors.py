@@ -89,6 +89,10 @@ class Composed:
         return optional.weights_label(self.method)
 
     @property
+    def stages(self) -> Mapping[str, Any]:
+        return optional.stages(self.method)
+
+    @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
         return optional.method_manifest(self.method)
 

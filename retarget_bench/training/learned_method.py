@@ -16,12 +16,26 @@ from typing import TYPE_CHECKING, Any, Self
 
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins.spec import Scalar
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Scalar, Spec
 from retarget_bench.training import weights as bundles
 from retarget_bench.training.tensor_files import verify
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+
+def of_weights(name: str, weights: str, **others: Scalar) -> Any:
+    """A learned method with some weights, and with the parameters that these were trained with.
+
+    weights: a name or a path. others: parameters that weights do not depend on. Raises BenchError where
+    there are no such weights, unless they go by the default name: then the method is untrained.
+    """
+    factory: Any = registry.load("methods", name)
+    default = inspect.signature(factory).parameters["weights"].default
+    there = weights != default or weights in factory.shipped()
+    facts = factory.card_of(weights).get("facts", {}) if there else {}
+    return registry.create("methods", Spec(name, {**facts, "weights": weights, **others}))
 
 
 class LearnedMethod:

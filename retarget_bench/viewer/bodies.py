@@ -103,6 +103,8 @@ LEVELS = 24
 """Shades of a skin, and of points by their distance."""
 DOT = 0.0035
 """Radius of a point, in heights."""
+OFF, DARK = 0.01, 0.35
+"""Heights that points stand off a skin that they are drawn on, and their shade there."""
 DIAMOND = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
@@ -198,17 +200,19 @@ class Solid:
     def pieces(self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]) -> list[Piece]:
         """The polygons of a frame, in no order. size: of the picture, pixels."""
         limit = FARTHEST * max(size)
-        if self.skin and self.figure.points is not None:
-            return list(self._dots(frame, camera, target, limit))
+        dotted = self.skin and self.figure.points is not None
+        dots = list(self._dots(frame, camera, target, limit)) if dotted else []
+        if dotted and not self.skinned:
+            return dots
         draw = self._skinned if self.skinned else self._tubes
-        return list(draw(frame, camera, target, limit))
+        return [*draw(frame, camera, target, limit), *dots]
 
     def lit_pieces(
         self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]
     ) -> list[Piece]:
         """The faces of a skin that are inside flesh, to be drawn over all others."""
         figure = self.figure
-        if not self.skinned or figure.points is not None or figure.inside is None:
+        if not self.skinned or figure.inside is None:
             return []
         if not figure.inside[frame].any():
             return []
@@ -217,13 +221,15 @@ class Solid:
         )
 
     def _dots(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
-        """Points, the near ones darker."""
+        """Points, the near ones darker; on a skin, dark in front of it and hidden behind it."""
         assert self.figure.points is not None
         pixels, depths, scales = camera.project(self.figure.points[frame], target)
         good = np.isfinite(pixels).all(axis=1) & (np.abs(pixels).max(axis=1) < limit)
         near = (depths.max() - depths) / max(float(np.ptp(depths)), 1e-9)
         levels = np.rint(LEVELS * near).astype(int)
         shades = [shade(self.colour, 1.7 - 0.9 * k / LEVELS) for k in range(LEVELS + 1)]
+        if self.skinned:
+            shades, depths = [shade(self.colour, DARK)] * len(shades), depths - OFF * self.size
         radius = np.maximum(DOT * self.size * scales, 1.0)
         corners = pixels[:, None] + radius[:, None, None] * DIAMOND
         for point in np.flatnonzero(good).tolist():

@@ -116,7 +116,7 @@ def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
 
 
 def test_changed_files_are_scored_again(tmp_path, cases):
-    from retarget_bench.evaluation.plan import folder_hash
+    from retarget_bench.evaluation.code_hash import folder_hash
 
     folder = tmp_path / "theirs"
     folder.mkdir()

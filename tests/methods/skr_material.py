@@ -11,6 +11,7 @@ import torch
 from retarget_bench.methods.skr import SKR
 from retarget_bench.methods.skr.network import SkeletonRegressor
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -68,3 +69,20 @@ def points(count: int = 500, frames: int = 2, seed: int = 0) -> list[np.ndarray]
     numbers = np.random.default_rng(seed)
     drawn = numbers.normal(size=(frames, count, 3)) * [0.3, 0.5, 0.15] + [3.0, 0.9, -2.0]
     return list(drawn.astype(np.float32))
+
+
+def halved(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices, faces, and of every vertex the number of the one that it was, -1 for new ones: of pairs of
+    neighbours one takes the place of the other, in the middle of their edge."""
+    taken, onto = np.zeros(len(mesh.vertices), bool), np.arange(len(mesh.vertices))
+    places = mesh.vertices.copy()
+    edges = np.concatenate([mesh.faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    for a, b in edges.tolist():
+        if not taken[a] and not taken[b]:
+            taken[a] = taken[b] = True
+            onto[b] = a
+            places[a] = 0.5 * (mesh.vertices[a] + mesh.vertices[b])
+    kept, numbers = np.unique(onto, return_inverse=True)
+    faces = numbers[mesh.faces]
+    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return places[kept], faces[whole], np.where(taken[kept], -1, kept)

@@ -17,12 +17,13 @@ from retarget_bench.methods.correspondence_free.online import Networks, OnlineRe
 from retarget_bench.methods.skin import SKIN
 from retarget_bench.methods.skin.network import SkinningPredictor
 from retarget_bench.methods.skr import SKR
-from retarget_bench.methods.skr.sampling import SkinnedBody
 from retarget_bench.methods.smrm import SMRM
+from retarget_bench.motion import facing
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.skinned_body import SkinnedBody
 
 FRAMES = 6
 
@@ -33,6 +34,7 @@ def method():
     torch.manual_seed(0)
     made = CorrespondenceFree()
     skin = SKIN().using(exported(SkinningPredictor()))
+    skin.__dict__["_regressor"] = skr_material.untrained()
     made.__dict__["networks"] = Networks(skr_material.untrained(), SMRM(), skin)
     return made
 
@@ -96,6 +98,28 @@ def test_moves_as_smrm_does_where_joints_are_exact(path):
     assert apart < 2e-3 * found.character.height  # bones of a solved motion bend by a micrometre
 
 
+@pytest.mark.parametrize("angle", [0.5 * np.pi, -2.0, np.pi])
+def test_a_target_may_face_anywhere(angle):
+    motion, mesh = skr_material.motions()["ada"].at(slice(10)), skr_material.body("boris").mesh
+    rest, turn = SkinnedBody.of(skr_material.body("boris")).resting, np.exp(1j * angle)
+    skin = SKIN().using(exported(SkinningPredictor()))
+    found = []
+    for vertices, joints in (
+        (mesh.vertices, rest),
+        (facing.placed(mesh.vertices, turn), facing.placed(rest, turn)),
+    ):
+
+        class Exact(SKR):
+            def resting(self, vertices, faces, draws=1, joints=joints):
+                return joints[None]
+
+        online = OnlineRetargeter(Networks(Exact(), SMRM(), skin), vertices, mesh.faces)
+        found.append(
+            online.mesh.skinned(online.motion(motion.positions[:, list(Body22(motion.character).joints)]))
+        )
+    np.testing.assert_allclose(found[1], found[0], atol=1e-5)
+
+
 def test_the_target_s_skeleton_and_weights_are_not_read(method, source):
     target = skr_material.body("boris")
     mesh, skeleton = target.mesh, target.skeleton
@@ -155,24 +179,9 @@ def test_says_what_it_cannot_do(method, source):
 @pytest.fixture(scope="module")
 def shipped():
     made = CorrespondenceFree()
-    if reason := next((each.untrained for each in made._stages if each.untrained), ""):
+    if reason := made.untrained:
         pytest.skip(reason)
     return made
-
-
-def halved(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Half the vertices: of pairs of neighbours one takes the place of the other (the edge's middle)."""
-    taken, onto = np.zeros(len(mesh.vertices), bool), np.arange(len(mesh.vertices))
-    places = mesh.vertices.copy()
-    for a, b, _ in mesh.faces.tolist():
-        if not taken[a] and not taken[b]:
-            taken[a] = taken[b] = True
-            onto[b] = a
-            places[a] = 0.5 * (mesh.vertices[a] + mesh.vertices[b])
-    kept, numbers = np.unique(onto, return_inverse=True)
-    faces = numbers[mesh.faces]
-    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return places[kept], faces[whole]
 
 
 def test_half_the_vertices_and_other_faces_change_less_than_a_centimetre(shipped):
@@ -181,8 +190,8 @@ def test_half_the_vertices_and_other_faces_change_less_than_a_centimetre(shipped
     numbers = np.random.default_rng(0)
     joints = shipped.networks.skr.joints(source.points)
     order = numbers.permutation(len(mesh.faces))
-    thin, faces = halved(mesh)
-    assert len(thin) < 0.62 * len(mesh.vertices)
+    thin, faces, kept = skr_material.halved(mesh)
+    assert len(thin) < 0.54 * len(mesh.vertices)
     found = []
     for vertices, triangles in ((mesh.vertices, mesh.faces), (mesh.vertices, mesh.faces[order])):
         online = OnlineRetargeter(shipped.networks, vertices, triangles)
@@ -190,12 +199,12 @@ def test_half_the_vertices_and_other_faces_change_less_than_a_centimetre(shipped
     assert np.linalg.norm(found[0] - found[1], axis=-1).mean() < 0.01
     online = OnlineRetargeter(shipped.networks, thin, faces)
     there = online.mesh.skinned(online.motion(joints))
-    # vertices that both meshes have
-    same = np.linalg.norm(thin[:, None] - mesh.vertices[None], axis=-1)
-    mine, theirs = np.nonzero(same < 1e-9)
+    mine = np.flatnonzero(kept >= 0)  # vertices that both meshes have
+    theirs = kept[mine]
+    np.testing.assert_array_equal(thin[mine], mesh.vertices[theirs])
     assert len(mine) > 50
     assert np.linalg.norm(there[:, mine] - found[0][:, theirs], axis=-1).mean() < 0.01
     other = points_of(motion, "another case")
     online = OnlineRetargeter(shipped.networks, mesh.vertices, mesh.faces)
     again = online.mesh.skinned(online.motion(shipped.networks.skr.joints(other.points)))
-    assert np.linalg.norm(again - found[0], axis=-1).mean() < 0.02  # other points of the same source
+    assert np.linalg.norm(again - found[0], axis=-1).mean() < 0.03  # other points of the same source

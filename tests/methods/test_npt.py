@@ -16,10 +16,11 @@ from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.npt import NPT
 from retarget_bench.methods.npt.network import PoseTransfer, normalised
-from retarget_bench.methods.npt.surfaces import Identity, Skin, drawn, transforms
+from retarget_bench.methods.npt.surfaces import Identity, Skin, drawn
 from retarget_bench.methods.npt.training import NptTraining, stretch
 from retarget_bench.motion.motion import Motion, PointSets
 from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.layers.skinned_body import moves
 from retarget_bench.training.phases import to_device
 
 BODIES = {
@@ -141,9 +142,9 @@ def test_a_skin_under_transforms_is_the_skinned_mesh(name: str) -> None:
     motion, skin = dances(name), Skin(BODIES[name])
     mesh = BODIES[name].mesh
     assert mesh is not None
-    moved = transforms(mesh, motion)
-    found = np.stack([skin.posed(frame) for frame in moved])
-    np.testing.assert_allclose(found, mesh.skinned(motion), atol=1e-5)
+    arrays = moves(motion, motion.root)
+    found = np.stack([skin.posed(arrays, frame) for frame in range(motion.frames)])
+    np.testing.assert_allclose(found + motion.root[:, None], mesh.skinned(motion), atol=1e-5)
 
 
 def test_every_edge_is_there_once() -> None:

@@ -14,11 +14,14 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.skr import SKR
 from retarget_bench.methods.skr.inference import joints_of, placed
 from retarget_bench.methods.skr.network import Frame, SkeletonRegressor, largest
-from retarget_bench.methods.skr.sampling import SkinnedBody, transforms
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body22 import Body22
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.skinned_body import SkinnedBody, moves_about_hips
+from retarget_bench.training.learned_method import of_weights
 from retarget_bench.training.phases import optimiser_phases, to_device
 
 CPU = torch.device("cpu")
@@ -124,7 +127,7 @@ def test_every_parameter_has_a_gradient(features):
 # --------------------------------------------------------------------------------------------- training
 def test_bodies_are_posed_as_their_motion_has_them():
     motion = skr_material.motions()["boris"]
-    character, arrays = motion.character, transforms(motion)
+    character, arrays = motion.character, moves_about_hips(motion)
     body, hips = SkinnedBody.of(character), motion.positions[:, Body22(character).joints[0]]
     wanted = character.mesh.skinned(motion)
     for frame in (0, 17, motion.frames - 1):
@@ -198,6 +201,18 @@ def test_weights_come_back_from_files(tmp_path):
         _ = SKR(network="table5", fewest=48, most=80, weights=str(tmp_path)).weights_card
 
 
+def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
+    trained = SKR(network="table5", direction="world")
+    card = {"method": "skr", "version": trained.card.version, "facts": trained.facts()}
+    weights.write(tmp_path, "weights", exported(skr_material.regressor(features=True)), card)
+    made = of_weights("skr", str(tmp_path), sides=2)
+    assert (made.facts(), made.sides, made.untrained) == (trained.facts(), 2, "")
+    whole = registry.create("methods", Spec("correspondence_free", {"skr": str(tmp_path)}))
+    assert whole.stages["skr"].facts() == trained.facts()
+    with pytest.raises(BenchError, match="nowhere"):
+        of_weights("skr", str(tmp_path / "nowhere"))
+
+
 def test_answers_for_points_and_for_motions_of_the_same_body():
     motion = skr_material.motions()["ada"]
     motion = motion.at(slice(3))
@@ -212,9 +227,6 @@ def test_answers_for_points_and_for_motions_of_the_same_body():
 
 
 def test_joints_that_are_none_of_the_22_stay_on_their_bones():
-    from retarget_bench.plugins import registry
-    from retarget_bench.plugins.spec import Spec
-
     data = registry.create("datasets", Spec.parse("puppets"))
     clips = {n: each for mine in data.training().values() for n, each in mine.items()}
     name = next(n for n, body in data.characters().items() if body.structure == "body28" and n in clips)

@@ -90,6 +90,26 @@ def test_points_are_drawn_in_place_of_a_body():
     assert np.ptp(np.argwhere(dark), axis=0).min() > 40  # all over, not one ball
 
 
+def test_points_of_a_known_motion_are_drawn_on_its_skin():
+    """Those on the far side are hidden, and the skin stays in sight."""
+    person = fleshed()
+    still = hand_to_belly(person, FRAMES).at(np.zeros(1, dtype=int))
+    skin, figure = person.mesh.skinned(still)[0], figure_of("source", "source", still)
+    look = DrawingStyle((300, 300), view="front", skin=True)
+
+    def drawn(*points) -> np.ndarray:
+        shown = replace(figure, points=(np.array(points),)) if points else figure
+        return np.asarray(Drawing(Scene("tubes", (shown,), 30.0), look).at(0)).astype(int)
+
+    def changed(*points) -> int:
+        return int((np.abs(drawn() - drawn(*points)).max(axis=2) > 20).sum())
+
+    trunk = skin[(np.abs(skin[:, 0]) < 0.05) & (np.abs(skin[:, 1] - 1.1) < 0.1)]
+    assert changed(trunk[trunk[:, 2].argmin()]) == 0
+    assert 1 <= changed(trunk[trunk[:, 2].argmax()]) < 30
+    assert 100 < changed(*skin) < 0.1 * 300 * 300
+
+
 LIT_AT = """async (scene) => {
     const { figures, frames } = await RetargetPlayer.decode(packed(scene));
     const { lit } = figures[1], count = lit.length / frames;

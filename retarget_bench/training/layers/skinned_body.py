@@ -1,4 +1,4 @@
-"""Skinned bodies in single frames, from whose surface points are drawn."""
+"""Skinned bodies in single frames, as methods that learn from surfaces draw them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,36 +14,35 @@ from retarget_bench.motion.mesh import Mesh
 
 @dataclass(frozen=True, eq=False)
 class SkinnedBody:
-    """A body's mesh with its 22 joints, in the poses of single frames.
+    """A body's mesh in single precision, for drawing many single poses of it.
 
-    vertices: ``(V, 4)`` single precision, the fourth 1. faces: ``(F, 3)``. weights: ``(V, joints)``.
-    resting:  ``(22, 3)`` metres: the joints in the mesh's own pose.
+    vertices: ``(V, 4)``, the fourth 1. faces: ``(F, 3)``. weights: ``(V, joints)``.
     """
 
+    character: Character
     vertices: np.ndarray
     faces: np.ndarray
     weights: np.ndarray
-    resting: np.ndarray
 
     @classmethod
     def of(cls, character: Character) -> Self:
         mesh = mesh_of(character)
         vertices = np.concatenate([mesh.vertices, np.ones((len(mesh.vertices), 1))], axis=1)
-        places = mesh.bound(character.skeleton)[0]
-        return cls(
-            vertices.astype(np.float32),
-            mesh.faces,
-            mesh.weights.astype(np.float32),
-            places[list(Body22(character).joints)],
-        )
+        return cls(character, vertices.astype(np.float32), mesh.faces, mesh.weights.astype(np.float32))
 
-    @cached_property
+    @property
     def joints(self) -> int:
         """Number of the rig's joints."""
         return self.weights.shape[1]
 
+    @cached_property
+    def resting(self) -> np.ndarray:
+        """``(22, 3)`` metres: the joints of ``body22`` in the mesh's own pose."""
+        places = mesh_of(self.character).bound(self.character.skeleton)[0]
+        return np.asarray(places[list(Body22(self.character).joints)])
+
     def posed(self, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """``(V, 3)`` metres, the vertices in one frame of ``transforms``."""
+        """``(V, 3)`` metres, the vertices in one frame of ``moves``."""
         matrices = np.concatenate([rotation.to_matrix(turns), shifts[..., None]], axis=-1)
         blended = (self.weights @ matrices.reshape(-1, 12).astype(np.float32)).reshape(-1, 3, 4)
         found: np.ndarray = (blended @ self.vertices[..., None])[..., 0]
@@ -57,19 +56,21 @@ def mesh_of(character: Character) -> Mesh:
     return mesh
 
 
-def transforms(motion: Motion) -> dict[str, np.ndarray]:
-    """What moves the mesh of a motion's character, with the hips at the origin in every frame, as arrays
+def moves(motion: Motion, origin: np.ndarray) -> dict[str, np.ndarray]:
+    """What moves the mesh of a motion's character, seen from ``origin`` ``(frames, 3)``, as arrays
     ``(frames, ...)``.
 
     turns: ``(joints, 4)`` and shifts: ``(joints, 3)`` metres: a point that follows a joint is turned, then
-    shifted. joints: ``(22, 3)`` metres.
+    shifted.
     """
-    body = Body22(motion.character)
     places, turned = mesh_of(motion.character).bound(motion.skeleton)
     turns = rotation.multiply(motion.global_rotations, rotation.conjugate(turned))
-    positions = motion.positions - motion.positions[:, [body.joints[0]]]
-    return {
-        "turns": turns,
-        "shifts": positions - rotation.rotate(turns, np.broadcast_to(places, positions.shape)),
-        "joints": positions[:, list(body.joints)],
-    }
+    rotated = rotation.rotate(turns, np.broadcast_to(places, motion.positions.shape))
+    return {"turns": turns, "shifts": motion.positions - origin[:, None] - rotated}
+
+
+def moves_about_hips(motion: Motion) -> dict[str, np.ndarray]:
+    """``moves`` seen from the hips; and joints: ``(frames, 22, 3)`` metres, those of ``body22``."""
+    places = motion.positions[:, list(Body22(motion.character).joints)]
+    hips = places[:, 0]
+    return moves(motion, hips) | {"joints": places - hips[:, None]}
