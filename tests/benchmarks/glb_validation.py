@@ -26,7 +26,8 @@ import retarget_bench as rb
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.files.gltf.document import open_document
-from retarget_bench.motion.files.gltf.reading import rigged
+from retarget_bench.motion.files.gltf.reading import GltfScene
+from retarget_bench.motion.files.scenes.reading import rigged
 from retarget_bench.motion.importer import load
 from retarget_bench.plugins import registry
 
@@ -120,7 +121,7 @@ def issues(files: list[Path]) -> dict[str, Counter[str]]:
 
 def apart(file: Path, shown: list[dict]) -> float:
     """Metres, the farthest that three.js places a joint from where we do, at the moments shown."""
-    joints = rigged(open_document(file), None, None)[0].body.joints
+    joints = rigged(GltfScene(open_document(file)), None, None)[0].body.joints
     found = load(file)
     motion, unit = found.motion, found.findings.unit[1]
     frames = [round(each["time"] * motion.fps) for each in shown]

@@ -338,7 +338,7 @@ def test_it_is_found_out_by_its_first_bytes(tmp_path, random):
         assert len(files.read(path).root) == 3
     assert ".fbx" in files.suffixes()
     assert ".fbx" not in files.suffixes(written=True)
-    with pytest.raises(NotSupported, match="FBX states where"):
+    with pytest.raises(NotSupported, match="states where its root is"):
         files.read(path, root="relative")
 
 
