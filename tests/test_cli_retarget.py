@@ -11,8 +11,12 @@ import pytest
 from retarget_bench import cli
 from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.motion import bvh, files, importer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.smpl import average
+from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.plugins import registry
 from tests.datasets.test_folder import ASF
+from tests.motion import fbx_files, smpl_files
 from tests.motion.gltf_files import person
 
 
@@ -204,11 +208,42 @@ def test_files_of_both_formats_mix_and_results_keep_the_target_s_format(bench, f
     assert "unit m, y up" in done[1]
 
 
+def test_files_of_smpl_go_in_and_out(bench, figures):
+    random = np.random.default_rng(0)
+    smpl_files.archive(Path("amass.npz"), smpl_files.parameters(random))
+    smpl_files.archive(Path("models/smplh/female/model.npz"), smpl_files.model(random))
+    np.save("joints.npy", smpl_files.danced(Character.of("body", average.skeleton(BODY)), 30))
+    code, out, err = bench("retarget", "joints.npy", "--target", "amass.npz", "-o", "out.npz")
+    assert code == 0, err
+    assert "22 of 52 joints follow it; unit m, z up" in out
+    assert "joints.npy: the rate is not in the file: 20 frames per second" in err
+    assert "amass.npz: an average skeleton: give --target-body-model for" in err
+    modelled = ("--target", "amass.npz", "--target-body-model", "models", "--quiet")
+    code, out, err = bench("retarget", "joints.npy", "--rate", "30", *modelled, "-o", "out.glb")
+    assert (code, out, err) == (0, "", "")
+    found = importer.load("out.glb").motion
+    assert (found.fps, len(found.character.mesh.vertices)) == (30.0, 90)
+    code, out, _ = bench("doctor", "amass.npz", "--body-model", "models")
+    assert code == 0
+    for told in (
+        "SMPL-H, female, 16 betas",
+        "joints and skin of model.npz",
+        "6 of the 16 betas",
+        "left_thumb_3",
+    ):
+        assert told in out
+    code, _, err = bench("retarget", "joints.npy", "--target", figures["small"], "-o", "no.npz")
+    assert code == 2
+    assert "no.npz: not written: an AMASS file states the joints of SMPL bodies alone, and" in err
+    assert not Path("no.npz").exists()
+    assert "a body model is for AMASS files" in bench("doctor", "joints.npy", "--body-model", "models")[2]
+
+
 def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):
     person(np.random.default_rng(0), frames=4).save(Path("person.glb"))
     code, out, _ = bench("doctor", "person.glb")
     assert code == 0
-    for told in ("m = 1 m (as the format says)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
+    for told in ("m = 1 m (as stated)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
         assert told in out
     assert "no animation 'run'; it has 1 'act'" in bench("doctor", "person.glb", "--take", "run")[2]
     assert "no body 'Bob'" in bench("doctor", "person.glb", "--body", "Bob")[2]
@@ -315,3 +350,28 @@ def test_failures_are_sentences_and_leave_the_files_alone(bench, figures, change
     assert told in err
     assert "Traceback" not in err
     assert {path.name: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
+
+
+def test_fbx_files_are_sources_and_targets_and_are_not_written(bench, figures):
+    pytest.importorskip("ufbx")
+    fbx_files.person(np.random.default_rng(0), frames=6).save(Path("person.fbx"))
+    code, out, _ = bench("doctor", "person.fbx")
+    assert code == 0
+    for told in ("cm = 0.01 m (as stated)", "take 1 of 1 'act'", "left_forearm", "T-pose"):
+        assert told in out
+    asked = ("--target", "person.fbx", "-m", "copy_rotations", "-o")
+    code, out, err = bench("retarget", "person.fbx", *asked, "new.glb")
+    assert code == 0, err
+    own, new = importer.load("person.fbx").motion, importer.load("new.glb").motion
+    np.testing.assert_allclose(new.positions, own.positions, atol=1e-5)
+    mesh, written = own.character.mesh, new.character.mesh
+    np.testing.assert_allclose(written.vertices[written.faces], mesh.vertices[mesh.faces], atol=1e-5)
+    assert bench("retarget", "person.fbx#act", *asked, "new.bvh")[0] == 0
+    code, _, err = bench("retarget", figures["small"], *asked, "new.fbx")
+    assert code == 2
+    assert "FBX is read and not written; programs that import FBX import GLB as well" in err
+    assert "ends in .bvh or .glb" in err
+    Path("person.fbx").write_bytes(Path("person.fbx").read_bytes()[:999])
+    code, out, err = bench("doctor", "person.fbx")
+    assert (code, out) == (2, "")
+    assert "person.fbx: is" in err

@@ -139,6 +139,7 @@ def test_python_gives_what_the_command_writes(bench, files):
         (("walk", "--target", "body.obj", "-o", "walk"), "is there"),
         (("none.ply", "--target", "body.obj", "-o", "out"), "is not there"),
         (("walk", "--target", "body.obj", "-o", "out", "--roles", "r.toml"), "no joints"),
+        (("walk", "--target", "body.obj", "-o", "out", "--start", "cut"), "no joints"),
         (("walk", "--target", "body.obj", "-o", "out", "--unit", "ell"), "unit='ell' is not known"),
         (("walk", "--target", "body.obj", "-o", "out", "-m", "copy_rotations"), "gave no motion"),
         (("walk", "--target", "body.obj", "-o", "out", "-m", "joints"), "joints alone"),

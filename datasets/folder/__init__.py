@@ -17,7 +17,7 @@ from retarget_bench.motion import importer, kinematics
 from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
 from retarget_bench.motion.character import Character, Motion, resampled_frames
 from retarget_bench.motion.files import format_of
-from retarget_bench.motion.files.formats import BVH
+from retarget_bench.motion.files.formats import AMASS, BVH
 from retarget_bench.motion.roles import load_overrides
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
@@ -46,7 +46,7 @@ class Folder:
         summary="your own motion files, paired by name or not paired at all",
         version="1",
         licence="yours",
-        obtain=f"give a folder of BVH, GLB, glTF or AMC files, --root DIR: {LAYOUTS}",
+        obtain=f"give a folder of motion files, --root DIR: {LAYOUTS}",
         parameters={
             "root": f"{LAYOUTS}; loose files with the same joints and bones are one body",
             "target": "a file, or a folder with files of one body: the only body to retarget to",
@@ -64,9 +64,10 @@ class Folder:
                 "drop, bake (into rotations) what joints below the root do that bones of constant length "
                 "cannot; auto drops it"
             ),
+            "body_model": "of AMASS files: an SMPL body model, or a folder of them (one folder per person)",
             "roles": 'a TOML file of "joint" = "role" for joints that are not recognised',
         },
-        locations=("root", "target"),
+        locations=("root", "target", "body_model"),
     )
 
     def __init__(
@@ -82,6 +83,7 @@ class Folder:
         part: Part = "test",
         inner_positions: Literal["auto", "drop", "bake"] = "auto",
         rate: float = 0.0,
+        body_model: str = "",
     ) -> None:
         if rate and not 0.0 < rate <= 1e5:
             raise BenchError(f"folder: rate={rate:g} is not a frame rate (0 takes what each file says)")
@@ -92,7 +94,7 @@ class Folder:
         if part != "test" and protocol != "split":
             raise BenchError("folder: part=validation means something with protocol=split alone")
         self._protocol, self._part = protocol, part
-        self._inner, self._rate = inner_positions, rate
+        self._inner, self._rate, self._body_model = inner_positions, rate, body_model
         self._read = lru_cache(maxsize=_KEPT)(self._import)
         self._character = lru_cache(maxsize=None)(self._model)
 
@@ -109,10 +111,17 @@ class Folder:
         how = f"{self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs}"
         how += f", rate {self._rate:g}" if self._rate else ""
         how += ", baked" if self._inner == "bake" else ""
+        how += f", bodies {self._shapes}" if self._body_model else ""
         if any(format_of(path) is not BVH for path in named.values()):
             # BVH's reader counts as code of every method
             how += f", readers {code_hash(package_code('motion.files'))}"
         return f"{files} ({how}{protocol})"
+
+    @property
+    def _shapes(self) -> str:
+        """A hash of all bodies' bones, which a body model decides."""
+        bones = {name: np.round(body.skeleton.offsets, 6) + 0.0 for name, body in self._models[0].items()}
+        return digest(repr(sorted((name, each.tolist()) for name, each in bones.items())), 16)
 
     @property
     def label(self) -> str:
@@ -215,7 +224,7 @@ class Folder:
         if not self._any("validation"):
             return None
         same = (self._root, self._target, self._pairs, self._fps, self._unit, self._up, self._roles)
-        return Folder(*same, self._protocol, "validation", self._inner, self._rate)
+        return Folder(*same, self._protocol, "validation", self._inner, self._rate, self._body_model)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Bodies, structures and clips that training and its validation have: what weights carry."""
@@ -320,6 +329,7 @@ class Folder:
             name=body,
             inner_positions=self._inner,
             rate=self._rate or None,
+            body_model=(self._body_model or None) if format_of(path) is AMASS else None,
         ).motion
 
     @cached_property

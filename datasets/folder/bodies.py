@@ -20,8 +20,8 @@ from retarget_bench.motion.bvh.document import Hierarchy
 from retarget_bench.motion.files.listing import hierarchy_of, motion_files, motions_of
 
 LAYOUTS = (
-    "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body; .glb, .gltf and .amc (beside its .asf) "
-    "likewise"
+    "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body; .glb, .gltf, .fbx, .amc (beside its "
+    ".asf), .npz (AMASS) and .npy (joint positions) likewise"
 )
 ROUNDING = 1e-3
 """Share of a body's size within which its files may state its bones."""

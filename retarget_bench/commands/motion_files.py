@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def reading_options(side: str = "") -> Decorator:
     """Reading of a motion file: ``--unit``, ``--up``, ``--root-place``, ``--roles``, ``--take``,
-    ``--body``, ``--rate``, ``--inner-positions`` and ``--skeleton``; with a side
+    ``--body``, ``--rate``, ``--inner-positions``, ``--skeleton`` and ``--body-model``; with a side
     ``--target-unit`` and so on."""
     prefix, of = (f"--{side}-", f" of the {side}") if side else ("--", "")
     unit = f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit."
@@ -31,6 +31,7 @@ def reading_options(side: str = "") -> Decorator:
     )
     bones = f"ASF file of the bones{of} of an AMC file. [default: the one beside it]"
     ways = click.Choice(["auto", "drop", "bake", "keep"])
+    model = f"SMPL body model{of}: a .npz file, or a folder of them."
     places = click.Choice(["auto", "absolute", "relative"])
     return together(
         click.option(f"{prefix}unit", default="auto", metavar="UNIT", help=unit),
@@ -42,6 +43,7 @@ def reading_options(side: str = "") -> Decorator:
         click.option(f"{prefix}rate", type=float, metavar="FPS", help=rate),
         click.option(f"{prefix}inner-positions", type=ways, default="auto", help=inner),
         click.option(f"{prefix}skeleton", metavar="FILE", help=bones),
+        click.option(f"{prefix}body-model", metavar="PATH", help=model),
     )
 
 
@@ -53,7 +55,7 @@ def imported(
 
     prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
     names = ("unit", "up", "root_place", "roles", "take", "body", "rate", "inner_positions", "skeleton")
-    asked = {name: reading[f"{prefix}{name}"] for name in names}
+    asked = {name: reading[f"{prefix}{name}"] for name in (*names, "body_model")}
     asked["root"] = asked.pop("root_place")
     found = importer.load(path, **asked, fps=fps)
     for warning in () if quiet else found.findings.warnings:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands import motion_files, options
+from retarget_bench.commands import editing_options, motion_files, options
 from retarget_bench.commands.retargeting import options as retarget_options
 from retarget_bench.errors import BenchError
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 @retarget_options.fps_option
 @motion_files.reading_options()
 @motion_files.reading_options("target")
+@editing_options.editing_options()
 @retarget_options.folder_options
 @retarget_options.look_options
 @options.seed_option
@@ -44,7 +45,8 @@ def command(
     A result of the target file's format keeps all of it: joints, names, channels, unit and axes, in a GLB
     also mesh, materials and other animations. A result of another format is in metres, Y up. bench doctor
     shows how files are read. Joint positions are converted to rotations by a fit, whose residual is
-    printed. A line warns where the method is known to be worse than the default one on bodies like these.
+    printed. A line warns where the method is known to be worse than the default one on bodies like these,
+    and where the source begins with something else than its motion. Loops stay loops.
 
     The verdict at the end lists frames to look at: knees and elbows that snap, feet in the floor or
     sliding, joints beyond the source's speed, hands in the body.
@@ -54,7 +56,7 @@ def command(
 
     Scans are mesh or point files, one for each frame (PLY, OBJ, GLB, STL, OFF). The target is then a mesh
     file, and the result a folder of PLY files with its vertices and faces, in metres, Y up. Options of root
-    places and roles are of files with a skeleton.
+    places, roles, start, path and hands are of files with a skeleton.
 
     \b
     bench retarget walk.bvh --target me.glb -o out.glb --preview out.mp4
@@ -87,6 +89,7 @@ def doctor(files: tuple[str, ...], sheet: Path | None, root_place: str, **readin
     Joints and their roles, unit, up axis, rest pose, frame rate and floor: what every other command goes
     by. The options tell it better, and are the same in bench retarget.
     """
+    from retarget_bench.motion.editing import start
     from retarget_bench.motion.importer import load
 
     if sheet is not None and (len(files) > 1 or sheet.suffix.lower() != ".png"):
@@ -103,6 +106,10 @@ def doctor(files: tuple[str, ...], sheet: Path | None, root_place: str, **readin
             unreadable += 1
         else:
             click.echo(("\n" if number else "") + found.findings.text())
+            if (begins := start.find(found.motion)) is not None:
+                click.echo(
+                    f"\nTo leave out that {begins}, in bench retarget:\n  --start cut, or --start ease"
+                )
     return 2 if unreadable else 0
 
 

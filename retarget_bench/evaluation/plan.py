@@ -33,6 +33,8 @@ LAYERS, FEATURES = "training.layers", "training.features"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
 SETS = "evaluation.set_metrics"
 """The package that draws sets and evaluates metrics of them."""
+APART = ("motion/files/", "motion/editing/")
+"""Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
 
 
 @dataclass(frozen=True)
@@ -354,13 +356,13 @@ def forget() -> None:
 @cache
 def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
     """A hash of the plug-in's own files, of those of its stages and post-processors, of ``motion/`` without
-    the formats in ``motion/files/``, and of what these files reach of the layers that learned methods
-    share. A data set that reads such formats has their code in its own ``content``.
+    ``APART``, and of what these files reach of the layers that learned methods share. A data set that
+    reads formats of motion files has their code in its own ``content``.
 
     stages: plug-ins that the method is composed of (``optional.stage_names``). Nothing is imported."""
     own = [file for name in dict.fromkeys((spec.name, *stages)) for file in _own_code("methods", name)]
     own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    motion = (each for each in package_code("motion") if not each[0].startswith("motion/files/"))
+    motion = (each for each in package_code("motion") if not each[0].startswith(APART))
     layers = reached_code(LAYERS, (path for _, path in own))
     return code_hash([*own, *motion, *layers])
 

@@ -183,4 +183,4 @@ def _metres(length: float) -> str:
 
 
 def _why(told: bool, prescribed: bool) -> str:
-    return "as told" if told else "as the format says" if prescribed else "guessed"
+    return "as told" if told else "as stated" if prescribed else "guessed"

@@ -18,6 +18,7 @@ from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.findings import Findings
+from retarget_bench.motion.fitting.recorded import with_rotations
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
@@ -94,6 +95,7 @@ def load(
     body: str | None = None,
     inner_positions: str = "auto",
     skeleton: str | Path | None = None,
+    body_model: str | Path | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
 
@@ -109,6 +111,8 @@ def load(
     inner_positions: ``auto``, or ``drop``, ``bake`` or ``keep`` what joints below the root do that bones of
            constant length cannot (``inner_positions.settled``).
     skeleton: the ASF file of an AMC file's bones; by default the one beside it.
+    body_model: file or folder of the body models that files of the SMPL family are of.
+    Where a file states joint positions alone, rotations are fitted to them, and a note says how well.
     Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
     roles that do not fit.
     """
@@ -117,10 +121,11 @@ def load(
         raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     inner.check(inner_positions)
     path, named = files.split_take(path)
-    bones = None if skeleton is None else str(skeleton)
-    reading = files.Reading(root, take if take is not None else named, body, bones)
+    told = None if rate is None else _checked_rate(rate)
+    take = take if take is not None else named
+    reading = files.Reading(root, take, body, _text(skeleton), told, _text(body_model))
     stated = files.format_of(path).read(path, reading)
-    recording = stated if rate is None else replace(stated, fps=_checked_rate(rate))
+    recording = with_rotations(stated if told is None else replace(stated, fps=told))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
     stands, sure = _up_axis(recording, found)
@@ -135,9 +140,7 @@ def load(
     others = [(each, tall * UNITS[each]) for each in guesses if each != chosen[0]]
     doubts = list(recording.doubts)
     if up == "auto" and _contradicts(recording, found, stands, sure):
-        doubts.append(
-            f"the format says that {axis} is up, and the body stands along {stands}: say --up {stands}"
-        )
+        doubts.append(f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}")
     moved = _scaled(body_found, upright, chosen[1])
     places = None if recording.places is None else recording.places * chosen[1]
     settled = inner.settled(moved, places, inner_positions)
@@ -206,6 +209,10 @@ def _scale(unit: str) -> float | None:
     return metres
 
 
+def _text(path: str | Path | None) -> str | None:
+    return None if path is None else str(path)
+
+
 def _checked_rate(rate: float) -> float:
     if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
         raise NotSupported(f"rate={rate:g} is no frame rate; it is frames per second, such as 30 or 120")
@@ -235,11 +242,7 @@ def _units(height: float, improbable: Callable[[float], float] | None, prescribe
 
 def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
     """The motion in metres; reference pose and roles do not depend on the unit."""
-    sites = tuple(
-        replace(site, offset=(site.offset[0] * scale, site.offset[1] * scale, site.offset[2] * scale))
-        for site in body.skeleton.end_sites
-    )
-    skeleton = replace(body.skeleton, offsets=body.skeleton.offsets * scale, end_sites=sites)
+    skeleton = body.skeleton.scaled(scale)
     character = replace(
         body,
         skeleton=skeleton,
@@ -250,8 +253,7 @@ def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
 
 
 def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
-    mesh = skin()
-    return replace(mesh, vertices=mesh.vertices * scale)
+    return skin().scaled(scale)
 
 
 # -------------------------------------------------------------------------------------------------- up

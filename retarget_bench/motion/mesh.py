@@ -1,7 +1,7 @@
 """A body's skin: a triangle mesh that follows the joints by linear blend skinning."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -69,6 +69,10 @@ class Mesh:
                 raise SkeletonError(
                     f"the vertex group {role} of a mesh has other indices than its vertices"
                 )
+
+    def scaled(self, by: float) -> "Mesh":
+        """The same mesh, so many times as large."""
+        return replace(self, vertices=self.vertices * by)
 
     def skinned(self, motion: MovingJoints) -> np.ndarray:
         """``(frames, vertices, 3)`` metres: the vertices during a motion (linear blend skinning, Magnenat-

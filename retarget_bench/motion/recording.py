@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -22,8 +23,10 @@ class Recording:
     fps:       frames per second.
     notes:     one sentence for each thing that was decided, folded or renamed.
     doubts:    one sentence for each thing of the motion that could not be kept.
-    unit:      name of the unit that the file's format prescribes ("m"); "" where it prescribes none.
-    up:        the up axis that it prescribes ("y"), or "".
+    unit:      name of the unit that the file or its format states ("m"); "" where neither does.
+    up:        the up axis likewise ("y"), or "".
+    positions: ``(frames, joints, 3)`` of a file that states these and no rotations, which are then those of
+               the rest pose until ``fitting.recorded`` has found them; None: the file states rotations.
     skin:      makes the body's surface, in the file's unit and axes, with the root at its rest offset;
                None: the file has none.
     places:    ``(frames, joints, 3)`` every joint in its parent's frame, in the file's unit, where joints
@@ -40,8 +43,15 @@ class Recording:
     unit: str = ""
     up: str = ""
     skin: Callable[[], Mesh] | None = None
+    positions: np.ndarray | None = None
     rate_stated: bool = True
     places: np.ndarray | None = None
+
+
+def of_positions(skeleton: Skeleton, positions: np.ndarray, fps: float, **facts: Any) -> Recording:
+    """A recording of joint positions ``(frames, joints, 3)``; facts: other fields of ``Recording``."""
+    still = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (*positions.shape[:2], 4))
+    return Recording(skeleton, still, positions[:, 0], fps, positions=positions, **facts)
 
 
 @lru_cache(maxsize=256)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -76,6 +76,14 @@ class Skeleton:
 
     def __len__(self) -> int:
         return len(self.names)
+
+    def scaled(self, by: float) -> Skeleton:
+        """The same skeleton, so many times as large."""
+        sites = tuple(
+            EndSite(site.parent, (site.offset[0] * by, site.offset[1] * by, site.offset[2] * by))
+            for site in self.end_sites
+        )
+        return replace(self, offsets=self.offsets * by, end_sites=sites)
 
     def index(self, name: str) -> int:
         """The joint called ``name``; raises SkeletonError with the known names otherwise."""

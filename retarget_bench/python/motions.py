@@ -8,12 +8,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import character, files, importer
+from retarget_bench.motion.editing import edits as editing
+from retarget_bench.motion.editing import legs, loops
+from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.importer import Imported
 from retarget_bench.plugins import registry
@@ -25,8 +28,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from retarget_bench.python.views import Player
-
-FOUR_LEGS = "one body has four legs and the other two: what each limb should do is a guess"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,7 +59,12 @@ class Motion(character.Motion):
 
     notes: tuple[str, ...] = ()
     places: np.ndarray | None = None
-    resample = checked(character.Motion.resample)
+
+    @checked
+    def resample(self, fps: float) -> Motion:
+        """The same motion at another rate: slerp for rotations, linear for places. A loop stays one: its
+        length is rounded to whole frames."""
+        return cast(Motion, loops.resampled(self, fps))
 
     @property
     def arrays(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -70,12 +76,13 @@ class Motion(character.Motion):
 
     @checked
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the motion as a BVH or GLB file, and return its path.
+        """Write the motion as a BVH, GLB or AMASS file (``.npz``), and return its path.
 
         Where the character was read from a file of that format, the result is as that file: joints, names,
-        channels, unit, axes and OFFSETs, or all of a GLB with its mesh and other animations. Else it is in
-        metres, Y up. A warning says what could not be kept. Raises BenchError for another ending than .bvh
-        and .glb, and where the character's own file would be overwritten.
+        channels, unit, axes and OFFSETs, all of a GLB with its mesh and other animations, betas and gender
+        of an AMASS file. Else it is in metres, Y up; an AMASS file then is Z up, and takes characters with
+        the joints of SMPL alone. A warning says what could not be kept. Raises BenchError for another
+        ending than .bvh, .glb and .npz, and where the character's own file would be overwritten.
         """
         path = Path(path)
         for note in write(path, self):
@@ -118,9 +125,10 @@ def load_motion(
     take: str | None = None,
     body: str | None = None,
     inner_positions: str = "auto",
-    skeleton: str | Path | None = None,
+    skeleton: str | PathLike[str] | None = None,
+    body_model: str | PathLike[str] | None = None,
 ) -> Motion:
-    """The motion of a BVH, GLB, glTF or AMC file, in metres, Y up.
+    """The motion of a file (BVH, GLB, glTF, FBX, AMC, AMASS ``.npz``, ``.npy``), in metres, Y up.
 
     What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
     warning names what is doubtful and the argument that settles it.
@@ -136,18 +144,12 @@ def load_motion(
     inner_positions: ``drop``, ``bake`` (into rotations) or ``keep`` (in files of the same body) what joints
            below the root do that bones of constant length cannot.
     skeleton: the ASF file of an AMC file's bones; by default the one beside it.
+    body_model: of an AMASS file: an ``.npz`` file of an SMPL body model, or a folder of them.
     Raises BenchError for files that cannot be read, and for unknown options.
     """
-    asked: dict[str, Any] = {
-        "unit": unit,
-        "up": up,
-        "root": root_place,
-        "roles": roles,
-        "fps": fps,
-        "name": name,
-    }
-    asked |= {"inner_positions": inner_positions, "skeleton": skeleton}
-    return _loaded(path, **asked, take=take, body=body, rate=rate)
+    asked: dict[str, Any] = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps}
+    asked |= {"name": name, "take": take, "body": body, "rate": rate, "inner_positions": inner_positions}
+    return _loaded(path, **asked, skeleton=skeleton, body_model=body_model)
 
 
 @checked
@@ -164,10 +166,11 @@ def load_character(path: str | PathLike[str], **options: Any) -> Character:
 def _loaded(path: str | PathLike[str], **options: Any) -> Motion:
     """A file's motion; options are those of ``importer.load``. Warnings point at the caller of its caller,
     which is ``checked``."""
+    fps = options.pop("fps", None)
     found = importer.load(Path(path), **options)
     for warning in found.findings.warnings:
         warnings.warn(f"{path}: {_in_python(warning)}", stacklevel=4)
-    return imported(found)
+    return imported(found) if fps is None else imported(found).resample(fps)
 
 
 @checked
@@ -177,52 +180,87 @@ def retarget(
     method: Named = defaults.METHOD,
     *,
     seed: int = 0,
+    start: str = "keep",
+    root_motion: str = "keep",
+    hands: str = "relaxed",
 ) -> Motion:
     """Retarget a motion to another character: as many frames as the source, at its rate.
 
     source: a motion, or a file. target: a character, a motion of it, or a file of it.
     method: a spec such as ``"ik"`` or ``"nkn+footfix"``, or the file of your own method.
-    The notes of the result say where rotations were fitted to positions. A warning says where the method is
-    known to be worse than the default one. Raises BenchError with the reason where it gives no answer.
+    start:  of a source that begins with a T-pose or elsewhere: ``keep``, ``cut`` (fewer frames), ``ease``.
+    root_motion: ``keep``, ``in-place``, or the axis to travel along: ``x``, ``-x``, ``z``, ``-z``.
+    hands:  ``relaxed`` or ``open``, where the source shows no fingers and the target has them.
+    The notes of the result say where rotations were fitted to positions, and what was edited unasked. A
+    warning says where the source begins with something else than its motion, and where the method is known
+    to be worse than the default one. Raises BenchError with the reason where it gives no answer.
     """
+    wanted = Edits(start, root_motion, hands)
     moved = _loaded(source) if isinstance(source, str | PathLike) else source
     named = _loaded(target) if isinstance(target, str | PathLike) else target
     body = named.character if isinstance(named, character.Motion) else named
-    found = answer(moved, body, method, seed)
-    for caution in cautions(method, moved.character, body):
-        warnings.warn(caution, stacklevel=3)
+    found = answer(moved, body, method, seed, wanted)
+    for caution in (*cautions(method, moved.character, body), *doubts(moved, wanted)):
+        warnings.warn(_in_python(caution), stacklevel=3)
     return found
 
 
 def cautions(method: Named, source: character.Character, target: character.Character) -> tuple[str, ...]:
     """Sentences on what not to expect of a method on two bodies."""
     told = known.caution(method_spec(method), source, target)
-    between = FOUR_LEGS if source.four_legged != target.four_legged else ""
-    return tuple(filter(None, (between, told)))
+    return tuple(filter(None, (legs.guess(source, target), told)))
+
+
+def doubts(source: character.Prediction, wanted: Edits) -> tuple[str, ...]:
+    """Sentences on a source that begins with something else than its motion, with the option for it."""
+    found = editing.doubt(source, wanted)
+    return (f"{found}: say --start cut or --start ease",) if found else ()
 
 
 def answer(
-    source: character.Prediction, target: character.Character, method: Named, seed: int = 0
+    source: character.Prediction,
+    target: character.Character,
+    method: Named,
+    seed: int = 0,
+    wanted: Edits = editing.USUAL,
 ) -> Motion:
     """``retarget`` without warnings."""
+    spec = method_spec(method)
+    asked = registry.create("methods", spec)
+    learned = bool(getattr(asked, "weights_hash", ""))  # raises where weights are missing or do not fit
+    notes: list[tuple[str, ...]] = []
+
+    def plain(one: character.Prediction, body: character.Character) -> Motion:
+        found = _answer(asked, str(spec), one, body, seed)
+        notes.append(found.notes)
+        return found
+
+    found, done = editing.edited(source, target, wanted, plain, posed=not learned)
+    made = Motion(target, found.rotations, found.root, found.fps, (*notes[-1], *done))
+    return _with_places(made, source)
+
+
+def _answer(
+    asked: Any, spec: str, source: character.Prediction, target: character.Character, seed: int
+) -> Motion:
+    """What a method gives, with rotations. Raises BenchError with the reason where it gives nothing."""
     from retarget_bench.evaluation.predict import predict
 
-    asked = registry.create("methods", spec := method_spec(method))
-    getattr(asked, "weights_hash", "")  # weights that are not there, or do not fit, are told as such
     names = (source.character.name, target.name)
     case = Case(CaseInfo("file", "retarget", "cross", *names, clip=names[0]), source, target)
     outcome = predict(asked, case, Context(seed=seed))
     if (found := outcome.prediction) is None:
         raise BenchError(f"{spec} gave no motion ({outcome.status}): {outcome.message}")
-    return _with_places(with_rotations(found, target, source), source)
+    return with_rotations(found, source=source)
 
 
 def _with_places(found: Motion, source: character.Prediction) -> Motion:
-    """A result with the inner positions of its source, where it is on the same body."""
+    """A result with the inner positions of its source, where it is on the same body: the later ones of a
+    source whose start was cut off."""
     if not isinstance(source, Motion) or source.places is None:
         return found
     if found.skeleton.same_as(source.skeleton, tolerance=1e-3 * source.character.height):
-        return replace(found, places=source.places)
+        return replace(found, places=source.places[source.frames - found.frames :])
     left_out = "positions of inner joints are left out: the target is another body"
     return replace(found, notes=(*found.notes, left_out))
 
@@ -264,7 +302,10 @@ def check_output(path: Path, *given: Path) -> None:
     """Raises BenchError where results cannot be written under a name, or it is that of a file given."""
     if path.suffix.lower() not in files.suffixes(written=True):
         known = " or ".join(files.suffixes(written=True))
-        raise BenchError(f"{path}: the result is a BVH or GLB file; give it a name that ends in {known}")
+        why = "the result is a motion file"
+        if path.suffix.lower() == ".fbx":
+            why = "FBX is read and not written; programs that import FBX import GLB as well"
+        raise BenchError(f"{path}: {why}; give it a name that ends in {known}")
     for each in (files.split_take(one)[0] for one in given):
         if path.exists() and each.exists() and path.samefile(each):
             raise BenchError(f"{path} would overwrite {each}; choose another name for the result")
@@ -272,6 +313,7 @@ def check_output(path: Path, *given: Path) -> None:
 
 def _in_python(warning: str) -> str:
     """A warning of a file's findings with arguments instead of options."""
-    said = re.sub(r"--(unit|up|take|body) (\S+)", r'\1="\2"', warning)
+    said = re.sub(r"--(unit|up|take|body|start) (\S+)", r'\1="\2"', warning)
+    said = re.sub(r"--rate(?: ([\d.]+))?", r"rate=\1", said)
     said = said.replace("--inner-positions bake", 'inner_positions="bake"')
-    return said.replace("--roles", 'roles="roles.toml"').replace("--rate", "rate=")
+    return said.replace("--body-model", "body_model=").replace("--roles", 'roles="roles.toml"')

@@ -176,7 +176,8 @@ def _usual(place: ResultPaths) -> Spec | None:
     return None
 
 
-MOTION_FILES = (*files.suffixes(), ".npz")
+MOTION_FILES = files.suffixes()
+"""Endings of motion files; ``.npz`` is also that of predictions."""
 
 
 def results(

@@ -19,6 +19,7 @@ from retarget_bench.figures import method_order
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character, Positions
 from retarget_bench.motion.files import split_take, suffixes
+from retarget_bench.motion.files.smpl import amass
 from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.motion import resampled_frames
 from retarget_bench.plugins import registry
@@ -243,9 +244,11 @@ def _read(files: Sequence[Path], body: Character | None) -> list[Prediction]:
     found: dict[Path, Prediction] = {}
     for path in files:
         ending = split_take(path)[0].suffix.lower()
+        if ending == ".npz" and not amass.holds_motion(path):
+            continue
         if ending in suffixes():
             found[path] = importer.load(path).motion
-        elif ending != ".npz":
+        else:
             known = ", ".join(suffixes())
             raise FileError(
                 path, f"is no motion file that can be shown; give {known}, or .npz of a prediction"

@@ -9,8 +9,13 @@ from retarget_bench.api import SPLITS
 from retarget_bench.datasets.folder import Folder
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import importer
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.gltf import write_into
 from retarget_bench.motion.files.gltf import writing as gltf
+from retarget_bench.motion.files.smpl import average
+from retarget_bench.motion.files.smpl.families import BODY
+from retarget_bench.motion.skeleton import Skeleton
+from tests.motion import smpl_files
 from tests.motion.gltf_files import person
 
 _BONES = {
@@ -196,6 +201,62 @@ def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):
     assert dataset.load(clips["walk"]).source.frames == body.frames
     assert "readers " in dataset.content
     assert "readers " not in Folder(str(loose / "walk.bvh")).content
+
+
+def test_files_of_smpl_stand_beside_others(loose):
+    """Clips of joint positions that show one body's bones are of one body, however noisy their angles."""
+    random = np.random.default_rng(5)
+    person(random, frames=6).save(loose / "zed.glb")
+    smpl_files.archive(loose / "amass.npz", smpl_files.parameters(random))
+    (loose / "shape.npz").write_bytes((loose / "amass.npz").read_bytes()[:200])
+    joints = smpl_files.danced(Character.of("body", average.skeleton(BODY)))
+    np.save(loose / "m1.npy", joints[:120])
+    np.save(loose / "m2.npy", 1.1 * joints[:50] / 1.1)
+    longer = average.offsets(BODY) * np.where(np.arange(22) == 4, 1.2, 1.0)[:, None]
+    other = Skeleton(BODY.joints, np.array(BODY.parents), longer)
+    np.save(loose / "tall.npy", smpl_files.danced(Character.of("tall", other)))
+    dataset = Folder(str(loose), fps=0)
+    assert set(dataset.characters()) == {"amass", "m1", "tall", "walk", "xbot", "zed"}
+    clips = {info.clip: info for info in every_case(dataset)}
+    assert clips["m2"].source == "m1"
+    assert [clips[name].frames for name in ("amass", "m1", "m2", "tall", "walk", "zed")] == [
+        12, 120, 50, 200, 20, 6
+    ]  # fmt: skip
+    case = dataset.load(clips["m2"])
+    np.testing.assert_allclose(case.source.positions, joints[:50], atol=1e-5)
+    assert case.source.fps == 20.0
+    assert any(note.startswith("1 of 9 files cannot be read: shape.npz (") for note in dataset.notes)
+    assert "readers " in dataset.content
+    faster = Folder(str(loose), fps=0, rate=30.0)
+    assert faster.load(clips["m2"]).source.fps == 30.0
+
+
+def test_people_of_amass_have_the_joints_of_the_body_model(tmp_path):
+    random = np.random.default_rng(6)
+    for person_, betas in (("ann", np.zeros(10)), ("eve", np.full(10, 2.0))):
+        for clip in ("sit", "walk"):
+            content = smpl_files.parameters(random) | {"betas": betas}
+            smpl_files.archive(tmp_path / "amass" / person_ / f"{clip}.npz", content)
+    models = tmp_path / "models"
+    smpl_files.archive(models / "SMPLH_FEMALE.npz", smpl_files.model(random))
+    plain = Folder(str(tmp_path / "amass"))
+    dataset = Folder(str(tmp_path / "amass"), body_model=str(models))
+    ann, eve = (dataset.characters()[name].skeleton for name in ("ann", "eve"))
+    assert np.abs(ann.offsets - eve.offsets).max() > 0.005
+    assert plain.characters()["ann"].skeleton.same_as(plain.characters()["eve"].skeleton)
+    case = dataset.load(next(iter(dataset.cases("retarget", "intra"))))
+    assert case.reference is not None
+    assert case.target.mesh is not None
+    other = smpl_files.archive(tmp_path / "other" / "SMPLH_FEMALE.npz", smpl_files.model(random))
+    contents = [
+        plain.content,
+        dataset.content,
+        Folder(str(tmp_path / "amass"), body_model=str(other)).content,
+    ]
+    assert len(set(contents)) == 3
+    smpl_files.archive(models / "SMPLH_FEMALE.npz", {"v_template": np.zeros(3)})
+    with pytest.raises(BenchError, match=r"no body of .* can be used: ann .*SMPL-H model"):
+        _ = Folder(str(tmp_path / "amass"), body_model=str(models)).characters()
 
 
 def test_acclaim_files_stand_beside_both(loose):

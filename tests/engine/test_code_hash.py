@@ -11,6 +11,7 @@ import pytest
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.code_hash import (
     code_hash,
+    imports,
     package_code,
     reached_code,
     relative_to,
@@ -228,6 +229,23 @@ def test_names_of_the_motion_room_are_relative_to_it():
     names = [name for name, _ in package_code("motion")]
     assert len(set(names)) == len(names)
     assert {"motion/rotation.py", "motion/bvh/__init__.py", "motion/fitting/fit.py"} <= set(names)
+
+
+def test_what_keys_leave_out_of_the_motion_room_is_reached_by_no_method():
+    """Formats of files and edits: no plug-in and no other module of the room imports the edits."""
+    root = Path(plan.__file__).parents[2]
+    rooms = [
+        root / "retarget_bench" / "motion",
+        *(root / room for room in ("methods", "metrics", "datasets")),
+    ]
+    files = [file for room in rooms for file in room.rglob("*.py")]
+    assert len(files) > 100
+    for file in files:
+        if "editing" not in file.relative_to(root).parts:
+            assert not imports(file, "motion.editing"), file
+    kept = [name for name, _ in package_code("motion") if not name.startswith(plan.APART)]
+    assert "motion/transfer.py" in kept
+    assert not [name for name in kept if "editing" in name]
 
 
 def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own, monkeypatch):

@@ -51,7 +51,7 @@ def test_every_format_has_endings_of_its_own_and_one_that_is_written():
     assert len(set(endings)) == len(endings)
     assert all(each.startswith(".") and each == each.lower() for each in endings)
     assert set(files.suffixes(written=True)) <= set(files.suffixes())
-    assert files.suffixes(written=True) == (".bvh", ".glb")
+    assert files.suffixes(written=True) == (".bvh", ".glb", ".npz")
 
 
 def test_options_of_one_format_are_refused_by_another(glb, text):

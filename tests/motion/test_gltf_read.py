@@ -345,8 +345,8 @@ def test_what_a_skeleton_cannot_do_is_a_doubt(tmp_path, random):
 def test_the_format_says_metres_and_a_file_in_centimetres_is_found_out(tmp_path, random):
     metres = importer.load(person(random).save(tmp_path / "m.glb")).findings
     assert (metres.unit[0], metres.unit_prescribed) == ("m", True)
-    assert "m = 1 m (as the format says)" in metres.text()
-    assert "up axis    y (as the format says)" in metres.text()
+    assert "m = 1 m (as stated)" in metres.text()
+    assert "up axis    y (as stated)" in metres.text()
     large = importer.load(person(random, size=100.0).save(tmp_path / "cm.glb"))
     assert (large.findings.unit[0], large.findings.unit_prescribed) == ("cm", False)
     assert large.motion.character.height == pytest.approx(metres.height, rel=1e-5)

@@ -14,6 +14,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.viewer import scene_builder
 from tests.in_process import run_here
+from tests.motion import smpl_files
 
 
 @pytest.fixture(autouse=True)
@@ -165,6 +166,16 @@ def test_a_prediction_file_borrows_the_bones_of_a_file_that_has_its_joints(tmp_p
     assert np.allclose(scene.figures[0].positions, np.load(answer)["positions"][:5])
     with pytest.raises(FileError, match="holds no bones: give a motion file"):
         scene_builder.of_files([answer, dog])
+
+
+def test_an_archive_of_amass_is_shown_as_a_motion_beside_predictions(tmp_path):
+    file = smpl_files.archive(tmp_path / "a.npz", smpl_files.parameters(np.random.default_rng(1)))
+    (place,) = ran(tmp_path / "runs", "positions")
+    person = bvh_file(tmp_path / "person.bvh", 5, 120)
+    dog = bvh_file(tmp_path / "dog.bvh", 5, 120, DOG)
+    scene = scene_builder.of_files([file, place.prediction(CASE), person, dog])
+    assert scene.figures[0].positions.shape[1:] == (52, 3)
+    assert scene.figures[1].character.skeleton.names == tuple(PERSON)
 
 
 def test_files_that_cannot_be_shown_are_told_in_words(tmp_path):

@@ -11,11 +11,12 @@ from typing import Any
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import motion_files
+from retarget_bench.commands import editing_options, motion_files
 from retarget_bench.commands.retargeting import previews
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.character import Motion
+from retarget_bench.motion.editing.edits import compared
 from retarget_bench.motion.importer import Imported
 from retarget_bench.motion.transfer import correspondence
 from retarget_bench.python import motions
@@ -33,7 +34,8 @@ class Job:
     method:  None: the usual one.
     fps:     of the source; None: its own rate.
     options: all others that decide the result, by the names that the command has for them: those of
-             reading (``motion_files.reading_options``, both sides).
+             reading (``motion_files.reading_options``, both sides) and of editing
+             (``editing_options``).
     preview: a picture or clip of source and result.
     """
 
@@ -52,13 +54,17 @@ def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | No
     none, or it is not to be ``judged``. quiet: print nothing. Raises BenchError."""
     method = job.method or defaults.METHOD
     motions.check_output(job.out, job.source, job.target)
-    performer = motion_files.imported(job.source, job.options, fps=job.fps, quiet=quiet)
+    source = motions.imported(motion_files.imported(job.source, job.options, quiet=quiet))
+    source = source if job.fps is None else source.resample(job.fps)
     body, target = _target(job, quiet)
-    source = motions.imported(performer)
-    answer = motions.answer(source, target, method, job.seed)
+    edits = editing_options.asked_edits(job.options)
+    answer = motions.answer(source, target, method, job.seed, edits)
     lost = motions.write(job.out, answer)
     if not quiet:
-        for caution in motions.cautions(method, source.character, target):
+        for caution in (
+            *motions.cautions(method, source.character, target),
+            *motions.doubts(source, edits),
+        ):
             click.echo(f"bench: {caution}", err=True)
         for note in answer.notes:
             click.echo(note)
@@ -66,13 +72,14 @@ def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | No
             click.echo(f"{job.out}: {note}", err=True)
         followed = int((correspondence(source.character, target) >= 0).sum())
         click.echo(
-            f"{job.out}: {source.frames} frames of {source.character.name} at {source.fps:g} per second on "
+            f"{job.out}: {answer.frames} frames of {source.character.name} at {source.fps:g} per second on "
             f"the body of {target.name}, by {method}; {followed} of {len(target.skeleton)} joints follow "
             f"it; {_units(job, body)}"
         )
-    found = _judged(source, answer, quiet) if judged else None
+    seen = compared(source, edits)
+    found = _judged(seen, answer, quiet) if judged else None
     if job.preview is not None:
-        previews.write(job.preview, source, answer, found)
+        previews.write(job.preview, seen, answer, found)
         if not quiet:
             click.echo(f"{job.preview}: source and result side by side")
     return found
@@ -118,5 +125,6 @@ def _stamp(path: Path | None) -> tuple[int, int] | None:
 def _units(job: Job, body: Imported) -> str:
     """Unit and up axis of the file that was written."""
     kept = formats.format_of(job.target) is formats.format_of(job.out)
-    unit, up = (body.findings.unit[0], body.findings.up) if kept else ("m", "y")
+    new = ("m", "z" if job.out.suffix.lower() == ".npz" else "y")
+    unit, up = (body.findings.unit[0], body.findings.up) if kept else new
     return f"unit {unit}, {up} up"

@@ -17,6 +17,7 @@ from retarget_bench import __version__, defaults
 from retarget_bench.commands.retargeting.job import Job
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.code_hash import code_hash, package_code
 from retarget_bench.files import write_text
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.files.formats import BVH
@@ -92,7 +93,7 @@ def key(job: Job) -> str:
     """
     method = registry.canonical("methods", method_spec(job.method or defaults.METHOD))
     options = {
-        name: _file_hash(Path(value)) if name in FILES and value else value
+        name: _file_hash(Path(value)) if value and (name in FILES or _is_model(name, value)) else value
         for name, value in job.options.items()
     }
     said = {
@@ -100,13 +101,19 @@ def key(job: Job) -> str:
         "source": _content(job.source),
         "target": _content(job.target),
         "method": str(plan.spec_by_weights(method)),
-        "code": plan.method_code(method),
+        "code": plan.code_of(method),
+        "edits": code_hash(package_code("motion.editing")),
         "seed": job.seed,
         "fps": job.fps,
         "options": options,
     }
     text = json.dumps(said, sort_keys=True, default=str)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+
+
+def _is_model(name: str, value: Any) -> bool:
+    """Whether an option names the file of a body model; a folder of them counts by its name."""
+    return name.endswith("body_model") and Path(value).is_file()
 
 
 def _content(path: Path) -> str:

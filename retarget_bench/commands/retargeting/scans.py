@@ -5,8 +5,10 @@ from __future__ import annotations
 import click
 
 from retarget_bench import defaults
+from retarget_bench.commands.editing_options import asked_edits
 from retarget_bench.commands.retargeting.job import Job
 from retarget_bench.errors import BenchError
+from retarget_bench.motion.editing.edits import USUAL
 from retarget_bench.motion.scans.importing import load_body, load_scan
 from retarget_bench.python import scans
 from retarget_bench.python.progress import progress_bar
@@ -19,10 +21,13 @@ def retarget(job: Job, quiet: bool) -> None:
     scans.check_folder(out)
     for side in ("", "target_"):
         unset = {"roles": None, "root_place": "auto", "inner_positions": "auto", "skeleton": None}
+        unset["body_model"] = None
         if any(asked[side + name] != value for name, value in unset.items()):
             raise BenchError("roles and root places are of files with a skeleton; scans have no joints")
         if asked[f"{side}rate"] is not None:
             raise BenchError("--rate is of files that state one; the frames of scans are --fps per second")
+    if asked_edits(asked) != USUAL:
+        raise BenchError("start, path and hands are of files with a skeleton; scans have no joints")
     body = load_body(target, unit=asked["target_unit"], up=asked["target_up"])
     with progress_bar("reading", "files", not quiet) as progress:
         scan = load_scan(source, unit=asked["unit"], up=asked["up"], fps=fps, progress=progress)

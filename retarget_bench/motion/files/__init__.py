@@ -44,16 +44,19 @@ def read(
     take: str | None = None,
     body: str | None = None,
     skeleton: str | None = None,
+    body_model: str | None = None,
 ) -> Recording:
     """The motion of a file, in its own axes and unit.
 
     root: how the root's place is stated, where the format leaves that open (see ``bvh.read``).
     take: which of several motions, by name or number from 1 on; body: which of several bodies.
     skeleton: the file of the bones, where the format keeps them apart from the motion.
+    body_model: see ``Reading``.
     Raises FileError for what cannot be read, NotSupported where the file has no such take or body.
     """
     path, named = split_take(path)
-    return format_of(path).read(path, Reading(root, take if take is not None else named, body, skeleton))
+    take = take if take is not None else named
+    return format_of(path).read(path, Reading(root, take, body, skeleton, body_model=body_model))
 
 
 def takes(path: str | Path) -> tuple[str, ...]:

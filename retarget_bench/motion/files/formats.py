@@ -10,8 +10,12 @@ from pathlib import Path
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh
 from retarget_bench.motion.files.acclaim import reading as acclaim
+from retarget_bench.motion.files.fbx import content as fbx_content
+from retarget_bench.motion.files.fbx import reading as fbx
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
+from retarget_bench.motion.files.smpl import amass, joint_arrays
+from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive
 from retarget_bench.motion.recording import Recording
 
 _BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
@@ -25,12 +29,16 @@ class Reading:
     take: which of several motions of a file, by name or number from 1 on.
     body: which of several bodies, likewise.
     skeleton: the file of the bones, where a format keeps them apart from the motion.
+    rate: frames per second, told in place of what the file says: what it says may then be missing or wrong.
+    body_model: file or folder of the body models that files of the SMPL family are of.
     """
 
     root: str = "auto"
     take: str | None = None
     body: str | None = None
     skeleton: str | None = None
+    rate: float | None = None
+    body_model: str | None = None
 
 
 @dataclass(frozen=True)
@@ -40,8 +48,9 @@ class Format:
     name:       for people.
     suffixes:   endings of file names, in small letters.
     recognises: whether a file is one, by its first bytes.
-    read:       the motion; unit and up axis are said in the ``Recording`` only where the format prescribes
-                them. Raises FileError for what cannot be read, NotSupported for what it cannot be told.
+    read:       the motion; unit and up axis are said in the ``Recording`` only where the format or the
+                file states them. Raises FileError for what cannot be read, NotSupported for what it cannot
+                be told.
     takes:      the names of the motions in a file; () where a file holds one.
     written:    the endings under which results can be written; () where they cannot.
     beside:     other files that a file's motion depends on.
@@ -59,35 +68,52 @@ class Format:
     beside: Callable[[Path], tuple[Path, ...]] = lambda path: ()  # noqa: ARG005
 
 
+_UNTOLD = {
+    "root": "root={value!r} is for BVH files; {path} states where its root is",
+    "take": "{path} holds one motion of one body: leave out take={value!r}",
+    "body": "{path} holds one motion of one body: leave out body={value!r}",
+    "skeleton": "skeleton={value!r} is for AMC files; {path} holds its own bones",
+    "body_model": "a body model is for AMASS files, and {path} is none: leave it out",
+}
+"""What files of most formats cannot be told -> the sentence about it."""
+
+
+def _refuse(path: Path, reading: Reading, *names: str) -> None:
+    """Raise NotSupported where a reader is told something that its format leaves no choice in."""
+    for name in names:
+        value = getattr(reading, name)
+        if value is not None and not (name == "root" and value in ("auto", "absolute")):
+            raise NotSupported(_UNTOLD[name].format(path=path, value=value))
+
+
 def _read_bvh(path: Path, reading: Reading) -> Recording:
-    _only_one(path, reading)
-    _no_skeleton(path, reading)
+    _refuse(path, reading, "take", "body", "skeleton", "body_model")
     return bvh.read(path, root=reading.root, inner=True)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
-    if reading.root not in ("auto", "absolute"):
-        raise NotSupported(f"root={reading.root!r} is for BVH files; glTF states where {path} has its root")
-    _no_skeleton(path, reading)
+    _refuse(path, reading, "root", "skeleton", "body_model")
     return gltf.read(path, reading.take, reading.body)
 
 
+def _read_fbx(path: Path, reading: Reading) -> Recording:
+    _refuse(path, reading, "root", "skeleton", "body_model")
+    return fbx.read(path, reading.take, reading.body)
+
+
 def _read_acclaim(path: Path, reading: Reading) -> Recording:
-    _only_one(path, reading)
-    if reading.root not in ("auto", "absolute"):
-        raise NotSupported(f"root={reading.root!r} is for BVH files; {path} states where its root is")
+    _refuse(path, reading, "take", "body", "root", "body_model")
     return acclaim.read(path, reading.skeleton)
 
 
-def _only_one(path: Path, reading: Reading) -> None:
-    for name, value in (("take", reading.take), ("body", reading.body)):
-        if value is not None:
-            raise NotSupported(f"{path} holds one motion of one body: leave out {name}={value!r}")
+def _read_amass(path: Path, reading: Reading) -> Recording:
+    _refuse(path, reading, "take", "body", "root", "skeleton")
+    return amass.read(path, reading.body_model, reading.rate)
 
 
-def _no_skeleton(path: Path, reading: Reading) -> None:
-    if reading.skeleton is not None:
-        raise NotSupported(f"skeleton={reading.skeleton!r} is for AMC files; {path} holds its own bones")
+def _read_joint_array(path: Path, reading: Reading) -> Recording:
+    _refuse(path, reading, "take", "body", "root", "skeleton", "body_model")
+    return joint_arrays.read(path, reading.rate)
 
 
 def _begins_as_json(head: bytes) -> bool:
@@ -103,6 +129,7 @@ GLTF = Format(
     gltf.takes,
     written=(".glb",),
 )
+FBX = Format("FBX", (".fbx",), fbx_content.recognises, _read_fbx, fbx.takes)
 ACCLAIM = Format(
     "ASF/AMC",
     (".amc", ".asf"),
@@ -111,5 +138,7 @@ ACCLAIM = Format(
     bodies=(".asf",),
     beside=acclaim.needed,
 )
-FORMATS = (BVH, GLTF, ACCLAIM)
+AMASS = Format("AMASS", (".npz",), begins_as_archive, _read_amass, written=(".npz",))
+JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY), _read_joint_array)
+FORMATS = (BVH, GLTF, FBX, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""

@@ -13,7 +13,7 @@ from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import Hierarchy
 from retarget_bench.motion.files import format_of, read, split_take, suffixes, takes
 from retarget_bench.motion.files.formats import BVH, FORMATS
-from retarget_bench.motion.recording import reach
+from retarget_bench.motion.recording import Recording, reach
 
 _DIGITS = 4
 
@@ -60,9 +60,19 @@ def hierarchy_of(path: Path) -> Hierarchy:
     """The joints of a file: names, parents and offsets. Raises FileError."""
     if format_of(path) is BVH:
         return bvh.parse_header(path).hierarchy
-    skeleton = read(path).skeleton
+    recording = read(path)
+    skeleton = recording.skeleton
     channels: tuple[tuple[str, ...], ...] = ((),) * len(skeleton)
-    return Hierarchy(skeleton.names, skeleton.parents, skeleton.offsets, channels, skeleton.end_sites)
+    return Hierarchy(skeleton.names, skeleton.parents, _bones(recording), channels, skeleton.end_sites)
+
+
+def _bones(recording: Recording) -> np.ndarray:
+    """``(joints, 3)`` what tells bodies apart: offsets; of joint positions lengths alone, since each clip
+    shows how bones lie to each other a little differently."""
+    skeleton = recording.skeleton
+    if recording.positions is None:
+        return skeleton.offsets
+    return skeleton.bone_lengths[:, None] * np.array([1.0, 0.0, 0.0])
 
 
 def facts(path: Path) -> tuple[str, str, int, float]:
@@ -73,10 +83,11 @@ def facts(path: Path) -> tuple[str, str, int, float]:
     own, take = split_take(path)
     recording = read(path)
     content = hashlib.sha256(own.read_bytes() + repr(take).encode())
-    for array in (recording.rotations, recording.root, recording.skeleton.offsets):
+    given = recording.rotations if recording.positions is None else recording.positions
+    for array in (given, recording.root, recording.skeleton.offsets):
         content.update(np.ascontiguousarray(array).tobytes())  # of the files that it refers to
     skeleton = recording.skeleton
-    bones = np.round(skeleton.offsets[1:] / max(reach(skeleton), 1e-9), _DIGITS) + 0.0
+    bones = np.round(_bones(recording)[1:] / max(reach(skeleton), 1e-9), _DIGITS) + 0.0
     text = repr((skeleton.names, skeleton.parents.tolist(), bones.tolist()))
     hierarchy = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
     return content.hexdigest(), hierarchy, len(recording.root), recording.fps

@@ -10,9 +10,10 @@ from retarget_bench.motion import bvh, inner_positions
 from retarget_bench.motion.bvh import write_like
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.files import format_of
-from retarget_bench.motion.files.formats import BVH, GLTF
+from retarget_bench.motion.files.formats import AMASS, BVH, FORMATS, GLTF
 from retarget_bench.motion.files.gltf import write_into
 from retarget_bench.motion.files.gltf import writing as gltf
+from retarget_bench.motion.files.smpl import writing as smpl
 from retarget_bench.motion.importer import Imported
 
 
@@ -22,21 +23,29 @@ def write(
     """Write a motion; returns what could not be kept.
 
     like: the file of the body. Where it is of the format to be written and has this skeleton, the result
-    keeps all of it: joints, names, unit, axes, and in a GLB mesh and materials. Else the result is in
-    metres and Y up, and a GLB has the character's mesh where there is one.
+    keeps all of it: joints, names, unit, axes, in a GLB mesh and materials, in an AMASS file betas and
+    gender. Else the result is in metres and Y up (AMASS: Z up), a GLB has the character's mesh where there
+    is one, and an AMASS file takes bodies with the joints of SMPL alone.
     places: ``(frames, joints, 3)`` metres, every joint in its parent's frame, where joints below the root
         move there: kept where the result is as the file of the body and that file can state them.
     path: ends in one of ``files.suffixes(written=True)``.
     Raises FileError.
     """
-    wanted = GLTF if path.suffix.lower() in GLTF.suffixes else BVH
-    own = like is not None and motion.skeleton.same_as(like.motion.skeleton)
-    if like is not None and own and format_of(like.findings.path) is wanted:
-        if wanted is BVH:
-            return write_like.write(path, motion, like, root=like.reading.root, places=places)
+    wanted = next((form for form in FORMATS if path.suffix.lower() in form.suffixes), BVH)
+    if like is not None and not motion.skeleton.same_as(like.motion.skeleton):
+        like = None
+    if like is not None and format_of(like.findings.path) is not wanted:
+        like = None
+    if like is not None and wanted is BVH:
+        return write_like.write(path, motion, like, root=like.reading.root, places=places)
+    if like is not None and wanted is GLTF:
         return write_into.write(path, motion, like, places=places)
-    if wanted is BVH:
-        bvh.write(path, motion)
-    else:
+    lost = () if places is None else (inner_positions.NOT_KEPT,)
+    if wanted is AMASS:
+        notes = smpl.write(path, motion) if like is None else smpl.write_into(path, motion, like)
+        return (*notes, *lost)
+    if wanted is GLTF:
         gltf.write(path, motion)
-    return () if places is None else (inner_positions.NOT_KEPT,)
+    else:
+        bvh.write(path, motion)
+    return lost

@@ -8,6 +8,7 @@ import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character, Prediction
+from retarget_bench.motion.editing import twists
 from retarget_bench.motion.roles import explain
 from retarget_bench.motion.transfer import FOLLOW, correspondence, reason
 from retarget_bench.verification.verdict.bends import bends
@@ -47,9 +48,11 @@ def verdict(source: Prediction, result: Prediction) -> Verdict:
 
 
 def undriven(source: Character, target: Character) -> tuple[str, ...]:
-    """The target's joints that nothing of the source corresponds to, but for its root; first capes, hair
-    and props, then what else has no role, then others such as fingers."""
+    """The target's joints that nothing of the source corresponds to, but for its root and for twist bones,
+    which take their share of a limb's: first capes, hair and props, then what else has no role, then others
+    such as fingers."""
     left = np.flatnonzero((correspondence(source, target) == FOLLOW) & (target.skeleton.parents >= 0))
+    left = np.setdiff1d(left, [each.joint for each in twists.find(target)])
     meaning = explain(target.skeleton, target.roles)
     ordered = sorted(left.tolist(), key=lambda joint: _FIRST.get(meaning[joint], len(_FIRST)))
     return tuple(target.skeleton.names[joint] for joint in ordered)

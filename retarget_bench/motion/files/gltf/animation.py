@@ -6,13 +6,12 @@ After the specification of glTF 2.0, section 3.11 and appendix C (interpolation)
 from __future__ import annotations
 
 from collections.abc import Container, Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from retarget_bench.motion import rotation
 from retarget_bench.motion.files.gltf.document import Document
+from retarget_bench.motion.files.scenes.tracks import Track
 
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 _INTERPOLATIONS = ("LINEAR", "STEP", "CUBICSPLINE")
@@ -25,58 +24,6 @@ _ON_GRID = 0.02
 """Share of a frame within which a key lies on it: times are single precision."""
 _MOST_FRAMES = 10_000_000
 """Frames times tracks."""
-
-
-@dataclass(frozen=True, eq=False)
-class Track:
-    """The values of one property of one node over time.
-
-    path:   translation, rotation (w first) or scale.
-    times:  ``(keys,)`` seconds, ascending.
-    values: ``(keys, width)``; with CUBICSPLINE ``(keys, 3, width)``: in-tangent, value, out-tangent.
-    """
-
-    node: int
-    path: str
-    times: np.ndarray
-    values: np.ndarray
-    interpolation: str
-
-    @property
-    def keyed(self) -> np.ndarray:
-        """``(keys, width)`` the values at the keys."""
-        return self.values[:, 1] if self.interpolation == "CUBICSPLINE" else self.values
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """``(frames, width)`` at times ``(frames,)``; beyond the keys the first and last value."""
-        if self.interpolation != "CUBICSPLINE" and np.array_equal(times, self.times):
-            return self._whole(self.values)
-        low = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 1)
-        if self.interpolation == "STEP":
-            return self._whole(self.values[low])
-        high = np.minimum(low + 1, len(self.times) - 1)
-        span = self.times[high] - self.times[low]
-        share = np.clip((times - self.times[low]) / np.where(span > 0, span, 1.0), 0.0, 1.0)
-        if self.interpolation == "CUBICSPLINE":
-            return self._whole(self._spline(low, high, share[:, None], span[:, None]))
-        if self.path == "rotation":
-            values = self._whole(self.values)
-            return rotation.slerp(values[low], values[high], share)
-        return self.values[low] + share[:, None] * (self.values[high] - self.values[low])
-
-    def _spline(self, low: np.ndarray, high: np.ndarray, t: np.ndarray, span: np.ndarray) -> np.ndarray:
-        """Appendix C.4: a cubic Hermite spline with tangents per second."""
-        square, cube = t * t, t * t * t
-        found: np.ndarray = (
-            (2 * cube - 3 * square + 1) * self.values[low, 1]
-            + span * (cube - 2 * square + t) * self.values[low, 2]
-            + (3 * square - 2 * cube) * self.values[high, 1]
-            + span * (cube - square) * self.values[high, 0]
-        )
-        return found
-
-    def _whole(self, values: np.ndarray) -> np.ndarray:
-        return rotation.normalise(values) if self.path == "rotation" else values
 
 
 def take_names(document: Document) -> tuple[str, ...]:
@@ -104,6 +51,17 @@ def tracks(document: Document, number: int, only: Container[int]) -> list[Track]
             raise document.fail(f"{by} refers to sampler {sampler} of {len(samplers)}")
         found[node, path] = _track(document, samplers[sampler], node, path, f"{by}.samplers[{sampler}]")
     return list(found.values())
+
+
+def animated(document: Document, number: int) -> list[int]:
+    """The nodes that an animation turns or moves."""
+    by, found = f"animations[{number}]", []
+    for channel in document.listed(document.items("animations")[number], "channels", by):
+        target = document.inside(channel, "target", by)
+        if target.get("path") in ("rotation", "translation") and target.get("node") is not None:
+            document.item("nodes", target["node"], by)
+            found.append(target["node"])
+    return found
 
 
 def _track(document: Document, sampler: dict[str, Any], node: int, path: str, by: str) -> Track:

@@ -1,45 +1,19 @@
-"""From a glTF file to a body and its motion."""
+"""A glTF file as a scene, and the motion in it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Container, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.motion import rotation
-from retarget_bench.motion.files.choice import chosen
-from retarget_bench.motion.files.gltf import animation
-from retarget_bench.motion.files.gltf.animation import Track
-from retarget_bench.motion.files.gltf.bodies import Body, choose_body, is_tip, with_moving_root
+from retarget_bench.motion.files.gltf import animation, meshes
 from retarget_bench.motion.files.gltf.document import Document, open_document
-from retarget_bench.motion.files.gltf.nodes import Nodes, nearest_turn, read_nodes, transform
-from retarget_bench.motion.files.gltf.rig import Rig, is_plain, orientations, sizes_above
-from retarget_bench.motion.files.gltf.skin import has_surface, surface
-from retarget_bench.motion.recording import Recording, reach, resting, unique_names
-from retarget_bench.motion.skeleton import EndSite, Skeleton
-
-_STILL, _SAME = 1e-3, 1e-5
-"""Shares of the body's reach up to which a joint's place in its parent's frame counts as constant, and up
-to which it counts as the place at rest."""
-_SCALED = 1e-3
-"""Share by which a scale may change during an animation and still count as constant."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Performance:
-    """The chosen animation of a body. times: ``(frames,)`` seconds."""
-
-    tracks: Mapping[tuple[int, str], Track]
-    times: np.ndarray
-    fps: float
-
-    def values(self, node: int, path: str, rest: np.ndarray) -> np.ndarray:
-        """``(frames, width)`` of a node, or ``(1, width)`` where it does not change."""
-        track = self.tracks.get((node, path))
-        return rest[None] if track is None else track.at(self.times)
+from retarget_bench.motion.files.gltf.tree import read_nodes
+from retarget_bench.motion.files.scenes.reading import rigged
+from retarget_bench.motion.files.scenes.scene import Piece, Scene, Surface
+from retarget_bench.motion.files.scenes.tracks import Track
+from retarget_bench.motion.recording import Recording
 
 
 def read(path: Path, take: str | None = None, body: str | None = None) -> Recording:
@@ -49,47 +23,7 @@ def read(path: Path, take: str | None = None, body: str | None = None) -> Record
         by the name of its root.
     Raises FileError for what cannot be read, NotSupported where there is no such animation or body.
     """
-    return rigged(open_document(path), take, body)[1]
-
-
-def rigged(document: Document, take: str | None, body: str | None) -> tuple[Rig, Recording]:
-    """Likewise, and the body's nodes beside it."""
-    nodes = read_nodes(document)
-    whole, notes = choose_body(document, nodes, body)
-    number, found, how = _choose_take(document, nodes, whole, take)
-    times, fps, spaced = animation.frame_times(document, found.values())
-    performance = _Performance(found, times, fps)
-    nodes, scaled = _with_scales(document, nodes, whole, performance)
-    own = _with_root(document, nodes, whole)
-    notes = (*notes, f"{how}: {spaced}" if number is not None else how, *_about_root(document, own))
-    rig, moved, replaced = _rig(document, nodes, own, performance)
-    rotations, root = _frames(rig, performance)
-    recording = Recording(
-        rig.skeleton,
-        rotation.continuous(rotations),
-        root,
-        fps,
-        (*notes, *replaced),
-        scaled,
-        unit="m",
-        up="y",
-        skin=partial(surface, rig) if has_surface(rig) else None,
-        places=_steps(rig, moved, len(root)),
-    )
-    _check_finite(document, recording)
-    return rig, recording
-
-
-def _about_root(document: Document, body: Body) -> list[str]:
-    """Notes on the joints that are not read."""
-    notes = []
-    if body.left_out:
-        notes.append(f"left out beside the body: {_named(document, body.left_out)}")
-    if body.folded:
-        folded, carried = _named(document, body.folded), document.names[body.joints[0]]
-        verbs = ("only carry", "are") if len(body.folded) > 1 else ("only carries", "is")
-        notes.append(f"{folded} {verbs[0]} {carried!r} and {verbs[1]} folded into it")
-    return notes
+    return rigged(GltfScene(open_document(path)), take, body)[1]
 
 
 def takes(path: Path) -> tuple[str, ...]:
@@ -97,223 +31,86 @@ def takes(path: Path) -> tuple[str, ...]:
     return animation.take_names(open_document(path))
 
 
-def _choose_take(
-    document: Document, nodes: Nodes, body: Body, wanted: str | None
-) -> tuple[int | None, dict[tuple[int, str], Track], str]:
-    """The number of the animation to read, its tracks on the body and what is above it, and a note."""
-    names = animation.take_names(document)
-    concerned = {*body.joints, *nodes.above(body.joints[0])}
-    numbers = range(len(names)) if wanted is None else [chosen(wanted, names, "animation", document.path)]
-    for number in numbers:
-        own = {(track.node, track.path): track for track in animation.tracks(document, number, concerned)}
-        if own:
-            named = f" {names[number]!r}" if names[number] else ""
-            others = [f"{n} {name!r}" for n, name in enumerate(names, 1) if n != number + 1][:12]
-            more = f" (take= chooses another: {', '.join(others)})" if others else ""
-            return number, own, f"animation {number + 1} of {len(names)}{named}{more}"
-    if wanted is not None:
-        raise document.fail(
-            f"animation {wanted!r} moves nothing of the body {document.names[body.joints[0]]!r}"
+class GltfScene(Scene):
+    """The nodes, skins, animations and meshes of a glTF document. Raises FileError where the nodes are
+    damaged, and later for whatever else is, once it is asked for."""
+
+    unit, up, kind = "m", "y", "animation"
+
+    def __init__(self, document: Document) -> None:
+        self.document, self.path = document, document.path
+        self.nodes = read_nodes(document)
+
+    # ----------------------------------------------------------------------------------------- bodies
+    @property
+    def skins(self) -> Sequence[str]:
+        return [f"skins[{number}]" for number in range(len(self.document.items("skins")))]
+
+    def skin_joints(self, number: int) -> list[int]:
+        skin = self.document.item("skins", number, "a node")
+        joints: list[int] = self.document.listed(skin, "joints", f"skins[{number}]", int)
+        for joint in joints:
+            self.document.item("nodes", joint, f"skins[{number}]")
+        return joints
+
+    def bind_matrices(self, number: int) -> np.ndarray | None:
+        item = self.document.items("skins")[number]
+        if item.get("inverseBindMatrices") is None:
+            return None
+        count = len(self.skin_joints(number))
+        found = self.document.array(item["inverseBindMatrices"], ("MAT4",), f"skins[{number}]")
+        if len(found) < count:
+            raise self.fail(f"skins[{number}] has {len(found)} bind matrices for {count} joints")
+        if np.abs(found[:count]).max(initial=0.0) > 1e9:
+            raise self.fail(f"skins[{number}] has bind matrices above 1e+09")
+        return np.asarray(found[:count], dtype=np.float64).reshape(count, 4, 4).transpose(0, 2, 1)
+
+    def is_tip(self, node: int) -> bool:
+        item = self.document.items("nodes")[node]
+        return not self.nodes.children[node] and not {"mesh", "camera", "skin", "extensions"} & item.keys()
+
+    def shown(self) -> set[int]:
+        document = self.document
+        scenes = document.items("scenes")
+        if not scenes:
+            return set()
+        number = document.whole(document.content, "scene", "the file", 0)
+        top = document.listed(
+            document.item("scenes", number, "the file"), "nodes", f"scenes[{number}]", int
         )
-    return None, {}, "no animation moves the body: one frame, the pose at rest"
+        for node in top:
+            document.item("nodes", node, f"scenes[{number}]")
+        return {below for node in dict.fromkeys(top) for below in self.nodes.below(node)}
 
+    # ------------------------------------------------------------------------------------------ takes
+    @property
+    def take_names(self) -> tuple[str, ...]:
+        return animation.take_names(self.document)
 
-# ---------------------------------------------------------------------------------------------- bones
-def _with_scales(
-    document: Document, nodes: Nodes, body: Body, performance: _Performance
-) -> tuple[Nodes, tuple[str, ...]]:
-    """The nodes with the scales that they have during the animation, and doubts where these change."""
-    scale = np.array(nodes.scale)
-    changing = []
-    for node, path in performance.tracks:
-        if path == "scale":
-            values = performance.values(node, "scale", scale[node])
-            scale[node] = np.median(values, axis=0)
-            if (np.ptp(values, axis=0) > _SCALED * np.abs(scale[node])).any():
-                changing.append(node)
-    nodes = replace(nodes, scale=scale)
-    concerned = [*nodes.above(body.joints[0]), *body.joints]
-    if (np.abs(scale[concerned]) < 1e-12).any():
-        worst = next(node for node in concerned if (np.abs(scale[node]) < 1e-12).any())
-        raise document.fail(f"scales {document.names[worst]!r} to nothing, so that it has no bones")
-    if not changing:
-        return nodes, ()
-    return nodes, (
-        f"the animation changes the size of {_named(document, changing)}: bones keep their length",
-    )
+    def animated(self, number: int) -> Iterable[int]:
+        return animation.animated(self.document, number)
 
-
-def _with_root(document: Document, nodes: Nodes, body: Body) -> Body:
-    """The body with the joint as root that moves through the world in any of the file's animations, so
-    that it is the same body in all of them."""
-    places = nodes.matrices(body.joints)
-    away = [places[node][:3, 3] - places[body.joints[0]][:3, 3] for node in body.joints]
-    size = float(np.linalg.norm(away, axis=1).max())
-
-    def moves(node: int, turns: bool) -> bool:
-        within = _STILL * size / max(_size(places, nodes, node), 1e-12)
-        for number in range(len(document.items("animations"))):
-            for track in animation.tracks(document, number, {node}):
-                spread = np.ptp(track.keyed, axis=0).max()
-                if track.path == "translation" and spread > within:
-                    return True
-                if turns and track.path == "rotation" and spread > _STILL:
-                    return True
-        return False
-
-    return with_moving_root(document, nodes, body, moves)
-
-
-def _size(places: Mapping[int, np.ndarray], nodes: Nodes, node: int) -> float:
-    """What a step in a node's own translation measures in the world at rest."""
-    parent = nodes.parents[node]
-    return float(np.linalg.norm(places[parent][:3, :3], axis=0).max()) if parent in places else 1.0
-
-
-def _rig(
-    document: Document, nodes: Nodes, body: Body, performance: _Performance
-) -> tuple[Rig, dict[int, np.ndarray], tuple[str, ...]]:
-    """The body with its skeleton; ``(frames, 3)`` translations of joints that move against their parents;
-    and notes."""
-    if not is_plain(nodes, body):
-        return _rig_at_rest(document, nodes, body), {}, ("nodes are scaled unevenly: read as at rest",)
-    joints, parents = list(body.joints), body.parents(nodes)
-    names = unique_names(tuple(document.names[node] for node in joints))
-    oriented, problem = orientations(document, nodes, body)
-    sizes = sizes_above(nodes, body)
-    root = nodes.matrices(joints[:1])[joints[0]][:3, 3]
-
-    def tip(joint: int, away: np.ndarray) -> np.ndarray:
-        return rotation.rotate(oriented[joint], sizes[joint] * nodes.scale[joints[joint]].mean() * away)
-
-    def skeleton(places: np.ndarray) -> Skeleton:
-        offsets = rotation.rotate(oriented[parents], places * sizes[:, None])
-        offsets[0] = root
-        return Skeleton(names, parents, offsets, _tips(document, nodes, body, tip))
-
-    size = reach(skeleton(nodes.translation[joints]))
-    places, moved, replaced = _places(nodes, body, performance, sizes, size)
-    notes = tuple(filter(None, (problem, replaced)))
-    return Rig(document, nodes, body, skeleton(places), oriented, places), moved, notes
-
-
-def _rig_at_rest(document: Document, nodes: Nodes, body: Body) -> Rig:
-    """A body whose nodes scale unevenly or mirror, in the pose at rest."""
-    joints, parents = list(body.joints), body.parents(nodes)
-    matrices = nodes.matrices(joints)
-    rest = np.stack([matrices[node] for node in joints])
-    places = rest[:, :3, 3]
-    offsets = np.where(parents[:, None] >= 0, places - places[parents], places)
-    tips = _tips(document, nodes, body, lambda joint, away: rest[joint, :3, :3] @ away)
-    names = unique_names(tuple(document.names[node] for node in joints))
-    skeleton = Skeleton(names, parents, offsets, tips)
-    return Rig(document, nodes, body, skeleton, nearest_turn(rest[:, :3, :3]), nodes.translation[joints])
-
-
-def _tips(
-    document: Document, nodes: Nodes, body: Body, placed: Callable[[int, np.ndarray], np.ndarray]
-) -> tuple[EndSite, ...]:
-    """A tip for every node that ends a bone without being a joint.
-
-    placed: from a joint and a node's translation below it to the place in the skeleton's own frames.
-    """
-    members, sites = {*body.joints, *body.left_out}, []
-    for joint, node in enumerate(body.joints):
-        for child in nodes.children[node]:
-            if child not in members and is_tip(document, nodes, child):
-                x, y, z = placed(joint, nodes.translation[child]).tolist()
-                sites.append(EndSite(joint, (x, y, z)))
-    return tuple(sites)
-
-
-def _places(
-    nodes: Nodes, body: Body, performance: _Performance, sizes: np.ndarray, size: float
-) -> tuple[np.ndarray, dict[int, np.ndarray], str]:
-    """``(joints, 3)`` the translation of every joint in its parent's frame; ``(frames, 3)`` the same of
-    joints where it changes; and a note where it is another than at rest."""
-    joints = list(body.joints)
-    places, moved = np.array(nodes.translation[joints]), dict[int, np.ndarray]()
-    away = np.zeros(len(joints))
-    for joint, node in enumerate(joints[1:], 1):
-        if (node, "translation") in performance.tracks:
-            values = performance.values(node, "translation", places[joint])
-            middle = np.median(values, axis=0)
-            if sizes[joint] * np.ptp(values, axis=0).max() > _STILL * size:
-                moved[joint] = values
-                within = _SAME * size / sizes[joint]
-                middle = resting(places[None, joint], values[:, None], within)[0]
-            away[joint] = sizes[joint] * np.abs(middle - places[joint]).max()
-            if _SAME * size < away[joint]:
-                places[joint] = middle
-    count = int((away > _SAME * size).sum())
-    replaced = f"{count} joints stand up to {away.max():.4g} from their place at rest" if count else ""
-    return places, moved, replaced
-
-
-def _steps(rig: Rig, moved: Mapping[int, np.ndarray], frames: int) -> np.ndarray | None:
-    """``(frames, joints, 3)`` every joint in its parent's frame, of nodes that move."""
-    if not moved:
-        return None
-    steps = np.repeat(rig.skeleton.offsets[None], frames, axis=0)
-    for joint, seen in moved.items():
-        steps[:, joint] = rig.step(joint, seen)
-    return steps
-
-
-# --------------------------------------------------------------------------------------------- frames
-def _frames(rig: Rig, performance: _Performance) -> tuple[np.ndarray, np.ndarray]:
-    """Local rotations ``(frames, joints, 4)`` of the skeleton, and its root's places ``(frames, 3)``."""
-    if not is_plain(rig.nodes, rig.body):
-        return _frames_by_matrices(rig, performance)
-    nodes, joints = rig.nodes, rig.body.joints
-    local = np.empty((len(performance.times), len(joints), 4))
-    for joint, node in enumerate(joints):
-        local[:, joint] = performance.values(node, "rotation", nodes.rotation[node])
-    place, heading, size = np.zeros((1, 3)), rotation.identity(1), 1.0
-    for node in (*nodes.above(joints[0]), joints[0]):
-        step = performance.values(node, "translation", nodes.translation[node])
-        place = place + rotation.rotate(heading, size * step)
-        if node != joints[0]:
-            turn = performance.values(node, "rotation", nodes.rotation[node])
-            heading = rotation.multiply(heading, turn)
-            size *= float(nodes.scale[node].mean())
-    above = np.broadcast_to(heading, (len(performance.times), 4))
-    parents = rig.skeleton.parents
-    found = rotation.multiply(local, rotation.conjugate(rig.orientation))
-    found[:, 1:] = rotation.multiply(rig.orientation[parents[1:]], found[:, 1:])
-    found[:, 0] = rotation.multiply(above, found[:, 0])
-    return found, np.array(np.broadcast_to(place, (len(performance.times), 3)))
-
-
-def _frames_by_matrices(rig: Rig, performance: _Performance) -> tuple[np.ndarray, np.ndarray]:
-    """Likewise for nodes that scale unevenly or mirror: the turn of every joint since the pose at rest."""
-    nodes, joints, parents = rig.nodes, rig.body.joints, rig.skeleton.parents
-    frames = len(performance.times)
-    world: dict[int, np.ndarray] = {}
-    for node in (*nodes.above(joints[0]), *joints):
-        local = transform(
-            performance.values(node, "translation", nodes.translation[node]),
-            performance.values(node, "rotation", nodes.rotation[node]),
-            nodes.scale[node],
+    def spread(self, node: int, path: str) -> float:
+        return max(
+            (
+                float(np.ptp(track.keyed, axis=0).max())
+                for number in range(len(self.take_names))
+                for track in animation.tracks(self.document, number, {node})
+                if track.path == path
+            ),
+            default=0.0,
         )
-        parent = nodes.parents[node]
-        world[node] = world[parent] @ local if parent in world else local
-    back = np.linalg.inv(rig.matrices[:, :3, :3])
-    turned = np.empty((frames, len(joints), 4))
-    for joint, node in enumerate(joints):
-        turned[:, joint] = nearest_turn(world[node][:, :3, :3] @ back[joint])
-    found = np.array(turned)
-    found[:, 1:] = rotation.multiply(rotation.conjugate(turned[:, parents[1:]]), turned[:, 1:])
-    place = np.array(np.broadcast_to(world[joints[0]][:, :3, 3], (frames, 3)))
-    return found, place
 
+    def tracks(self, number: int, only: Container[int]) -> list[Track]:
+        return animation.tracks(self.document, number, only)
 
-def _check_finite(document: Document, recording: Recording) -> None:
-    arrays = (recording.rotations, recording.root, recording.skeleton.offsets)
-    if not all(np.isfinite(each).all() and np.abs(each).max(initial=0.0) < 1e9 for each in arrays):
-        raise document.fail("holds numbers that are no motion of a body: it is damaged")
+    def frame_times(self, number: int | None, found: Iterable[Track]) -> tuple[np.ndarray, float, str]:  # noqa: ARG002
+        return animation.frame_times(self.document, found)
 
+    # ----------------------------------------------------------------------------------------- meshes
+    def surfaces(self) -> list[Surface]:
+        return meshes.surfaces(self.document)
 
-def _named(document: Document, nodes: tuple[int, ...] | list[int]) -> str:
-    shown = ", ".join(repr(document.names[node]) for node in nodes[:6])
-    return shown + (f" and {len(nodes) - 6} more" if len(nodes) > 6 else "")
+    def pieces(self, surface: Surface) -> Iterator[Piece]:
+        joints = None if surface.skin is None else len(self.skin_joints(surface.skin))
+        return meshes.pieces(self.document, surface.number, joints)

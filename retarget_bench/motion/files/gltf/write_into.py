@@ -14,10 +14,11 @@ from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.files.gltf.building import AnimationBuilder, Builder
 from retarget_bench.motion.files.gltf.document import Document, open_document
-from retarget_bench.motion.files.gltf.nodes import Nodes, read_nodes
-from retarget_bench.motion.files.gltf.reading import rigged
-from retarget_bench.motion.files.gltf.rig import Rig, is_plain
+from retarget_bench.motion.files.gltf.reading import GltfScene
 from retarget_bench.motion.files.gltf.writing import check_frames
+from retarget_bench.motion.files.scenes.nodes import Nodes
+from retarget_bench.motion.files.scenes.reading import rigged
+from retarget_bench.motion.files.scenes.rig import Rig, is_plain
 from retarget_bench.motion.importer import Imported, as_stated
 from retarget_bench.motion.recording import Recording, reach
 
@@ -42,18 +43,18 @@ def write(
     path, source = Path(path), like.findings.path
     check_frames(path, motion)
     document = open_document(source)
-    rig, recording = rigged(document, like.reading.take, like.reading.body)
+    rig, recording = rigged(GltfScene(document), like.reading.take, like.reading.body)
     builder, notes = _copied(document)
     wanted = as_stated(motion, like)
     animation = AnimationBuilder(builder, path.stem, motion.frames, motion.fps)
     steps = None if places is None or not is_plain(rig.nodes, rig.body) else places / like.findings.unit[1]
     if places is not None and steps is None:
         notes = (*notes, "nodes are scaled unevenly: positions of inner joints are left out")
-    _fill(animation, rig, read_nodes(document), wanted, steps)
+    _fill(animation, rig, rig.scene.nodes, wanted, steps)
     builder.content["animations"] = [animation.finished(), *builder.content.get("animations", [])]
     with atomic(path) as temporary:
         builder.save(temporary)
-        found = rigged(open_document(temporary), path.stem, like.reading.body)[1]
+        found = rigged(GltfScene(open_document(temporary)), path.stem, like.reading.body)[1]
         _check(path, found, replace(recording, rotations=wanted.rotations, root=wanted.root))
     return notes
 

@@ -11,7 +11,7 @@ from retarget_bench.errors import FileError
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.files.gltf.building import INDICES, VERTICES, AnimationBuilder, Builder
-from retarget_bench.motion.files.gltf.nodes import transform
+from retarget_bench.motion.files.scenes.nodes import transform
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.skeleton import Skeleton
 

@@ -1,4 +1,4 @@
-"""The bodies in a glTF file: which nodes are joints of one skeleton."""
+"""The bodies in a scene: which nodes are joints of one skeleton."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from retarget_bench.motion.bvh.recording import DUMMY_NAMES, HIP_NAMES
 from retarget_bench.motion.files.choice import chosen
-from retarget_bench.motion.files.gltf.document import Document
-from retarget_bench.motion.files.gltf.nodes import Nodes
+from retarget_bench.motion.files.scenes.nodes import Nodes
+from retarget_bench.motion.files.scenes.scene import Scene
 from retarget_bench.motion.recording import MOST_JOINTS
 
 
@@ -35,25 +35,25 @@ class Body:
         return np.array([place.get(nodes.parents[node], -1) for node in self.joints])
 
 
-def choose_body(document: Document, nodes: Nodes, wanted: str | None) -> tuple[Body, tuple[str, ...]]:
+def choose_body(scene: Scene, wanted: str | None) -> tuple[Body, tuple[str, ...]]:
     """The body to read, and a note where there are several.
 
     wanted: its number from 1 on, or the name of its root node; None: the one with most joints, among those
         of the file's own scene where there are any.
     Raises FileError where there is none, NotSupported where none has that name.
     """
-    found = _skinned(document, nodes) or _animated(document, nodes)
+    found = _skinned(scene) or _animated(scene)
     if not found:
-        raise document.fail("holds no skeleton: neither a skin nor an animation that turns nodes")
-    names = [document.names[body.joints[0]] for body in found]
+        raise scene.fail(f"holds no skeleton: neither a skin nor {_article(scene.kind)} that turns nodes")
+    names = [scene.nodes.names[body.joints[0]] for body in found]
     if wanted is not None:
-        number = chosen(wanted, names, "body", document.path)
+        number = chosen(wanted, names, "body", scene.path)
     else:
-        shown = _shown(document, nodes)
+        shown = scene.shown()
         sizes = [(body.joints[0] in shown, len(body.joints)) for body in found]
         number = max(range(len(found)), key=sizes.__getitem__)
     if len(found[number].joints) > MOST_JOINTS:
-        raise document.fail(f"has a body of {len(found[number].joints)} joints; {MOST_JOINTS} are read")
+        raise scene.fail(f"has a body of {len(found[number].joints)} joints; {MOST_JOINTS} are read")
     if len(found) == 1:
         return found[number], ()
     listed = ", ".join(f"{n} {name!r}" for n, name in enumerate(names[:12], 1))
@@ -62,12 +62,13 @@ def choose_body(document: Document, nodes: Nodes, wanted: str | None) -> tuple[B
     )
 
 
-def _skinned(document: Document, nodes: Nodes) -> list[Body]:
+def _skinned(scene: Scene) -> list[Body]:
     """Bodies with skins; skins whose joints stand in one tree are of one body."""
+    nodes = scene.nodes
     groups: list[tuple[int, set[int], list[int], list[int]]] = []
-    for number in range(len(document.items("skins"))):
+    for number in range(len(scene.skins)):
         trees: dict[int, list[int]] = {}
-        for joint in skin_joints(document, number):
+        for joint in scene.skin_joints(number):
             trees.setdefault((nodes.above(joint) or [joint])[0], []).append(joint)
         if not trees:
             continue
@@ -87,15 +88,6 @@ def _skinned(document: Document, nodes: Nodes) -> list[Body]:
     ]
 
 
-def skin_joints(document: Document, number: int) -> list[int]:
-    """The joints of a skin, as nodes."""
-    skin = document.item("skins", number, "a node")
-    joints: list[int] = document.listed(skin, "joints", f"skins[{number}]", int)
-    for joint in joints:
-        document.item("nodes", joint, f"skins[{number}]")
-    return joints
-
-
 def _between(nodes: Nodes, top: int, members: set[int]) -> tuple[int, ...]:
     """The members and the nodes between them and ``top``, parents first."""
     kept = {top}
@@ -106,45 +98,26 @@ def _between(nodes: Nodes, top: int, members: set[int]) -> tuple[int, ...]:
     return tuple(node for node in nodes.below(top) if node in kept)
 
 
-def _animated(document: Document, nodes: Nodes) -> list[Body]:
+def _animated(scene: Scene) -> list[Body]:
     """Bodies without skins: all below the node at which the animated ones of a tree meet."""
+    nodes = scene.nodes
     trees: dict[int, list[int]] = {}
-    for number, item in enumerate(document.items("animations")):
-        by = f"animations[{number}]"
-        for channel in document.listed(item, "channels", by):
-            target = document.inside(channel, "target", by)
-            if target.get("path") in ("rotation", "translation") and target.get("node") is not None:
-                document.item("nodes", node := target["node"], by)
-                trees.setdefault((nodes.above(node) or [node])[0], []).append(node)
+    for number in range(len(scene.take_names)):
+        for node in scene.animated(number):
+            trees.setdefault((nodes.above(node) or [node])[0], []).append(node)
     bodies = []
     for moved in trees.values():
         joints = nodes.below(nodes.meeting(dict.fromkeys(moved)))
-        tips = {node for node in joints if is_tip(document, nodes, node) and node not in moved}
+        tips = {node for node in joints if scene.is_tip(node) and node not in moved}
         bodies.append(Body(tuple(node for node in joints if node not in tips), ()))
     return bodies
 
 
-def is_tip(document: Document, nodes: Nodes, node: int) -> bool:
-    """Whether a node is nothing but a place: it has no child, mesh, camera or the like."""
-    item = document.items("nodes")[node]
-    return not nodes.children[node] and not {"mesh", "camera", "skin", "extensions"} & item.keys()
+def _article(kind: str) -> str:
+    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
 
 
-def _shown(document: Document, nodes: Nodes) -> set[int]:
-    """The nodes of the scene that the file shows."""
-    scenes = document.items("scenes")
-    if not scenes:
-        return set()
-    number = document.whole(document.content, "scene", "the file", 0)
-    top = document.listed(document.item("scenes", number, "the file"), "nodes", f"scenes[{number}]", int)
-    for node in top:
-        document.item("nodes", node, f"scenes[{number}]")
-    return {below for node in dict.fromkeys(top) for below in nodes.below(node)}
-
-
-def with_moving_root(
-    document: Document, nodes: Nodes, body: Body, moves: Callable[[int, bool], bool]
-) -> Body:
+def with_moving_root(nodes: Nodes, body: Body, moves: Callable[[int, bool], bool]) -> Body:
     """The body with the joint as root that moves through the world.
 
     Joints above it that have one child only carry it: they are folded. A root that stands while one child
@@ -157,7 +130,7 @@ def with_moving_root(
         chain = [joints[0]]
         while len(below := [node for node in nodes.children[chain[-1]] if node in members]) == 1:
             chain += below
-        carried = (n for n in range(1, len(chain)) if _is_carried(document, chain, n, moves))
+        carried = (n for n in range(1, len(chain)) if _is_carried(nodes, chain, n, moves))
         top = max(carried, default=0)
         body = replace(body, folded=(*body.folded, *chain[:top]))
         joints = tuple(node for node in joints if node not in chain[:top])
@@ -174,11 +147,9 @@ def with_moving_root(
         joints = tuple(parts[child])
 
 
-def _is_carried(
-    document: Document, chain: list[int], place: int, moves: Callable[[int, bool], bool]
-) -> bool:
+def _is_carried(nodes: Nodes, chain: list[int], place: int, moves: Callable[[int, bool], bool]) -> bool:
     """Whether the joints of a chain before this place only carry it: it moves against the one above, or is
     named as the hips below a dummy."""
-    above, name = (document.names[node].lower() for node in chain[place - 1 : place + 1])
+    above, name = (nodes.names[node].lower() for node in chain[place - 1 : place + 1])
     named = any(word in above for word in DUMMY_NAMES) and any(word in name for word in HIP_NAMES)
     return named or moves(chain[place], False)

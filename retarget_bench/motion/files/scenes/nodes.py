@@ -1,4 +1,4 @@
-"""The tree of nodes of a glTF file: who stands under whom, and where every node is at rest."""
+"""The tree of nodes of a file: their parents, and where every node is at rest."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.files.gltf.document import Document
 
-_MOST_NODES = 100_000
+MOST_NODES = 100_000
+"""Files with more are not read."""
 UNIFORM = 1e-4
 """Share by which the three scales of a node may differ and still count as one."""
 
@@ -19,6 +19,7 @@ UNIFORM = 1e-4
 class Nodes:
     """The nodes of a file.
 
+    names:       of the nodes.
     parents:     per node its parent, -1 for those at the top.
     children:    per node its children.
     depths:      steps from the top.
@@ -26,6 +27,7 @@ class Nodes:
                  transform at rest, in the file's unit.
     """
 
+    names: tuple[str, ...]
     parents: list[int]
     children: list[list[int]]
     depths: list[int]
@@ -89,38 +91,6 @@ def transform(translation: np.ndarray, turn: np.ndarray, scale: np.ndarray) -> n
     return found
 
 
-def read_nodes(document: Document) -> Nodes:
-    """The nodes of a file. Raises FileError where they form no forest, or a transform is not finite."""
-    items = document.items("nodes")
-    count = len(items)
-    if count > _MOST_NODES:
-        raise document.fail(f"has {count} nodes; files of up to {_MOST_NODES} are read")
-    parents, children = [-1] * count, []
-    for number, item in enumerate(items):
-        below = document.listed(item, "children", f"nodes[{number}]", int)
-        for child in below:
-            document.item("nodes", child, f"nodes[{number}]")
-            if parents[child] >= 0:
-                raise document.fail(f"nodes[{child}] is a child of two nodes: the file is damaged")
-            parents[child] = number
-        children.append(below)
-    translation = np.zeros((count, 3))
-    turned, scale = rotation.identity(count), np.ones((count, 3))
-    for number, item in enumerate(items):
-        name = f"nodes[{number}]"
-        if (matrix := document.numbers(item, "matrix", 16, name)) is not None:
-            parts = decomposed(matrix.reshape(4, 4).T)
-            translation[number], turned[number], scale[number] = parts
-        if (found := document.numbers(item, "translation", 3, name)) is not None:
-            translation[number] = found
-        if (found := document.numbers(item, "rotation", 4, name)) is not None:
-            turned[number] = found[[3, 0, 1, 2]]
-        if (found := document.numbers(item, "scale", 3, name)) is not None:
-            scale[number] = found
-    depths = _depths(document, parents, children)
-    return Nodes(parents, children, depths, translation, rotation.normalise(turned), scale)
-
-
 def decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Translation, turn and scale of a ``(4, 4)`` transform; shear is left out."""
     linear = matrix[:3, :3]
@@ -136,19 +106,3 @@ def nearest_turn(matrices: np.ndarray) -> np.ndarray:
     u[..., :, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(v))[..., None]
     found: np.ndarray = rotation.from_matrix(u @ v)
     return found
-
-
-def _depths(document: Document, parents: list[int], children: list[list[int]]) -> list[int]:
-    """Steps of every node from the top. Raises FileError where nodes form a circle."""
-    depths = [-1] * len(parents)
-    waiting = [node for node, parent in enumerate(parents) if parent < 0]
-    for node in waiting:
-        depths[node] = 0
-    while waiting:
-        node = waiting.pop()
-        for child in children[node]:
-            depths[child] = depths[node] + 1
-            waiting.append(child)
-    if -1 in depths:
-        raise document.fail(f"nodes[{depths.index(-1)}] stands below itself: its nodes form a circle")
-    return depths

@@ -1,6 +1,6 @@
-"""A body of a glTF file as a skeleton: bones, and the pose in which they stand unturned.
+"""A body of a scene as a skeleton: bones, and the pose in which they stand unturned.
 
-glTF states every joint's frame freely, and the pose at rest is often a frame of some animation. So joints
+Files state every joint's frame freely, and the pose at rest is often a frame of some animation. So joints
 are given frames that are parallel to the world in the *bind pose*, in which the skin lies on the joints
 (inverse bind matrices), or in the pose at rest where there is no skin. That pose is the skeleton's, and one
 that a body can take.
@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.files.gltf.bodies import Body, skin_joints
-from retarget_bench.motion.files.gltf.document import Document
-from retarget_bench.motion.files.gltf.nodes import Nodes, nearest_turn, transform
+from retarget_bench.motion.files.scenes.bodies import Body
+from retarget_bench.motion.files.scenes.nodes import Nodes, nearest_turn, transform
+from retarget_bench.motion.files.scenes.scene import Scene
 from retarget_bench.motion.skeleton import Skeleton
 
 
@@ -24,13 +24,14 @@ from retarget_bench.motion.skeleton import Skeleton
 class Rig:
     """A body with its skeleton.
 
+    nodes:       of the scene, with the scales that they have in the take.
     skeleton:    in the file's unit and axes; its joints are ``body.joints``.
     orientation: ``(joints, 4)`` orientations that the nodes have in the world while the skeleton stands
                  unturned.
     places:      ``(joints, 3)`` the nodes' own translations in that pose.
     """
 
-    document: Document
+    scene: Scene
     nodes: Nodes
     body: Body
     skeleton: Skeleton
@@ -79,21 +80,28 @@ def sizes_above(nodes: Nodes, body: Body) -> np.ndarray:
     return np.array([found[node] for node in body.joints])
 
 
-def orientations(document: Document, nodes: Nodes, body: Body) -> tuple[np.ndarray, str]:
+def orientations(scene: Scene, nodes: Nodes, body: Body) -> tuple[np.ndarray, str]:
     """``(joints, 4)`` orientations of the nodes in the bind pose, and a note where it cannot be used.
 
-    A skin tells how its joints stand to each other; the first joint of the largest skin stands as at rest,
-    and joints without a skin stand to their parents as at rest.
+    A skin tells how its joints stand to each other. Where the scene does not say how they stood in the
+    world, the first joint of the largest skin stands as at rest. Joints without a skin stand to their
+    parents as at rest.
     """
     resting = _at_rest(nodes, body)
     bound: dict[int, np.ndarray] = {}
-    for skin in sorted(body.skins, key=lambda number: -len(skin_joints(document, number))):
-        own = _turns_of_skin(document, body, skin)
+    for skin in sorted(body.skins, key=lambda number: -len(scene.skin_joints(number))):
+        own = _turns_of_skin(scene, body, skin)
         if own is None:
-            return resting, f"skins[{skin}] has bind matrices without an inverse: the pose at rest is used"
+            return (
+                resting,
+                f"{scene.skins[skin]} has bind matrices without an inverse: the pose at rest is used",
+            )
         if own:
             anchor = next((joint for joint in own if joint in bound), min(own))
-            base = rotation.multiply(bound.get(anchor, resting[anchor]), rotation.conjugate(own[anchor]))
+            base = scene.bind_turn(skin)
+            if base is None:
+                anchored = bound.get(anchor, resting[anchor])
+                base = rotation.multiply(anchored, rotation.conjugate(own[anchor]))
             bound = {joint: rotation.multiply(base, turn) for joint, turn in own.items()} | bound
     found = np.array(resting)
     for joint, parent in enumerate(body.parents(nodes).tolist()):
@@ -104,10 +112,10 @@ def orientations(document: Document, nodes: Nodes, body: Body) -> tuple[np.ndarr
     return rotation.normalise(found), ""
 
 
-def _turns_of_skin(document: Document, body: Body, skin: int) -> dict[int, np.ndarray] | None:
+def _turns_of_skin(scene: Scene, body: Body, skin: int) -> dict[int, np.ndarray] | None:
     """Joint -> ``(4,)`` its orientation in the mesh's space in the bind pose, for the joints of the body
     that a skin binds; None where a matrix has no inverse."""
-    matrices = bind_matrices(document, skin)
+    matrices = scene.bind_matrices(skin)
     if matrices is None:
         return {}
     linear = matrices[:, :3, :3]
@@ -115,22 +123,8 @@ def _turns_of_skin(document: Document, body: Body, skin: int) -> dict[int, np.nd
         return None
     turned = rotation.conjugate(nearest_turn(linear))  # the matrices lead from the mesh to the joints
     place = {node: joint for joint, node in enumerate(body.joints)}
-    joints = skin_joints(document, skin)
+    joints = scene.skin_joints(skin)
     return {place[node]: turned[n] for n, node in enumerate(joints) if node in place}
-
-
-def bind_matrices(document: Document, skin: int) -> np.ndarray | None:
-    """``(joints, 4, 4)`` from the mesh's space to the joints' in the bind pose; None: not stated."""
-    item = document.items("skins")[skin]
-    if item.get("inverseBindMatrices") is None:
-        return None
-    count = len(skin_joints(document, skin))
-    found = document.array(item["inverseBindMatrices"], ("MAT4",), f"skins[{skin}]")
-    if len(found) < count:
-        raise document.fail(f"skins[{skin}] has {len(found)} bind matrices for {count} joints")
-    if np.abs(found[:count]).max(initial=0.0) > 1e9:
-        raise document.fail(f"skins[{skin}] has bind matrices above 1e+09")
-    return np.asarray(found[:count], dtype=np.float64).reshape(count, 4, 4).transpose(0, 2, 1)
 
 
 def _at_rest(nodes: Nodes, body: Body) -> np.ndarray:

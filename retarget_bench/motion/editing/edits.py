@@ -1,0 +1,98 @@
+"""What is edited around a method, and the order of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import cast, get_args
+
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import transfer
+from retarget_bench.motion.character import Character, Motion, Prediction
+from retarget_bench.motion.editing import fingers, floor, legs, loops, path, start, twists
+
+Answering = Callable[[Prediction, Character], Motion]
+"""A method: the motion of a character for a source."""
+
+_CHOICES = {"start": start.Starts, "root_motion": path.RootMotion, "hands": fingers.Hands}
+
+
+@dataclass(frozen=True)
+class Edits:
+    """What a user chooses; the defaults leave start and path as they are. Raises NotSupported for others.
+
+    start:       of a source that begins with a T-pose or elsewhere: ``keep`` it, ``cut`` it off, or
+                 ``ease`` it into the motion.
+    root_motion: ``keep``, ``in-place``, or the axis to travel along: ``x``, ``-x``, ``z``, ``-z``.
+    hands:       ``relaxed`` or ``open``, where the source tells nothing of the fingers of the target.
+    """
+
+    start: str = "keep"
+    root_motion: str = "keep"
+    hands: str = "relaxed"
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value, known = getattr(self, each.name), get_args(_CHOICES[each.name])
+            if value not in known:
+                raise NotSupported(f"{each.name}={value!r} is not known; it is one of {', '.join(known)}")
+
+
+USUAL = Edits()
+
+
+def begun(source: Prediction, edits: Edits) -> Prediction:
+    """The source with the start that is wanted."""
+    if edits.start == "keep" or (found := start.find(source)) is None:
+        return source
+    return start.cut(source, found) if edits.start == "cut" else start.eased(source, found)
+
+
+def compared(source: Motion, edits: Edits) -> Motion:
+    """The source with the start and the path of its results, to be shown or compared with these."""
+    return path.edited(cast(Motion, begun(source, edits)), edits.root_motion)
+
+
+def doubt(source: Prediction, edits: Edits) -> str:
+    """A sentence on a start that was kept and does not belong to the motion; "" where there is none."""
+    found = start.find(source) if edits.start == "keep" else None
+    return f"{source.character.name}: {found}" if found else ""
+
+
+def edited(
+    source: Prediction, target: Character, edits: Edits, answer: Answering, posed: bool = True
+) -> tuple[Motion, list[str]]:
+    """The answer of a method to a source, edited; and sentences on what was done unasked.
+
+    answer: the method. It is asked with the edited source, and again with the source going on where that is
+            a loop and the answer is none.
+    posed:  it is asked with reference poses that fit two bodies which do not stand alike (``legs``). What
+            was trained on the common one is not.
+    """
+    source = begun(source, edits)
+    loop = source if isinstance(source, Motion) and loops.is_loop(source) else None
+    theirs, ours = legs.alike(source.character, target) if posed else (source.character, target)
+
+    def asked(one: Prediction) -> Motion:
+        found = answer(replace(one, character=theirs), ours)
+        return target.motion(found.rotations, found.root, found.fps)
+
+    differ = legs.stance(source.character) != legs.stance(target)
+    mended = floor.above if differ else lambda motion: motion
+    found = mended(asked(source))
+    if loop is not None and not loops.agrees(found, loop):
+        whole, own = loops.continued(loop)
+        found = mended(asked(whole)).at(own)
+    found, notes = _parts(found, source, edits)
+    if loop is not None and not loops.agrees(found, loop):
+        found = loops.closed(found)
+    return path.edited(found, edits.root_motion), notes
+
+
+def _parts(answer: Motion, source: Prediction, edits: Edits) -> tuple[Motion, list[str]]:
+    """Fingers and twist bones, and what was done to them unasked."""
+    target, notes = answer.character, []
+    found = fingers.followed(answer, source)
+    if edits.hands == "relaxed" and (relaxed := fingers.relaxed(found, source)) is not found:
+        notes.append(f"{source.character.name} shows no fingers: the hands of {target.name} are relaxed")
+        found = relaxed
+    free = transfer.correspondence(source.character, target) < 0
+    return twists.shared(found, free), notes

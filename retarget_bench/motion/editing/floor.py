@@ -1,0 +1,106 @@
+"""Heads and hands that are kept above the floor, on bodies that a motion was not made for.
+
+A person's stoop pushes the head of a dog into the ground, and a dog's gait the hands of a person. The back
+is raised and the arms are bent; nothing is moved that is clear of the floor.
+"""
+
+import numpy as np
+
+from retarget_bench.motion import rotation
+from retarget_bench.motion.body import UP
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.planting.ease import FADE, smooth
+from retarget_bench.motion.planting.two_bone import ARM, Limb, Pose, bend, ease_reach, rig_of
+from retarget_bench.motion.roles import SIDES, ancestors, chain
+
+_ROUNDS, _SMOOTH = 6, 2
+"""How often corrections are made at most, and how many of the first ones are smoothed in time."""
+_NEAR = 1e-4
+"""Metres that make no difference."""
+
+
+def above(answer: Motion) -> Motion:
+    """The answer with its head and hands, to the tips, at y = 0 or higher.
+
+    The greatest correction that is needed within a third of a second is taken, smoothed; what that leaves
+    below the floor is mended frame by frame.
+    """
+    body = answer.character
+    answer = _raised(answer, _back(body), below(body, "head"))
+    for side in SIDES:
+        joints, limb = below(body, f"{side}_hand"), rig_of(body).limbs.get((side, "arm"))
+        if limb is not None:
+            answer = _raised(_lifted(answer, limb, joints), limb.upper, joints)
+    return answer
+
+
+def below(body: Character, role: str) -> list[int]:
+    """The joint of a role and all that hang below it; none without the role."""
+    top = body.joint_of.get(role)
+    if top is None:
+        return []
+    return [j for j in range(len(body.skeleton)) if top in ancestors(body.skeleton, j, itself=True)]
+
+
+def tips(motion: Motion, joints: list[int]) -> np.ndarray:
+    """``(frames, points, 3)`` metres: joints, and the ends of their last bones."""
+    sites = [site for site in motion.skeleton.end_sites if site.parent in joints]
+    parents = [site.parent for site in sites]
+    offsets = np.array([site.offset for site in sites]).reshape(1, -1, 3)
+    ends = motion.positions[:, parents] + rotation.rotate(motion.global_rotations[:, parents], offsets)
+    return np.concatenate([motion.positions[:, joints], ends], axis=1)
+
+
+def _eased(needed: np.ndarray, fps: float) -> np.ndarray:
+    """``(frames,)`` at least nearly what is needed everywhere, smooth in time."""
+    half = max(1, round(FADE * fps / 2))
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(needed, half, mode="edge"), 2 * half + 1)
+    return smooth(around.max(axis=1)[:, None], fps)[:, 0]
+
+
+def _back(body: Character) -> int:
+    """The first joint of the spine; without one the first above the hips on the way to the head, or it."""
+    head = body.joint_of.get("head", 0)
+    line = [j for j in reversed(ancestors(body.skeleton, head)) if body.roles[j] not in (None, "hips")]
+    return [*chain(body.roles, "spine"), *line, head][0]
+
+
+def _raised(answer: Motion, pivot: int, joints: list[int]) -> Motion:
+    """What hangs below a joint turned up about it until some of its joints, and their tips, are clear."""
+    for number in range(_ROUNDS if joints else 0):
+        points, start = tips(answer, joints), answer.positions[:, pivot, None]
+        if (points[..., 1] > -_NEAR).all():
+            break
+        reach = np.maximum(np.linalg.norm(points - start, axis=-1), 1e-9)
+        now, wanted = (points - start)[..., 1] / reach, -start[..., 1] / reach
+        angle = np.arcsin(np.clip(wanted, -1.0, 1.0)) - np.arcsin(np.clip(now, -1.0, 1.0))
+        needed = angle.max(axis=1).clip(0.0)
+        turn = _eased(needed, answer.fps) if number < _SMOOTH else needed
+        lowest = np.take_along_axis(points, points[..., 1].argmin(axis=1)[:, None, None], axis=1)[:, 0]
+        answer = _turned(answer, pivot, rotation.about(np.cross(lowest - start[:, 0], UP), turn))
+    return answer
+
+
+def _turned(answer: Motion, joint: int, world: np.ndarray) -> Motion:
+    """One joint turned in the world by ``world`` ``(frames, 4)``, and all below it."""
+    parent = int(answer.skeleton.parents[joint])
+    above = answer.global_rotations[:, parent] if parent >= 0 else rotation.identity(1)
+    turned = rotation.multiply(world, answer.global_rotations[:, joint])
+    rotations = np.array(answer.rotations)
+    rotations[:, joint] = rotation.normalise(rotation.multiply(rotation.conjugate(above), turned))
+    return answer.character.motion(rotation.continuous(rotations), answer.root, answer.fps)
+
+
+def _lifted(answer: Motion, limb: Limb, joints: list[int]) -> Motion:
+    """An arm bent until the hand is clear, as far as it is not too fast; the hand keeps its orientation."""
+    body = answer.character
+    for _ in range(_SMOOTH):
+        needed = (-tips(answer, joints)[..., 1]).max(axis=1).clip(0.0)
+        if needed.max(initial=0.0) < _NEAR:
+            break
+        pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
+        goal = answer.positions[:, limb.end] + _eased(needed, answer.fps)[:, None] * UP
+        goal = ease_reach(pose, limb, goal, ARM)
+        bend(body, pose, limb, goal, pose.turned[:, limb.end], answer.fps)
+        answer = body.motion(rotation.continuous(pose.rotations), answer.root, answer.fps)
+    return answer

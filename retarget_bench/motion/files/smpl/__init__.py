@@ -1,0 +1,1 @@
+"""Motions of the SMPL family of body models: AMASS archives, and arrays of joint positions and features."""

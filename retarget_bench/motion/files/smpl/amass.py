@@ -1,0 +1,233 @@
+"""Motions as AMASS archives state them (Mahmood et al. 2019): turns of the joints, translation and betas.
+
+The root joint turns in its place at rest and is then moved by ``trans``: it is at J + trans, where J is its
+place in the rest pose of the body model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import FileError
+from retarget_bench.motion import rotation
+from retarget_bench.motion.files.smpl import average, body_model
+from retarget_bench.motion.files.smpl.arrays import Archive, check_shape, shape_text
+from retarget_bench.motion.files.smpl.families import BY_JOINTS, FAMILIES, Family
+from retarget_bench.motion.recording import Recording
+from retarget_bench.motion.skeleton import Skeleton
+
+_ROOT, _TRUNK, _TRANS = ("root_orient", "global_orient"), ("pose_body", "body_pose"), ("trans", "transl")
+"""Names of AMASS, and those of the arguments of SMPL models."""
+_OTHERS = ("pose_jaw", "pose_eye", "pose_hand")
+"""What follows root and trunk in ``poses``."""
+_RATES = ("mocap_framerate", "mocap_frame_rate")
+_AXES = ("x", "y", "z", "-x", "-y", "-z")
+_DEFAULT_RATE = 30.0
+_SLOWEST, _FASTEST = 0.1, 10_000.0
+_MOST_TURN, _FARTHEST = 1e3, 1e9
+_DEGREES = 8 * np.pi
+"""Radians: joints that turn by more are thought to be stated in degrees."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parameters:
+    """The content of an archive.
+
+    turns:  ``(frames, joints, 3)`` radians: axis times angle, in the parent's frame.
+    trans:  ``(frames, 3)`` metres.
+    betas:  ``(n,)`` of the shape. gender: ``male``, ``female`` or ``neutral``.
+    fps:    frames per second. rate_stated: whether the file says them.
+    model:  ``surface_model_type``, "" where the file has none. up: its ``up_axis``, likewise.
+    notes, doubts: as of a ``Recording``.
+    """
+
+    family: Family
+    turns: np.ndarray
+    trans: np.ndarray
+    betas: np.ndarray
+    gender: str
+    fps: float
+    rate_stated: bool
+    model: str
+    up: str
+    notes: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+
+def holds_motion(path: Path) -> bool:
+    """Whether an archive is of this format, by the names of its arrays; False for what cannot be read."""
+    try:
+        return _is_motion(Archive(path).names)
+    except FileError:
+        return False
+
+
+def _is_motion(names: Iterable[str]) -> bool:
+    names = set(names)
+    return "poses" in names or bool(names & set(_ROOT) and names & set(_TRUNK))
+
+
+def read(path: Path, model: str | None = None, rate: float | None = None) -> Recording:
+    """The motion of an archive, in metres, on the joints of a body model or on an average skeleton.
+
+    model: file or folder of body models. rate: frames per second, where they are told: the file's own may
+        then be missing or wrong.
+    Raises FileError for what cannot be read or does not fit.
+    """
+    found = parameters(path, rate)
+    notes, doubts = list(found.notes), list(found.doubts)
+    skeleton, skin = average.skeleton(found.family), None
+    if model is None:
+        doubts.append("an average skeleton: give --body-model for this person's joints")
+    else:
+        shaped = body_model.load(Path(model).expanduser(), found.family, found.gender, found.betas)
+        skeleton, skin = _shaped_skeleton(shaped), shaped.skin
+        notes.append(f"joints and skin of {shaped.path.name}, without pose blend shapes")
+        if shaped.unused:
+            doubts.append(
+                f"{shaped.unused} of the {len(found.betas)} betas are beyond those of {shaped.path.name}"
+            )
+    missing = len(skeleton) - len(found.family)
+    turns = np.pad(found.turns, ((0, 0), (0, missing), (0, 0)))
+    rotations = rotation.continuous(rotation.from_rotation_vector(turns))
+    root = found.trans + skeleton.offsets[0]
+    return Recording(
+        skeleton,
+        rotations,
+        root,
+        found.fps,
+        tuple(notes),
+        tuple(doubts),
+        unit="m",
+        up=found.up,
+        skin=skin,
+        rate_stated=found.rate_stated,
+    )
+
+
+def _shaped_skeleton(shaped: body_model.Shaped) -> Skeleton:
+    parents = np.array(shaped.family.parents)
+    offsets = shaped.joints - np.where(parents[:, None] >= 0, shaped.joints[parents], 0.0)
+    return Skeleton(shaped.family.joints, parents, offsets)
+
+
+def parameters(path: Path, rate: float | None = None) -> Parameters:
+    """The content of an archive. Raises FileError."""
+    archive = Archive(path)
+    if not _is_motion(archive.names):
+        held = ", ".join(archive.names[:8]) or "no arrays"
+        raise FileError(
+            path, f"is no AMASS file: it has neither poses nor root_orient and pose_body, but {held}"
+        )
+    turns, doubts = _turns(archive)
+    frames = len(turns)
+    name = _first(archive, _TRANS)
+    if name:
+        trans = archive.numbers(name)
+        check_shape(path, name, trans, (frames, 3))
+        _check_size(archive, name, trans, _FARTHEST)
+    else:
+        trans = np.zeros((frames, 3))
+        doubts.append("states no 'trans': the body stays in its place")
+    betas, notes = _betas(archive, frames)
+    fps, stated = _rate(archive, rate)
+    if not stated and rate is None:
+        doubts.append(f"states no mocap_framerate: {_DEFAULT_RATE:g} frames per second; else say --rate")
+    gender = archive.text("gender").lower() if "gender" in archive.names else ""
+    gender = gender.removeprefix("b'").removesuffix("'")  # bytes that somebody took for text
+    if gender not in ("male", "female", "neutral"):
+        notes.append("states no gender that is known: taken for neutral")
+        gender = "neutral"
+    family = BY_JOINTS[turns.shape[1]]
+    notes.insert(0, f"{family.name}, {gender}, {len(betas)} betas")
+    model = archive.text("surface_model_type") if "surface_model_type" in archive.names else ""
+    up = archive.text("up_axis") if "up_axis" in archive.names else ""
+    return Parameters(
+        *(family, turns, trans, betas, gender, fps, stated, model, up if up in _AXES else ""),
+        tuple(notes),
+        tuple(doubts),
+    )
+
+
+def _first(archive: Archive, names: tuple[str, ...]) -> str:
+    """The first of some names that an archive has, or ""."""
+    return next((name for name in names if name in archive.names), "")
+
+
+def _parts(archive: Archive) -> np.ndarray:
+    """``(frames, n)`` what archives without ``poses`` state in parts."""
+    names = [_first(archive, _ROOT), _first(archive, _TRUNK), *(n for n in _OTHERS if n in archive.names)]
+    parts = [archive.numbers(name) for name in names]
+    flat = [each.reshape(len(each), -1) if each.ndim > 1 and each.size else each for each in parts]
+    if any(each.ndim != 2 for each in flat) or len({len(each) for each in flat}) > 1:
+        listed = ", ".join(f"{n!r} {shape_text(each.shape)}" for n, each in zip(names, parts, strict=True))
+        raise FileError(archive.path, f"has parts of poses that do not fit each other: {listed}")
+    return np.concatenate(flat, axis=1)
+
+
+def _turns(archive: Archive) -> tuple[np.ndarray, list[str]]:
+    """``(frames, joints, 3)`` of all joints, and doubts."""
+    whole = "poses" in archive.names
+    found = archive.numbers("poses") if whole else _parts(archive)
+    what = "'poses'" if whole else "root, body and hands together"
+    if found.ndim == 3 and found.shape[2] == 3:
+        found = found.reshape(len(found), 3 * found.shape[1])
+    if found.ndim != 2 or found.shape[1] not in {3 * joints for joints in BY_JOINTS}:
+        known = ", ".join(f"{3 * len(family)} ({family.name})" for family in FAMILIES)
+        raise FileError(
+            archive.path,
+            f"has {what} of shape {shape_text(found.shape)}; known are (frames, n) with n = {known}",
+        )
+    if not len(found):
+        raise FileError(archive.path, "has no frames")
+    _check_size(archive, "poses", found, _MOST_TURN)
+    turns = found.reshape(len(found), -1, 3)
+    doubts = []
+    if (most := float(np.linalg.norm(turns, axis=2).max())) > _DEGREES:
+        doubts.append(f"turns by up to {most:.0f} radians: are they degrees?")
+    return turns, doubts
+
+
+def _betas(archive: Archive, frames: int) -> tuple[np.ndarray, list[str]]:
+    """``(n,)`` of the whole motion, and notes."""
+    if "betas" not in archive.names:
+        return np.zeros(0), []
+    found = archive.numbers("betas")
+    _check_size(archive, "betas", found, _MOST_TURN)
+    if found.ndim == 2 and len(found) in (1, frames):
+        if np.ptp(found, axis=0).max(initial=0.0) > 1e-6:
+            return found.mean(axis=0), ["betas change from frame to frame: their mean is taken"]
+        found = found[0]
+    if found.ndim != 1:
+        raise FileError(archive.path, f"has 'betas' of shape {shape_text(found.shape)}; (n,) is known")
+    return found, []
+
+
+def _rate(archive: Archive, told: float | None) -> tuple[float, bool]:
+    """Frames per second, and whether the file says them; what it says must be a rate unless one is told."""
+    name = _first(archive, _RATES)
+    if not name:
+        return told or _DEFAULT_RATE, False
+    try:
+        found = archive.numbers(name)
+    except FileError:
+        if told is None:
+            raise
+        return told, False
+    if found.size == 1 and _SLOWEST <= (rate := float(found.reshape(-1)[0])) <= _FASTEST:
+        return rate, True
+    if told is not None:
+        return told, False
+    text = f"{float(found.reshape(-1)[0]):g}" if found.size == 1 else shape_text(found.shape)
+    raise FileError(
+        archive.path, f"has {name!r} = {text}, which is no frame rate: say the true one with --rate"
+    )
+
+
+def _check_size(archive: Archive, name: str, array: np.ndarray, most: float) -> None:
+    if np.abs(array).max(initial=0.0) > most:
+        raise FileError(archive.path, f"has {name!r} with numbers above {most:g}: it is damaged")

@@ -1,0 +1,124 @@
+"""An average skeleton with the joints of the SMPL family, for files whose body model is not at hand.
+
+Proportions are those of published tables and none of SMPL's own: lengths and heights of the body as shares
+of stature by Drillis and Contini (1966, as printed in Winter, Biomechanics and Motor Control of Human
+Movement, 4th ed., fig. 4.1), bones of the hand by Buryanov and Kotiuk (2010, Proportions of hand segments),
+both rounded. Where tables say nothing (joints along the spine, collar bones, face) places are ours.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from retarget_bench.motion.files.smpl.families import Family
+from retarget_bench.motion.skeleton import Skeleton, frozen
+
+STATURE = 1.69
+"""Metres."""
+_MIDDLE = {
+    "pelvis": (0.0, 0.555, 0.0),
+    "spine1": (0.0, 0.615, -0.010),
+    "spine2": (0.0, 0.690, -0.010),
+    "spine3": (0.0, 0.730, -0.005),
+    "neck": (0.0, 0.850, -0.015),
+    "head": (0.0, 0.905, 0.010),
+    "jaw": (0.0, 0.900, 0.015),
+}
+"""Shares of stature from between the feet: left, up, forward."""
+_LEFT = {
+    "hip": (0.050, 0.530, 0.0),
+    "knee": (0.050, 0.285, 0.0),
+    "ankle": (0.050, 0.039, -0.010),
+    "foot": (0.055, 0.012, 0.065),
+    "collar": (0.030, 0.818, -0.005),
+    "shoulder": (0.110, 0.818, -0.010),
+    "elbow": (0.296, 0.818, -0.010),
+    "wrist": (0.442, 0.818, -0.010),
+    "hand": (0.490, 0.818, -0.010),
+    "eye_smplhf": (0.019, 0.935, 0.050),
+}
+_BONES = {
+    "thumb": (46, 32),
+    "index": (68, 40, 22),
+    "middle": (65, 45, 26),
+    "ring": (58, 41, 26),
+    "pinky": (54, 33, 18),
+}
+"""Millimetres: metacarpal, then phalanges as far as the last joint; of the thumb from its base on."""
+_SPREAD = {"thumb": 55.0, "index": 18.0, "middle": 4.0, "ring": -10.0, "pinky": -24.0}
+"""Degrees forward in which the metacarpals leave a hand whose palm looks down."""
+_FINGER = 0.4
+"""Share of that angle in which the finger then points."""
+_THUMB = (0.012, -0.008, 0.016)
+"""Metres from the wrist to the base of the thumb."""
+
+
+@cache
+def offsets(family: Family) -> np.ndarray:
+    """``(joints, 3)`` metres from the parent in T-pose, Y up, facing +Z; the root's are 0."""
+    places = np.array([_place(joint) for joint in family.joints])
+    found = places - places[list(family.parents)]
+    found[0] = 0.0
+    return frozen(found, np.float64)
+
+
+def skeleton(family: Family) -> Skeleton:
+    """The average skeleton of a family, its pelvis at the origin."""
+    return Skeleton(family.joints, np.array(family.parents), offsets(family))
+
+
+def _place(joint: str) -> np.ndarray:
+    if joint in _MIDDLE:
+        return STATURE * np.array(_MIDDLE[joint])
+    side, _, part = joint.partition("_")
+    mirror = np.array([1.0 if side == "left" else -1.0, 1.0, 1.0])
+    if part in _LEFT:
+        return mirror * STATURE * np.array(_LEFT[part])
+    return mirror * (STATURE * np.array(_LEFT["wrist"]) + _along_finger(part[:-1], int(part[-1])))
+
+
+def _along_finger(finger: str, number: int) -> np.ndarray:
+    """``(3,)`` metres from the left wrist to a joint of a finger, counted from 1 at the knuckle."""
+    spread = np.radians(_SPREAD[finger])
+    bones = np.array(_BONES[finger]) / 1000
+    metacarpal = np.array([np.cos(spread), 0.0, np.sin(spread)])
+    pointing = np.array([np.cos(_FINGER * spread), 0.0, np.sin(_FINGER * spread)])
+    if finger == "thumb":
+        return np.array(_THUMB) + bones[: number - 1].sum() * metacarpal
+    return bones[0] * metacarpal + bones[1:number].sum() * pointing
+
+
+def _as_seen(places: np.ndarray, resting: np.ndarray) -> np.ndarray:
+    """``(children, 3)`` unit vectors: how children ``(frames, children, 3)`` seen from their joint lie to
+    each other, on average, in the pose in which they are ``resting`` ``(children, 3)``."""
+    now = places / np.maximum(np.linalg.norm(places, axis=2, keepdims=True), 1e-12)
+    then = resting / np.maximum(np.linalg.norm(resting, axis=1, keepdims=True), 1e-12)
+    for _ in range(3):  # the mean of turned bones changes how they are turned
+        left, _, right = np.linalg.svd(np.einsum("fbi,bj->fij", now, then))
+        left[..., -1] *= np.linalg.det(left @ right)[:, None]
+        then = np.einsum("fij,fbi->bj", left @ right, now)
+        then /= np.maximum(np.linalg.norm(then, axis=1, keepdims=True), 1e-12)
+    return then
+
+
+def fitted_to(family: Family, positions: np.ndarray) -> Skeleton:
+    """The skeleton in T-pose with the bones that positions ``(frames, joints, 3)`` show, in their unit.
+
+    A bone is as long as in the middle of the clip. Several bones that leave one joint lie to each other as
+    they do there on average; others point as in the average skeleton.
+    """
+    resting, found = offsets(family), np.zeros((len(family), 3))
+    steps = positions - positions[:, list(family.parents)]
+    lengths = np.median(np.linalg.norm(steps, axis=2), axis=0)
+    for joint in range(len(family)):
+        children = [child for child, parent in enumerate(family.parents) if parent == joint]
+        if not children:
+            continue
+        directions = resting[children]
+        if len(children) > 2:
+            directions = _as_seen(steps[:, children], directions)
+        sizes = np.maximum(np.linalg.norm(directions, axis=1), 1e-12)
+        found[children] = directions * (lengths[children] / sizes)[:, None]
+    return Skeleton(family.joints, np.array(family.parents), found)

@@ -1,0 +1,67 @@
+"""The joints of the SMPL family's skeletons, in the order in which poses and joint arrays state them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+_TRUNK = (
+    ("pelvis", ""),
+    ("left_hip", "pelvis"),
+    ("right_hip", "pelvis"),
+    ("spine1", "pelvis"),
+    ("left_knee", "left_hip"),
+    ("right_knee", "right_hip"),
+    ("spine2", "spine1"),
+    ("left_ankle", "left_knee"),
+    ("right_ankle", "right_knee"),
+    ("spine3", "spine2"),
+    ("left_foot", "left_ankle"),
+    ("right_foot", "right_ankle"),
+    ("neck", "spine3"),
+    ("left_collar", "spine3"),
+    ("right_collar", "spine3"),
+    ("head", "neck"),
+    ("left_shoulder", "left_collar"),
+    ("right_shoulder", "right_collar"),
+    ("left_elbow", "left_shoulder"),
+    ("right_elbow", "right_shoulder"),
+    ("left_wrist", "left_elbow"),
+    ("right_wrist", "right_elbow"),
+)
+_FINGERS = ("index", "middle", "pinky", "ring", "thumb")
+_HANDS = tuple(
+    (f"{side}_{finger}{number}", f"{side}_{finger}{number - 1}" if number > 1 else f"{side}_wrist")
+    for side in ("left", "right")
+    for finger in _FINGERS
+    for number in (1, 2, 3)
+)
+_STUMPS = (("left_hand", "left_wrist"), ("right_hand", "right_wrist"))
+_FACE = (("jaw", "head"), ("left_eye_smplhf", "head"), ("right_eye_smplhf", "head"))
+
+
+@dataclass(frozen=True)
+class Family:
+    """A skeleton. name: for people. word: in names of files and in ``surface_model_type``."""
+
+    name: str
+    word: str
+    joints: tuple[str, ...]
+    parents: tuple[int, ...]
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+
+def _family(name: str, word: str, *parts: tuple[tuple[str, str], ...]) -> Family:
+    pairs = [pair for part in parts for pair in part]
+    joints = tuple(joint for joint, _ in pairs)
+    return Family(name, word, joints, tuple(joints.index(above) if above else -1 for _, above in pairs))
+
+
+BODY = _family("SMPL body", "", _TRUNK)
+"""The 22 joints that all of them share, without hands."""
+SMPL = _family("SMPL", "smpl", _TRUNK, _STUMPS)
+SMPLH = _family("SMPL-H", "smplh", _TRUNK, _HANDS)
+SMPLX = _family("SMPL-X", "smplx", _TRUNK, _FACE, _HANDS)
+FAMILIES = (BODY, SMPL, SMPLH, SMPLX)
+BY_JOINTS = {len(family): family for family in FAMILIES}

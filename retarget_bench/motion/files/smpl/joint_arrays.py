@@ -1,0 +1,112 @@
+"""Motions known by joint positions: arrays ``(frames, joints, 3)``, and the features of HumanML3D.
+
+Features are decoded by their definition (Guo et al. 2022, section 3, and its published code): of 263
+numbers a frame, the first four say how the root moves, the next 63 where the other joints are. The rest
+(rotations, velocities, contacts) repeats these and is not read; the rotations of published features are
+known not to fit the joints.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import FileError
+from retarget_bench.motion import rotation
+from retarget_bench.motion.files.smpl import average
+from retarget_bench.motion.files.smpl.arrays import read_array, shape_text
+from retarget_bench.motion.files.smpl.families import BODY, BY_JOINTS, Family
+from retarget_bench.motion.recording import Recording, of_positions
+
+FEATURES = 263
+RATE = 20.0
+"""Frames per second of HumanML3D."""
+_FARTHEST = 1e9
+_UNEVEN = 0.2
+"""Share of its length by which a bone may vary in decoded features, most of the time."""
+
+
+def read(path: Path, rate: float | None = None) -> Recording:
+    """The motion of an ``.npy`` file, in metres; its skeleton has the bones that the positions show.
+
+    rate: frames per second, where they are told: the file does not say them.
+    Raises FileError for other arrays.
+    """
+    array = read_array(path)
+    if not len(array.shape) or not len(array):
+        raise FileError(path, "has no frames")
+    if np.abs(array).max(initial=0.0) > _FARTHEST:
+        raise FileError(path, f"holds numbers above {_FARTHEST:g}: it is damaged")
+    features = array.ndim == 2 and array.shape[1] == FEATURES
+    family, positions = (BODY, from_features(array)) if features else (_family(path, array), array)
+    skeleton = average.fitted_to(family, positions)
+    if float(np.abs(skeleton.offsets).max()) < 1e-9:
+        raise FileError(path, "has all joints in one place: it holds no body")
+    doubts = []
+    if features and _varies(positions, family) > _UNEVEN:
+        doubts.append(
+            "bones change their length: features that were normalised have to be multiplied by Std and "
+            "moved by Mean first"
+        )
+    if rate is None:
+        doubts.append(
+            f"the rate is not in the file: {RATE:g} frames per second as in HumanML3D; say --rate 30 for "
+            "Motion-X"
+        )
+    what = (
+        f"features of HumanML3D, {FEATURES} a frame" if features else f"positions of {len(family)} joints"
+    )
+    return of_positions(
+        skeleton,
+        positions,
+        rate or RATE,
+        notes=(f"{what}, in the order of {family.name}",),
+        doubts=tuple(doubts),
+        unit="m",
+        up="y" if features else "",
+        rate_stated=False,
+    )
+
+
+def _family(path: Path, array: np.ndarray) -> Family:
+    if array.ndim == 3 and array.shape[2] == 3 and array.shape[1] in BY_JOINTS:
+        return BY_JOINTS[array.shape[1]]
+    joints = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
+    raise FileError(
+        path,
+        f"is of shape {shape_text(array.shape)}; joint positions of the SMPL family are {joints}, and "
+        f"features of HumanML3D (frames, {FEATURES})",
+    )
+
+
+def from_features(features: np.ndarray) -> np.ndarray:
+    """``(frames, 22, 3)`` metres, Y up, of features ``(frames, 263)``; the body begins over the origin and
+    faces +Z there.
+
+    A frame's first number is minus half the angle, radians, by which the body turns about Y to the next
+    frame; the next two are the root's step to that frame, seen from there, and the fourth is its height.
+    The other joints are seen from the root's place on the floor, facing +Z.
+    """
+    frames = len(features)
+    half = np.zeros(frames)
+    half[1:] = np.cumsum(features[:-1, 0])
+    back = rotation.about(np.array([0.0, -1.0, 0.0]), 2.0 * half)  # from facing +Z to the world
+    steps = np.zeros((frames, 3))
+    steps[1:, [0, 2]] = features[:-1, 1:3]
+    root = np.cumsum(rotation.rotate(back, steps), axis=0)
+    root[:, 1] = features[:, 3]
+    found = np.empty((frames, len(BODY), 3))
+    found[:, 0] = root
+    others = features[:, 4 : 4 + 3 * (len(BODY) - 1)].reshape(frames, -1, 3)
+    found[:, 1:] = rotation.rotate(back[:, None], others)
+    found[:, 1:, [0, 2]] += root[:, None, [0, 2]]
+    return found
+
+
+def _varies(positions: np.ndarray, family: Family) -> float:
+    """The largest share of its length by which a bone varies in the middle half of all frames."""
+    parents = list(family.parents)
+    lengths = np.linalg.norm(positions - positions[:, parents], axis=2)[:, 1:]
+    low, middle, high = np.quantile(lengths, [0.25, 0.5, 0.75], axis=0)
+    return float(((high - low) / np.maximum(middle, 1e-9)).max())

@@ -1,0 +1,170 @@
+"""Two legs, four legs and birds: level bodies, arms that hang as fore legs stand, nothing in the floor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from editing_bodies import body, fingers, gait, hen
+from hypothesis import given
+from hypothesis import strategies as st
+
+import retarget_bench as rb
+from retarget_bench.api import Context
+from retarget_bench.motion import importer, rotation
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.editing import edits, floor, legs
+from retarget_bench.plugins import registry
+from retarget_bench.python import motions
+from tests.examples import examples
+
+PERSON = body()
+DOG = next(
+    each
+    for each in registry.create("datasets", "puppets[size=tiny]").characters().values()
+    if each.four_legged
+)
+
+
+def pitch(motion: Motion, high: str, low: str) -> np.ndarray:
+    """Degrees by which the line from one joint to another rises."""
+    line = (
+        motion.positions[:, motion.skeleton.index(high)] - motion.positions[:, motion.skeleton.index(low)]
+    )
+    return np.degrees(np.arcsin(line[:, 1] / np.linalg.norm(line, axis=1)))
+
+
+def lowest(motion: Motion, role: str) -> float:
+    """Metres: of a joint, of all below it and of their tips, written as a loop."""
+    body, heights = motion.character, []
+    for joint in range(len(body.skeleton)):
+        line = joint
+        while line >= 0 and line != body.joint_of[role]:
+            line = int(body.skeleton.parents[line])
+        if line < 0:
+            continue
+        heights.append(motion.positions[:, joint, 1].min())
+        for site in body.skeleton.end_sites:
+            if site.parent == joint:
+                tip = rotation.rotate(motion.global_rotations[:, joint], np.array([site.offset]))
+                heights.append((motion.positions[:, joint] + tip)[:, 1].min())
+    return float(min(heights))
+
+
+def stooped(angle: float, person: Character = PERSON) -> Motion:
+    """A walk with the trunk bent forward."""
+    motion = gait(person)
+    rotations = np.array(motion.rotations)
+    spine = person.joint_of["spine_1"]
+    rotations[:, spine] = rotation.multiply(
+        rotation.about(np.array([1.0, 0.0, 0.0]), angle)[None], rotations[:, spine]
+    )
+    return person.motion(rotations, motion.root, motion.fps)
+
+
+def test_how_bodies_stand():
+    assert legs.stance(PERSON) == legs.stance(body(fingers())) == "two legs"
+    assert legs.stance(DOG) == "four legs"
+    assert legs.stance(hen(wings=True)) == legs.stance(hen(wings=False)) == "bird"
+
+
+@pytest.mark.parametrize("wings", [True, False])
+@pytest.mark.parametrize("method", ["copy_rotations", "ik"])
+def test_a_bird_walks_as_level_as_it_rests(wings, method):
+    bird = hen(wings)
+    with pytest.warns(UserWarning, match="hen stands level on two legs, as birds do") as told:
+        found = rb.retarget(gait(PERSON), bird, method)
+    assert len([each for each in told if "guess" in str(each.message)]) == 1
+    rest = np.degrees(np.arctan2(0.06, 0.16))
+    assert np.abs(pitch(found, "Chest", "Hips") - rest).max() < 8.0
+    assert lowest(found, "head") > 0.3
+    for side in ("left", "right"):
+        assert lowest(found, f"{side}_foot") > -0.03
+
+
+@pytest.mark.parametrize("wings", [True, False])
+def test_a_person_who_does_as_a_bird_does_stands_upright(wings):
+    bird = hen(wings)
+    rest = bird.motion(rotation.identity(5, len(bird.skeleton)), np.tile([0.0, 0.35, 0.0], (5, 1)), 30.0)
+    with pytest.warns(UserWarning, match="guess"):
+        found = rb.retarget(rest, PERSON, "copy_rotations")
+    assert pitch(found, "Head", "Hips").min() > 85.0
+
+
+def test_arms_that_hang_are_fore_legs_that_stand():
+    """Plain copying crosses them: fore legs are down in the common reference pose, and arms out."""
+    hanging = gait(PERSON, speed=0.0)
+    pose = np.repeat(PERSON.reference_pose[None], hanging.frames, axis=0)
+    for side, sign in (("left", -1.0), ("right", 1.0)):
+        arm = PERSON.joint_of[f"{side}_arm"]
+        down = rotation.about(np.array([0.0, 0.0, sign]), np.pi / 2)
+        pose[:, arm] = rotation.multiply(down[None], pose[:, arm])
+    root = np.tile([0.0, PERSON.measures.hip_height, 0.0], (hanging.frames, 1))
+    with pytest.warns(UserWarning, match="what each limb should do is a guess"):
+        found = rb.retarget(PERSON.motion(pose, root, 30.0), DOG, "copy_rotations")
+    stand = DOG.reference_places
+    for side in ("left", "right"):
+        arm, hand = DOG.joints([f"{side}_arm", f"{side}_hand"])
+        line = found.positions[0, hand] - found.positions[0, arm]
+        np.testing.assert_allclose(line, stand[hand] - stand[arm], atol=0.02 * DOG.height)
+
+
+def test_bodies_of_one_stance_are_taken_as_they_are():
+    for pair in ((PERSON, body(size=2.0)), (DOG, DOG)):
+        assert legs.alike(*pair) == pair
+        assert legs.guess(*pair) == ""
+
+
+def test_learned_methods_see_the_common_reference_pose():
+    seen: list[Character] = []
+
+    def answer(source, target):
+        seen.extend((source.character, target))
+        return target.motion(np.repeat(target.reference_pose[None], source.frames, 0), source.root, 30.0)
+
+    for posed in (True, False):
+        edits.edited(gait(PERSON), DOG, edits.USUAL, answer, posed)
+    assert seen[1] is not DOG
+    assert seen[-1] is DOG
+    assert seen[-2] is PERSON
+
+
+@given(angle=st.floats(0.3, 1.6), method=st.sampled_from(["copy_rotations", "ik"]))
+@examples(8)
+def test_a_stoop_leaves_no_head_and_no_paw_in_the_floor(angle, method):
+    found = motions.answer(stooped(angle), DOG, method)
+    for role in ("head", "left_hand", "right_hand"):
+        assert lowest(found, role) > -2e-3, role
+
+
+def test_the_floor_is_what_keeps_the_head_up():
+    source = stooped(1.5)
+    plain = registry.create("methods", "copy_rotations")
+    theirs, ours = legs.alike(source.character, DOG)
+    source = theirs.motion(source.rotations, source.root, 30.0)
+    copied = plain.retarget(source, ours, context=Context())
+    assert lowest(DOG.motion(copied.rotations, copied.root, 30.0), "head") < -0.05
+    found = floor.above(DOG.motion(copied.rotations, copied.root, 30.0))
+    assert lowest(found, "head") > -2e-3
+    own, others = found.positions, DOG.motion(copied.rotations, copied.root, 30.0).positions
+    hind = DOG.joints(["hips", "left_up_leg", "left_leg", "left_foot", "right_foot"])
+    np.testing.assert_allclose(own[:, hind], others[:, hind], atol=1e-9)
+    speed, usual = (np.linalg.norm(np.diff(each, axis=0), axis=-1).max() for each in (own, others))
+    assert speed < 2.5 * usual, "it is raised smoothly"
+
+
+def test_what_is_above_the_floor_stays_as_it_is():
+    motion = gait(PERSON)
+    assert floor.above(motion) is motion
+
+
+@pytest.mark.parametrize("target", ["gltf/Fox.glb", "dog"])
+@pytest.mark.parametrize("method", ["copy_rotations", "ik"])
+def test_a_person_who_picks_up_a_box_as_a_real_animal(real_data, target, method):
+    source, path = real_data / "same_pairs/ACAAD/Female1_A05_PickUpBox_0.bvh", real_data / target
+    path = next(iter(sorted(path.glob("*.bvh"))), path) if path.is_dir() else path
+    if not (source.exists() and path.exists()):
+        pytest.skip(f"{source} or {path} is not there")
+    animal = importer.load(path).motion.character
+    found = motions.answer(importer.load(source).motion.at(slice(1, None)), animal, method)
+    for role in ("head", "left_hand", "right_hand"):
+        assert lowest(found, role) > -2e-3, role

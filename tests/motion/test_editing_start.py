@@ -1,0 +1,142 @@
+"""Starts that do not belong to a motion: found, cut off, eased."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from editing_bodies import body, gait, hen
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import importer, rotation
+from retarget_bench.motion.character import Motion
+from retarget_bench.motion.editing import start
+from tests.examples import examples
+
+BODY = body()
+
+
+def posed(
+    frames: int, place: tuple[float, float, float], turn: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations and root of a T-pose that stands somewhere."""
+    pose = np.repeat(BODY.reference_pose[None], frames, axis=0)
+    pose[:, 0] = rotation.multiply(rotation.about(np.array([0.0, 1.0, 0.0]), turn)[None], pose[:, 0])
+    return pose, np.repeat(np.array([place]), frames, axis=0)
+
+
+def joined(*parts: tuple[np.ndarray, np.ndarray]) -> Motion:
+    rotations, root = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return BODY.motion(rotations, root, 30.0)
+
+
+def walk(frames: int = 60, turn: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    moving = gait(BODY, frames, turn=turn)
+    return moving.rotations, moving.root
+
+
+@given(frames=st.integers(1, 8), x=st.floats(1.0, 9.0), turn=st.floats(-3.0, 3.0))
+@examples(15)
+def test_a_t_pose_elsewhere_is_found_with_its_frames_and_its_jump(frames, x, turn):
+    motion = joined(posed(frames, (x, 1.0, -x), turn), walk())
+    found = start.find(motion)
+    assert found is not None
+    assert (found.frames, found.cuts, found.t_pose) == (frames, (frames,), True)
+    away = np.linalg.norm(motion.positions[frames] - motion.positions[frames - 1], axis=1).mean()
+    assert found.jump == pytest.approx(away)
+    cut = start.cut(motion, found)
+    np.testing.assert_array_equal(cut.root, motion.root[frames:])
+    np.testing.assert_array_equal(cut.rotations, motion.rotations[frames:])
+
+
+@given(frames=st.integers(1, 8), x=st.floats(1.0, 9.0), turn=st.floats(-3.0, 3.0))
+@examples(15)
+def test_an_eased_start_has_all_frames_no_jump_and_the_motion_after_it(frames, x, turn):
+    motion = joined(posed(frames, (x, 1.3, -x), turn), walk())
+    eased = start.eased(motion, start.find(motion))
+    assert eased.frames == motion.frames
+    steps = np.linalg.norm(np.diff(eased.positions, axis=0), axis=-1)
+    usual = np.linalg.norm(np.diff(motion.positions[frames:], axis=0), axis=-1).max()
+    pose = np.linalg.norm(eased.positions[frames - 1] - motion.positions[frames + 15], axis=-1).max()
+    assert steps.max() < usual + 2.0 * pose / 15  # of a smoothstep over 15 frames, 1.5 times its mean
+    np.testing.assert_allclose(eased.positions[frames + 15 :], motion.positions[frames + 15 :], atol=1e-12)
+    # it stands where the motion begins, turned alike, its feet as high, in its own pose
+    np.testing.assert_allclose(eased.root[frames - 1, [0, 2]], motion.root[frames, [0, 2]], atol=1e-12)
+    feet = BODY.joints(
+        ["left_toe", "right_toe", "left_foot", "right_foot", "left_toe_end", "right_toe_end"]
+    )
+    low = [motion.positions[frames, feet, 1].min(), eased.positions[frames - 1, feet, 1].min()]
+    assert low[0] == pytest.approx(low[1])
+    np.testing.assert_allclose(
+        rotation.angle(eased.rotations[0, 1:], motion.rotations[0, 1:]), 0.0, atol=1e-7
+    )
+
+
+def test_a_teleport_without_a_t_pose_is_one_too():
+    rotations, root = walk(60)
+    root = root.copy()
+    root[:3] += [4.87, 0.0, 0.0]
+    found = start.find(BODY.motion(rotations, root, 30.0))
+    assert (found.frames, found.t_pose) == (3, False)
+    assert found.jump == pytest.approx(4.87, abs=0.1)
+    assert str(found).startswith("the first 3 frames are elsewhere, and joints are 4.8")
+    eased = start.eased(BODY.motion(rotations, root, 30.0), found)
+    assert np.linalg.norm(np.diff(eased.root, axis=0), axis=1).max() < 0.1
+
+
+def test_a_t_pose_that_is_left_smoothly_lasts_until_the_arms_are_down():
+    still, down = posed(20, (0.0, 1.0, 0.0)), posed(60, (0.0, 1.0, 0.0))
+    share = np.clip(np.arange(60) / 20, 0.0, 1.0)
+    for side, sign in (("left", -1.0), ("right", 1.0)):
+        turn = rotation.about(np.broadcast_to([0.0, 0.0, sign], (60, 3)), 1.2 * share)
+        arm = BODY.joint_of[f"{side}_arm"]
+        down[0][:, arm] = rotation.multiply(turn, down[0][:, arm])
+    motion = joined(still, down)
+    found = start.find(motion)
+    assert (found.cuts, found.jump, found.t_pose) == ((), 0.0, True)
+    assert found.frames == 40
+    assert start.eased(motion, found) is motion
+    assert "which the body then leaves" in str(found)
+
+
+def test_motions_without_such_a_start_have_none():
+    assert start.find(BODY.motion(*walk(), 30.0)) is None
+    assert start.find(joined(posed(40, (0.0, 1.0, 0.0)))) is None, "in T-pose throughout"
+    assert start.find(joined(walk(60), posed(5, (3.0, 1.0, 0.0)), walk(20))) is None, "a cut later on"
+    bird = hen(wings=True)
+    assert start.find(gait(bird)) is None
+    for frames in range(3):
+        assert start.find(BODY.motion(*(each[:frames] for each in walk()), 30.0)) is None
+
+
+def test_positions_can_be_cut_and_not_eased():
+    motion = joined(posed(1, (5.0, 1.0, 0.0)), walk())
+    known = BODY.positions(motion.positions, 30.0)
+    found = start.find(known)
+    assert found == start.find(motion)
+    assert start.cut(known, found).frames == 60
+    with pytest.raises(NotSupported, match="cut it instead"):
+        start.eased(known, found)
+
+
+JUMPS = {
+    "SFU/0005_JumpRope001_0": 0.28,
+    "ACAAD/Female1_A05_PickUpBox_0": 0.43,
+    "lafan1/aiming1_subject1_0": 4.89,
+    "pfnn/LocomotionFlat01_000_3": 1.59,
+}
+
+
+@pytest.mark.parametrize("file", JUMPS)
+def test_the_sources_of_same_begin_with_one_frame_in_t_pose(real_data, file):
+    path = real_data / "same_pairs" / f"{file}.bvh"
+    if not path.exists():
+        pytest.skip(f"{path} is not there")
+    motion = importer.load(path).motion
+    found = start.find(motion)
+    assert (found.frames, found.t_pose) == (1, True)
+    assert found.jump == pytest.approx(JUMPS[file], abs=0.006)
+    eased, rest = start.eased(motion, found), start.cut(motion, found)
+    steps, usual = (np.linalg.norm(np.diff(each.positions, axis=0), axis=-1) for each in (eased, rest))
+    assert steps.max() < max(0.15, 1.5 * usual.max())

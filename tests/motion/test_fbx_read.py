@@ -1,0 +1,506 @@
+"""FBX files against matrices by the formula of FBX: skeletons, motion, skins, units, axes and takes."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import fbx_files
+import numpy as np
+import pytest
+from fbx_files import Joint, Made, Skin, dress, of_recording, person, pivots, skinned, world
+
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.motion import bvh, files, importer, kinematics, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.files import listing
+from retarget_bench.motion.files.fbx import content
+from retarget_bench.motion.recording import Recording
+
+pytest.importorskip("ufbx")
+FLAT = np.array([-1.0, 1.0, 1.0])
+
+
+@pytest.fixture(autouse=True)
+def forked(request, monkeypatch) -> None:
+    """Files are read in copies of this process, where a test does not ask for ``own_process``."""
+    if hasattr(os, "fork") and "own_process" not in request.fixturenames:
+        from fbx_fork import process
+
+        monkeypatch.setattr(content, "process", process)
+
+
+@pytest.fixture
+def own_process() -> None:
+    """Files are read in processes of their own, as ever outside of tests."""
+
+
+@pytest.fixture
+def random() -> np.random.Generator:
+    return np.random.default_rng(5)
+
+
+def agrees(
+    recording: Recording,
+    made: Made,
+    take: str | None = "act",
+    *,
+    start: float = 0.0,
+    scale: float = 1.0,
+    mirror: np.ndarray | float = 1.0,
+) -> None:
+    """Joints and vertices stand where the formula has them, in every frame."""
+    order = [[joint.name for joint in made.joints].index(name) for name in recording.skeleton.names]
+    places = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0]
+    moving = Character.of("body", recording.skeleton).motion(
+        recording.rotations, recording.root, recording.fps
+    )
+    points = recording.skin().skinned(moving) if recording.skin else None
+    for frame in range(len(places)):
+        standing = world(made, take, start + frame / recording.fps)
+        wanted = pivots(made, standing)[order] * scale * mirror
+        np.testing.assert_allclose(places[frame], wanted, atol=1e-5 * scale)
+        if points is not None and made.skins:
+            wanted = skinned(made.skins[0], standing) * scale * mirror
+            np.testing.assert_allclose(points[frame], wanted, atol=1e-5 * scale)
+
+
+# --------------------------------------------------------------------------------------------- content
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {},
+        {"version": 7500},
+        {"version": 7100, "packed": False},
+        {"ascii": True},
+        {"version": 7700, "ascii": True},
+    ],
+)
+def test_binary_and_ascii_files_of_all_versions(tmp_path, random, kind):
+    made = person(random)
+    recording = files.read(made.save(tmp_path / "one.fbx", **kind))
+    assert (len(recording.skeleton), len(recording.root), recording.fps) == (16, 12, 30.0)
+    assert (recording.unit, recording.up, recording.doubts) == ("cm", "y", ())
+    assert recording.skin is not None
+    assert recording.skin().faces.shape == (7, 3)
+    agrees(recording, made)
+
+
+@pytest.mark.parametrize("order", range(6))
+def test_every_rotation_order(tmp_path, random, order):
+    made = person(random, order=order, frames=4)
+    agrees(files.read(made.save(tmp_path / "one.fbx")), made)
+
+
+def test_post_rotations_pivots_and_nodes_above(tmp_path, random):
+    turned = np.array([-90.0, 0.0, 20.0])
+    above = (
+        Joint("scene", kind="Null", scaling=np.full(3, 2.0), translation=np.array([3.0, 0.0, -7.0])),
+        Joint("Armature", 0, kind="Null", rotation=turned, scaling=np.full(3, 0.5)),
+    )
+    made = person(random, above=above, skin=False)
+    for joint in made.joints[2:]:
+        joint.post, joint.pivot = random.uniform(-90, 90, 3), random.normal(scale=5, size=3)
+    fbx_files.stand_up(made, 2, 100.0)
+    dress(made, random, 2)
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    assert recording.skeleton.names[0] == "Hips"
+    agrees(recording, made)
+
+
+def test_joints_that_do_not_inherit_their_parents_scale(tmp_path, random):
+    made = person(random, skin=False)
+    made.joints[0].scaling, made.joints[1].scaling = np.full(3, 1.5), np.full(3, 1.25)
+    for joint in made.joints:
+        joint.inherit = 2
+    dress(made, random, 0)
+    agrees(files.read(made.save(tmp_path / "one.fbx")), made)
+
+
+def test_the_skeleton_stands_as_its_skin_was_bound(tmp_path, random):
+    made = person(random)
+    bound = world(made)[:16, :3, 3]
+    for joint in made.joints[:16]:
+        joint.rotation = joint.rotation + random.uniform(-40, 40, 3)  # a frame of some take
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    away = recording.skeleton.rest_positions - recording.skeleton.offsets[0]
+    order = [[joint.name for joint in made.joints].index(name) for name in recording.skeleton.names]
+    np.testing.assert_allclose(away, bound[order] - bound[0], atol=1e-6)
+    agrees(recording, made)
+
+
+def test_a_mesh_that_hangs_on_a_joint(tmp_path, random):
+    made = person(random, skin=False)
+    head = [joint.name for joint in made.joints].index("Head")
+    made.joints.append(
+        Joint("hat", head, np.array([0.0, 12.0, 3.0]), np.array([10.0, 20.0, 30.0]), kind="Mesh")
+    )
+    hat = random.normal(scale=10, size=(5, 3))
+    made.skins.append(Skin(len(made.joints) - 1, hat, [[0, 1, 2, 3, 4]], np.zeros((5, 0)), [], {}))
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    mesh = recording.skin()
+    assert set(np.unique(mesh.weights[:, recording.skeleton.index("Head")])) == {1.0}
+    moving = Character.of("body", recording.skeleton).motion(recording.rotations, recording.root, 30.0)
+    for frame in (0, 7):
+        at = world(made, "act", frame / 30)[-1]
+        wanted = hat @ at[:3, :3].T + at[:3, 3]
+        np.testing.assert_allclose(mesh.skinned(moving)[frame], wanted, atol=1e-5)
+
+
+def test_nodes_that_are_no_bones(tmp_path, random):
+    made = person(random)
+    for joint in made.joints[:16]:
+        joint.kind = "Null"
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    assert len(recording.skeleton) == 16
+    agrees(recording, made)
+    made.skins.clear()
+    made.joints.pop()
+    agrees(files.read(made.save(tmp_path / "one.fbx")), made)
+
+
+# ---------------------------------------------------------------------------------------- unit and axes
+@pytest.mark.parametrize(
+    ("centimetres", "unit", "scale"),
+    [
+        (1.0, "cm", 1),
+        (100.0, "m", 1),
+        (0.1, "mm", 1),
+        (2.54, "inch", 1),
+        (10.0, "dm", 1),
+        (30.48, "m", 0.3048),
+    ],
+)
+def test_units(tmp_path, random, centimetres, unit, scale):
+    made = replace(person(random, size=100 / centimetres), centimetres=centimetres)
+    path = made.save(tmp_path / "one.fbx")
+    recording = files.read(path)
+    assert recording.unit == unit
+    agrees(recording, made, scale=scale)
+    found = importer.load(path)
+    assert found.findings.unit[0] == unit
+    assert "as stated" in found.findings.text()
+    assert found.motion.character.height == pytest.approx(1.5818, abs=1e-4)
+
+
+@pytest.mark.parametrize(("axes", "up"), [((2, 1, 1, -1, 0, 1), "z"), ((0, 1, 1, 1, 2, 1), "x")])
+def test_up_axes(tmp_path, random, axes, up):
+    made = replace(person(random), axes=axes)
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    assert recording.up == up
+    agrees(recording, made)
+
+
+def test_left_handed_axes_are_mirrored(tmp_path, random):
+    made = replace(person(random), axes=(1, 1, 2, -1, 0, 1))
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    agrees(recording, made, mirror=FLAT)
+    upright = files.read(replace(made, axes=(1, 1, 2, 1, 0, 1)).save(tmp_path / "other.fbx"))
+    corners, others = (each.skin().vertices[each.skin().faces] for each in (recording, upright))
+    volume, other = (np.linalg.det(each).sum() for each in (corners, others))
+    assert volume == pytest.approx(other)  # seen from outside, faces turn the same way
+
+
+# --------------------------------------------------------------------------------------- takes and rate
+def test_takes_by_name_number_and_default(tmp_path, random):
+    made = person(random, frames=6)
+    act = made.takes["act"]
+    made.takes = {
+        "still": {key: (times[:1], values[:1]) for key, (times, values) in act.items()},
+        "act": act,
+        "nod": {key: (times, values[::-1]) for key, (times, values) in act.items()},
+    }
+    path = made.save(tmp_path / "one.fbx")
+    assert files.takes(path) == ("still", "act", "nod")
+    agrees(files.read(path), made, "act")
+    agrees(files.read(f"{path}#nod"), made, "nod")
+    agrees(files.read(path, take="3"), made, "nod")
+    agrees(files.read(path, take="STILL"), made, "still")
+    assert list(listing.motions_of(path)) == ["one-still", "one-act", "one-nod"]
+    with pytest.raises(NotSupported, match="no take 'run'; it has 1 'still', 2 'act', 3 'nod'"):
+        files.read(path, take="run")
+
+
+def test_a_file_without_takes_is_a_pose(tmp_path, random):
+    made = person(random)
+    made.takes.clear()
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    assert len(recording.root) == 1
+    assert "no take moves the body: one frame, the pose at rest" in recording.notes
+    agrees(recording, made, None)
+
+
+@pytest.mark.parametrize("fps", [24.0, 25.0, 60.0, 120.0, 59.94, 12.5])
+def test_frames_at_the_rate_of_the_file(tmp_path, random, fps):
+    made = person(random, fps=fps)
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    assert (recording.fps, len(recording.root)) == (pytest.approx(fps), 12)
+    agrees(recording, made)
+
+
+def test_a_rate_that_is_too_low_or_missing(tmp_path, random):
+    made = person(random, fps=60.0)
+    slow = replace(made, mode=6)
+    recording = files.read(slow.save(tmp_path / "one.fbx"))
+    assert (recording.fps, len(recording.root)) == (30.0, 6)
+    assert recording.doubts[-1].startswith("its keys are 60 per second, and the file says 30:")
+    agrees(recording, made)
+    recording = files.read(replace(made, mode=0).save(tmp_path / "one.fbx"))
+    assert (recording.fps, len(recording.root)) == (pytest.approx(60.0), 12)
+
+
+def test_a_take_has_its_own_range_and_steps_are_reached(tmp_path, random):
+    made = person(random, frames=10)
+    made.constant = True
+    made.ranges["act"] = (3 / 30, 7 / 30)
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    assert len(recording.root) == 5
+    agrees(recording, made, start=3 / 30)
+    made.ranges["act"] = (50.0, 60.0)  # without any key in it
+    assert len(files.read(made.save(tmp_path / "one.fbx")).root) == 10
+
+
+def test_joints_that_move_against_their_parents(tmp_path, random):
+    made = person(random, skin=False)
+    times, _ = made.takes["act"][0, "T"]
+    hand = [joint.name for joint in made.joints].index("LeftHand")
+    steps = np.linspace(0, 7, len(times))[:, None] * np.array([1.0, 0.0, 0.0])
+    made.takes["act"][hand, "T"] = times, made.joints[hand].translation + steps
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    joint = recording.skeleton.index("LeftHand")
+    away = np.linalg.norm(recording.places[:, joint] - recording.places[:1, joint], axis=-1)
+    np.testing.assert_allclose(away, steps[:, 0], atol=1e-4)
+    path = tmp_path / "one.fbx"
+    assert any("LeftHand" in warning for warning in importer.load(path).findings.warnings)
+    turned = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[1]
+    parent = recording.skeleton.parents[joint]
+    above = [each.name for each in made.joints].index(recording.skeleton.names[parent])
+    for frame in (0, 5):
+        standing = world(made, "act", frame / 30)
+        step = rotation.rotate(turned[frame, parent], recording.places[frame, joint])
+        np.testing.assert_allclose(step, standing[hand, :3, 3] - standing[above, :3, 3], atol=1e-5)
+
+
+# ------------------------------------------------------------------------------------------------ bodies
+def test_several_bodies(tmp_path, random):
+    one, other = person(random, skin=False), person(random, skin=False)
+    first = len(one.joints)
+    other.joints = [replace(each, name=f"b:{each.name}") for each in other.joints]
+    for joint in other.joints:
+        joint.parent = joint.parent + first if joint.parent >= 0 else -1
+    other.joints[-1] = replace(other.joints[-1], translation=other.joints[-1].translation + 1)
+    curves = {(joint + first, path): found for (joint, path), found in other.takes["act"].items()}
+    made = Made([*one.joints, *other.joints, Joint("b:tail", first)], {"act": one.takes["act"] | curves})
+    path = made.save(tmp_path / "two.fbx")
+    recording = files.read(path)
+    assert "body 2 of 2, 'b:Hips'" in recording.notes[0]
+    agrees(recording, made)
+    agrees(files.read(path, body="Hips"), made)
+    with pytest.raises(NotSupported, match="no body 'c'; it has 1 'Hips', 2 'b:Hips'"):
+        files.read(path, body="c")
+
+
+def test_a_root_that_only_carries_the_hips_is_folded(tmp_path, random):
+    made = person(random, above=(Joint("Root"),))
+    recording = files.read(made.save(tmp_path / "one.fbx"))
+    assert recording.skeleton.names[0] == "Hips"
+    assert "'Root' only carries 'Hips' and is folded into it" in recording.notes
+    agrees(recording, made)
+
+
+# --------------------------------------------------------------------------------- beside other formats
+def test_the_same_clip_as_bvh(tmp_path, random):
+    motion = importer.load(person(random, turned=False, frames=20).save(tmp_path / "one.fbx")).motion
+    bvh.write(tmp_path / "one.bvh", motion)
+    text = files.read(tmp_path / "one.bvh")
+    for order in (0, 4):
+        made = of_recording(text, order)
+        recording = files.read(replace(made, centimetres=100.0).save(tmp_path / "again.fbx"))
+        assert recording.skeleton.names == text.skeleton.names
+        assert np.degrees(rotation.angle(recording.rotations, text.rotations)).max() < 1e-4
+        np.testing.assert_allclose(recording.root, text.root, atol=1e-6)
+        np.testing.assert_allclose(recording.skeleton.offsets[1:], text.skeleton.offsets[1:], atol=1e-9)
+
+
+def test_a_real_clip_as_fbx(tmp_path, real_data):
+    text = files.read(real_data / "lafan1" / "Lafan1_example.bvh")
+    recording = files.read(of_recording(text, 5).save(tmp_path / "one.fbx"))
+    assert np.degrees(rotation.angle(recording.rotations, text.rotations)).max() < 3e-4
+    np.testing.assert_allclose(recording.root, text.root, rtol=1e-6, atol=1e-4)
+
+
+def test_it_is_found_out_by_its_first_bytes(tmp_path, random):
+    made = person(random, frames=3)
+    for kind in ({}, {"ascii": True}):
+        path = made.save(tmp_path / "one.motion", **kind)
+        assert files.format_of(path).name == "FBX"
+        assert len(files.read(path).root) == 3
+    assert ".fbx" in files.suffixes()
+    assert ".fbx" not in files.suffixes(written=True)
+    with pytest.raises(NotSupported, match="FBX states where"):
+        files.read(path, root="relative")
+
+
+@pytest.mark.parametrize(
+    "content", [b"; FBX 6.1.0 project file", b"Kaydara FBX Binary  \0\x1a\0" + bytes(9)]
+)
+def test_without_ufbx_one_sentence_tells_how_to_get_it(tmp_path, monkeypatch, content):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    (tmp_path / "one.fbx").write_bytes(content)
+    with pytest.raises(NotSupported, match=r"needs ufbx: pip install 'retarget-bench\[fbx\]'"):
+        files.read(tmp_path / "one.fbx")
+
+
+OLD = """; FBX 6.1.0 project file
+FBXHeaderExtension:  {
+    FBXHeaderVersion: 1003
+    FBXVersion: 6100
+}
+Objects:  {
+    Model: "Model::Hips", "Limb" {
+        Version: 232
+        Properties60:  {
+            Property: "Lcl Translation", "Lcl Translation", "A+",0,90,0
+            Property: "Lcl Rotation", "Lcl Rotation", "A+",0,0,0
+            Property: "Lcl Scaling", "Lcl Scaling", "A+",1,1,1
+        }
+        TypeFlags: "Skeleton"
+    }
+    Model: "Model::Spine", "Limb" {
+        Version: 232
+        Properties60:  {
+            Property: "Lcl Translation", "Lcl Translation", "A+",0,20,0
+            Property: "Lcl Rotation", "Lcl Rotation", "A+",0,0,0
+            Property: "Lcl Scaling", "Lcl Scaling", "A+",1,1,1
+        }
+        TypeFlags: "Skeleton"
+    }
+    GlobalSettings:  {
+        Version: 1000
+        Properties60:  {
+            Property: "UpAxis", "int", "",1
+            Property: "UnitScaleFactor", "double", "",1
+        }
+    }
+}
+Connections:  {
+    Connect: "OO", "Model::Hips", "Model::Scene"
+    Connect: "OO", "Model::Spine", "Model::Hips"
+}
+Takes:  {
+    Current: "Take 001"
+    Take: "Take 001" {
+        FileName: "Take_001.tak"
+        LocalTime: 0,4618615800
+        ReferenceTime: 0,4618615800
+        Model: "Model::Hips" {
+            Version: 1.1
+            Channel: "Transform" {
+                Channel: "R" {
+                    Channel: "X" {
+                        Default: 0
+                        KeyVer: 4005
+                        KeyCount: 4
+                        Key: 0,0,L,1539538600,30,L,3079077200,60,L,4618615800,90,L
+                    }
+                }
+            }
+        }
+    }
+}
+"""
+
+
+def test_an_ascii_file_of_version_6(tmp_path):
+    (tmp_path / "old.fbx").write_text(OLD)
+    recording = files.read(tmp_path / "old.fbx")
+    assert recording.skeleton.names == ("Hips", "Spine")
+    assert (recording.fps, len(recording.root), recording.unit) == (pytest.approx(30.0), 4, "cm")
+    spine = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0][:, 1]
+    angles = np.radians([0, 30, 60, 90])
+    wanted = np.stack([0 * angles, 90 + 20 * np.cos(angles), 20 * np.sin(angles)], axis=1)
+    np.testing.assert_allclose(spine, wanted, atol=1e-5)
+    assert files.takes(tmp_path / "old.fbx") == ("Take 001",)
+
+
+# ---------------------------------------------------------------------------------------------- damage
+@pytest.mark.parametrize(
+    ("data", "sentence"),
+    [
+        (b"", "is empty"),
+        (b"not an fbx file at all", "is cut off"),
+        (b"not an fbx file at all\n" * 99, "is no FBX file"),
+        (b"Kaydara FBX Binary  \0\x1a\0", "is cut off"),
+        (
+            b"Kaydara FBX Binary  \0\x1a\0\xe8\x1c\0\0" + bytes(400),
+            "holds no skeleton: neither a skin nor a take",
+        ),
+        (b"; FBX 7.4.0 project file\n", "is cut off"),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "is no FBX file"),
+        (b"glTF" + bytes(9), "is cut off after 13 bytes"),
+    ],
+)
+def test_what_holds_no_motion(tmp_path, data, sentence):
+    (tmp_path / "odd.fbx").write_bytes(data)
+    with pytest.raises(FileError, match=sentence) as error:
+        files.read(tmp_path / "odd.fbx")
+    assert "\n" not in str(error.value)
+
+
+def test_what_is_no_file(tmp_path):
+    for path, sentence in (
+        (tmp_path / "none.fbx", "no such file"),
+        (tmp_path / "folder.fbx", "is a folder"),
+    ):
+        (tmp_path / "folder.fbx").mkdir(exist_ok=True)
+        with pytest.raises(FileError, match=sentence):
+            files.read(path)
+
+
+def test_files_that_are_cut_off(tmp_path, random):
+    whole = person(random, frames=3).save(tmp_path / "odd.fbx").read_bytes()
+    for size in (100, len(whole) // 3, len(whole) // 2, len(whole) - 900):
+        (tmp_path / "odd.fbx").write_bytes(whole[:size])
+        with pytest.raises(FileError):
+            files.read(tmp_path / "odd.fbx")
+
+
+def test_a_crash_is_a_sentence_and_nothing_is_left(tmp_path, random, monkeypatch, own_process):
+    path = person(random, frames=3).save(tmp_path / "odd.fbx")
+    crashing = tmp_path / "crash.py"
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(scratch))
+    for does, sentence in (
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", r"crashes ufbx \(-11\)"),
+        ("raise RuntimeError('out of order')", "process that reads it failed .*out of order"),
+        ("pass", "wrote nothing"),
+        ("import time; time.sleep(60)", "took more than 0.8 s to read"),
+    ):
+        crashing.write_text(does)
+        monkeypatch.setattr("retarget_bench.motion.files.fbx.child.__file__", str(crashing))
+        if "sleep" in does:
+            monkeypatch.setattr("retarget_bench.motion.files.fbx.content._SECONDS", 0.2)
+        with pytest.raises(FileError, match=sentence):
+            files.read(path)
+    assert not list(scratch.iterdir())
+
+
+def test_a_take_without_end_and_numbers_beyond_all_bodies(tmp_path, random):
+    made = person(random, frames=4, skin=False)
+    made.ranges["act"] = (0.0, 1e8)
+    with pytest.raises(FileError, match="has a take that lasts 1e\\+08 s"):
+        files.read(made.save(tmp_path / "odd.fbx"))
+    made = person(random, frames=4, skin=False)
+    made.joints[4].translation = np.array([np.nan, 0, 0])
+    with pytest.raises(FileError, match="places that are no numbers"):
+        files.read(made.save(tmp_path / "odd.fbx"))
+
+
+def test_it_works_from_a_path_of_any_name(tmp_path, random, own_process):
+    folder = tmp_path / "ein Ordner – 一"
+    folder.mkdir()
+    path = person(random, frames=3).save(folder / "böse 'name'.fbx")
+    assert len(files.read(path).root) == 3
+    assert isinstance(importer.load(Path(path)).motion.frames, int)

@@ -1,0 +1,296 @@
+"""AMASS archives and joint arrays against SMPL's equations as loops, scipy and HumanML3D's definition."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from smpl_files import archive, danced, features, forward, model, parameters
+
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.motion import files, importer, kinematics, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.listing import motion_files
+from retarget_bench.motion.files.smpl import average, joint_arrays
+from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
+from retarget_bench.motion.roles import find
+from retarget_bench.motion.structures import BODY22
+
+WHOLE = (SMPL, SMPLH, SMPLX)
+
+
+@pytest.fixture
+def random():
+    return np.random.default_rng(3)
+
+
+def places(recording) -> np.ndarray:
+    return kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0]
+
+
+# -------------------------------------------------------------------------------------------- archives
+@pytest.mark.parametrize("family", WHOLE, ids=lambda each: each.word)
+def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, family):
+    content, body = parameters(random, family), model(random, family, vertices=60 + 2 * len(family))
+    file = archive(tmp_path / "a.npz", content)
+    recording = files.read(file, body_model=str(archive(tmp_path / "model.npz", body)))
+    joints, vertices = forward(body, family, content)
+    np.testing.assert_allclose(places(recording), joints, atol=1e-12)
+    assert recording.fps == 120.0
+    found = importer.load(file, body_model=tmp_path / "model.npz").motion
+    turn = rotation.from_rotation_vector(np.array(importer.UP_AXES["z"]))  # Y up, from the file's Z up
+    np.testing.assert_allclose(found.positions, rotation.rotate(turn, joints), atol=1e-12)
+    skinned = found.character.mesh.skinned(found)
+    np.testing.assert_allclose(skinned, rotation.rotate(turn, vertices), atol=1e-12)
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda each: each.name)
+def test_all_joints_have_the_roles_that_their_names_mean(family):
+    assert len(family) == {BODY: 22, SMPL: 24, SMPLH: 52, SMPLX: 55}[family]
+    roles = find(average.skeleton(family))
+    assert set(BODY22) <= set(roles)
+    as_role = {
+        "pelvis": "hips",
+        "left_foot": "left_toe",
+        "spine3": "spine_3",
+        "right_collar": "right_shoulder",
+    }
+    as_role |= {
+        "left_pinky2": "left_pinky_2",
+        "right_thumb1": "right_thumb_1",
+        "jaw": None,
+        "left_hand": None,
+    }
+    found = dict(zip(family.joints, roles, strict=True))
+    assert all(found[joint] == role for joint, role in as_role.items() if joint in found)
+    assert sum(role is None for role in roles) == {BODY: 0, SMPL: 2, SMPLH: 0, SMPLX: 3}[family]
+
+
+def test_turns_are_rotation_vectors_about_joints_of_the_average_skeleton(tmp_path, random):
+    """scipy's; angles above pi are in AMASS, too."""
+    content = parameters(random, SMPLH)
+    content["poses"][:, 30:33] = [[3.0, 2.0, 1.0]]
+    recording = files.read(archive(tmp_path / "a.npz", content))
+    wanted = Rotation.from_rotvec(content["poses"].reshape(-1, 3))
+    turned = Rotation.from_quat(recording.rotations.reshape(-1, 4)[:, [1, 2, 3, 0]])
+    assert (wanted.inv() * turned).magnitude().max() < 1e-12
+    np.testing.assert_array_equal(recording.root, content["trans"])
+    assert "an average skeleton: give --body-model" in recording.doubts[0]
+    found = importer.load(tmp_path / "a.npz")
+    assert found.findings.rest_pose == "T-pose"
+    assert found.findings.up == "z"
+    assert 1.4 < found.findings.height < 1.8
+
+
+def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
+    content = parameters(random, SMPLX)
+    whole = files.read(archive(tmp_path / "whole.npz", content))
+    poses = content.pop("poses")
+    cut = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
+    parts = dict(zip(cut, np.split(poses, np.cumsum(list(cut.values()))[:-1], axis=1), strict=True))
+    found = files.read(archive(tmp_path / "parts.npz", content | parts))
+    np.testing.assert_array_equal(found.rotations, whole.rotations)
+    few = {"global_orient": parts["root_orient"], "body_pose": parts["pose_body"]}
+    few |= {"transl": content["trans"], "betas": np.tile(content["betas"], (12, 1))}
+    found = files.read(archive(tmp_path / "few.npz", few))
+    assert found.skeleton.names == BODY.joints
+    np.testing.assert_array_equal(found.rotations, whole.rotations[:, :22])
+    assert found.fps == 30.0
+    assert any("mocap_framerate" in each and "--rate" in each for each in found.doubts)
+    body = archive(tmp_path / "model.npz", model(random, SMPLX, 170))
+    dressed = files.read(tmp_path / "few.npz", body_model=str(body))
+    assert dressed.skeleton.names == SMPLX.joints
+    expected, _ = forward(
+        dict(np.load(body, allow_pickle=True)),
+        SMPLX,
+        content | {"poses": np.pad(poses[:, :66], ((0, 0), (0, 99)))},
+    )
+    np.testing.assert_allclose(places(dressed), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("stated", "known"),
+    [
+        ("male", "male"),
+        (b"male", "male"),
+        (["MALE"], "male"),
+        ("b'male'", "male"),
+        ("x", "neutral"),
+        (1, "neutral"),
+    ],
+)
+def test_genders_are_known_in_every_spelling(tmp_path, random, stated, known):
+    content = parameters(random) | {"gender": np.array(stated)}
+    notes = files.read(archive(tmp_path / "a.npz", content)).notes
+    assert notes[0] == f"SMPL-H, {known}, 16 betas"
+    assert (len(notes) > 1) == (known == "neutral")
+
+
+def test_the_rate_is_the_file_s_unless_it_is_told(tmp_path, random):
+    content = parameters(random)
+    del content["mocap_framerate"]
+    file = archive(tmp_path / "a.npz", content | {"mocap_frame_rate": np.array(59.94)})
+    assert importer.load(file).motion.fps == 59.94
+    assert importer.load(file, rate=50).motion.fps == 50.0
+    half = importer.load(file, rate=60, fps=30).motion
+    assert (half.fps, half.frames) == (30.0, 6)
+    with pytest.raises(NotSupported, match="is no frame rate"):
+        importer.load(file, rate=-1)
+    broken = archive(tmp_path / "b.npz", content | {"mocap_framerate": np.array(0.0)})
+    with pytest.raises(FileError, match=r"'mocap_framerate' = 0, which is no frame rate"):
+        importer.load(broken)
+    assert importer.load(broken, rate=30).motion.fps == 30.0
+
+
+# ----------------------------------------------------------------------------------------- body models
+@pytest.mark.parametrize(
+    ("name", "family"),
+    [
+        ("SMPLH_FEMALE.npz", SMPLH),
+        ("smplh/female/model.npz", SMPLH),
+        ("female/model.npz", SMPLH),
+        ("models/smplx/SMPLX_FEMALE.npz", SMPLX),
+        ("smpl/basicmodel_f_lbs_10_207_0_v1.1.0.npz", SMPL),
+    ],
+)
+def test_a_folder_of_body_models_is_searched_for_family_and_gender(tmp_path, random, name, family):
+    content = parameters(random, family)
+    folder = tmp_path / "models"
+    wanted = model(random, family, 170)
+    archive(folder / name, wanted)
+    for other in ("dmpls/female/model.npz", "SMPLX_MALE.npz", "smplh/male/model.npz", "SMPL_NEUTRAL.npz"):
+        archive(folder / other, {"eigvec": np.zeros(3)})
+    found = files.read(archive(tmp_path / "a.npz", content), body_model=str(folder))
+    np.testing.assert_allclose(places(found), forward(wanted, family, content)[0], atol=1e-12)
+    with pytest.raises(FileError, match="has no male"):
+        files.read(archive(tmp_path / "b.npz", content | {"gender": b"male"}), body_model=str(folder))
+
+
+def test_pickled_models_are_never_opened(tmp_path, random):
+    file = archive(tmp_path / "a.npz", parameters(random))
+    folder = tmp_path / "models"
+    folder.mkdir()
+    (folder / "SMPLH_FEMALE.pkl").write_bytes(b"cos\nsystem\n(S'touch opened'\ntR.")
+    for place in (folder, folder / "SMPLH_FEMALE.pkl"):
+        with pytest.raises(
+            FileError, match=r"SMPLH_FEMALE\.pkl: is a pickle, .* is never loaded: take the"
+        ):
+            files.read(file, body_model=str(place))
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"v_template": None}, "is no SMPL body model: it lacks v_template"),
+        ({"v_template": np.zeros((90, 2))}, r"'v_template' of shape \(90, 2\); \(90, 3\) is needed"),
+        ({"v_template": np.full((90, 3), np.nan)}, "'v_template' holds NaN"),
+        ({"shapedirs": np.zeros((90, 3))}, "'shapedirs' of shape"),
+        ({"shapedirs": np.full((90, 3, 10), 1e9)}, "gives a body beyond 1000 m"),
+        ({"J_regressor": np.full((52, 90), 1e300)}, "gives a body beyond 1000 m"),
+        ({"J_regressor": np.zeros((51, 90))}, "has a J_regressor of shape"),
+        ({"J_regressor": np.zeros((52, 89))}, "'J_regressor' of shape"),
+        ({"J_regressor": np.array([{}])}, "'J_regressor' is a pickled object, which is never loaded"),
+        ({"kintree_table": np.zeros((2, 52))}, "kintree_table that is not that of SMPL-H"),
+        ({"f": np.full((3, 3), 90)}, "faces .'f'. with vertices that it has not"),
+        ({"weights": np.zeros((90, 52))}, "'weights' that are no shares of 1"),
+        ({"weights": np.zeros((90, 51))}, "'weights' of shape"),
+    ],
+)
+def test_what_is_wrong_with_a_body_model_is_said(tmp_path, random, change, sentence):
+    content = {name: each for name, each in (model(random) | change).items() if each is not None}
+    file, place = archive(tmp_path / "a.npz", parameters(random)), archive(tmp_path / "m.npz", content)
+    with pytest.raises(FileError, match=rf"m\.npz: .*{sentence}"):
+        files.read(file, body_model=str(place)).skin()
+
+
+def test_a_body_model_of_another_family_or_for_another_format_is_refused(tmp_path, random):
+    body = archive(tmp_path / "m.npz", model(random, SMPLX, 170))
+    with pytest.raises(FileError, match="is a model of SMPL-X, and the motion is of SMPL-H"):
+        files.read(archive(tmp_path / "a.npz", parameters(random)), body_model=str(body))
+    np.save(tmp_path / "a.npy", np.zeros((3, 22, 3)))
+    with pytest.raises(NotSupported, match="a body model is for AMASS files"):
+        files.read(tmp_path / "a.npy", body_model=str(body))
+    (tmp_path / "m.txt").write_text("x")
+    with pytest.raises(FileError, match=r"is no \.npz file; a body model is one"):
+        files.read(tmp_path / "a.npz", body_model=str(tmp_path / "m.txt"))
+
+
+# ---------------------------------------------------------------------------------------- joint arrays
+@pytest.fixture(scope="module")
+def joints() -> np.ndarray:
+    """``(200, 22, 3)`` of the average body, Y up."""
+    return danced(Character.of("body", average.skeleton(BODY)))
+
+
+def test_rotations_are_fitted_to_joint_positions(tmp_path, joints):
+    np.save(tmp_path / "a.npy", joints.astype(np.float32))
+    found = importer.load(tmp_path / "a.npy")
+    np.testing.assert_allclose(found.motion.positions, joints, atol=1e-6)
+    assert (found.motion.fps, found.findings.up, found.findings.unit[0]) == (20.0, "y", "m")
+    assert any(
+        each.startswith("rotations were fitted to joint positions: less") for each in found.findings.notes
+    )
+    assert any("say --rate 30 for Motion-X" in each for each in found.findings.warnings)
+    told = importer.load(tmp_path / "a.npy", rate=30)
+    assert told.motion.fps == 30.0
+    assert not any("--rate" in each for each in told.findings.warnings)
+
+
+@pytest.mark.parametrize("unit", [1.0, 100.0])
+def test_the_axes_and_unit_of_joint_positions_are_found(tmp_path, joints, unit):
+    np.save(tmp_path / "a.npy", unit * joints[..., [0, 2, 1]] * [1, -1, 1])  # Z up
+    found = importer.load(tmp_path / "a.npy")
+    assert found.findings.up == "z"
+    np.testing.assert_allclose(found.motion.positions, joints, atol=1e-6)
+
+
+def test_bones_are_as_long_as_the_positions_show_and_lie_as_they_do(tmp_path, random):
+    """Of a body that is nothing like the average one, with noise of 2 mm."""
+    skeleton = average.skeleton(BODY)
+    offsets = np.array(skeleton.offsets) * random.uniform(0.7, 1.4, (22, 1))
+    offsets[[1, 2, 3]] += 0.05 * random.normal(size=(3, 3))
+    body = Character.of("body", type(skeleton)(skeleton.names, skeleton.parents, offsets))
+    wanted = danced(body)
+    np.save(tmp_path / "a.npy", wanted + 0.002 * random.normal(size=wanted.shape))
+    found = importer.load(tmp_path / "a.npy").motion
+    np.testing.assert_allclose(found.skeleton.bone_lengths[1:], body.skeleton.bone_lengths[1:], atol=2e-3)
+    assert np.linalg.norm(found.positions - wanted, axis=2).mean() < 0.003
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), frames=st.integers(2, 40), turns=st.floats(0, 3))
+def test_positions_come_back_from_features(seed, frames, turns):
+    random = np.random.default_rng(seed)
+    positions = random.normal(size=(frames + 1, 22, 3))
+    headings = np.cumsum(np.clip(turns * random.normal(size=frames + 1), -3, 3))
+    found = joint_arrays.from_features(features(positions, headings))
+    begins = Rotation.from_euler("y", -headings[0])
+    wanted = positions[:-1] - positions[0, 0] * [1, 0, 1]
+    wanted = begins.apply(wanted.reshape(-1, 3)).reshape(wanted.shape)
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_features_are_read_as_the_motion_that_they_were_made_of(tmp_path, joints):
+    headings = np.cumsum(np.full(200, 0.03))
+    made = features(joints, headings)
+    np.save(tmp_path / "a.npy", made)
+    found = importer.load(tmp_path / "a.npy", rate=20)
+    assert found.findings.up_prescribed
+    assert found.findings.warnings == ()
+    heading = Rotation.from_euler("y", -headings[0])
+    wanted = heading.apply((joints[:-1] - joints[0, 0] * [1, 0, 1]).reshape(-1, 3)).reshape(199, 22, 3)
+    np.testing.assert_allclose(found.motion.positions, wanted, atol=1e-6)
+    np.save(tmp_path / "b.npy", (made - made.mean(axis=0)) / made.std(axis=0))
+    warnings = importer.load(tmp_path / "b.npy").findings.warnings
+    assert any("multiplied by Std and moved by Mean" in each for each in warnings)
+
+
+def test_takes_of_a_folder(tmp_path, random, joints):
+    archive(tmp_path / "walk.npz", parameters(random))
+    np.save(tmp_path / "walk.npy", joints)
+    np.save(tmp_path / "run.npy", joints)
+    assert list(motion_files(tmp_path)) == ["run", "walk", "walk.npz"]
+    with pytest.raises(NotSupported, match="holds one motion of one body: leave out take='2'"):
+        files.read(f"{tmp_path / 'walk.npz'}#2")

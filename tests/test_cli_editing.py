@@ -1,0 +1,133 @@
+"""``bench retarget`` and ``rb.retarget`` with edits: starts, paths, hands and loops."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import retarget_bench as rb
+from retarget_bench import cli
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import bvh
+from retarget_bench.motion.editing import loops, start
+from tests.motion.editing_bodies import body, fingers, gait
+
+METRES = ("--unit", "m", "--target-unit", "m")
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch) -> dict[str, Path]:
+    """A walk after a T-pose five metres away, a walk that is a loop, and a body with fingers."""
+    monkeypatch.chdir(tmp_path)
+    character = body()
+    walk = gait(character, 40)
+    pose, place = character.reference_pose[None], np.array([[5.0, 1.0, 0.0]])
+    late = character.motion(
+        np.concatenate([pose, walk.rotations]), np.concatenate([place, walk.root]), walk.fps
+    )
+    full = gait(body(fingers(), size=1.1), 3)
+    written = {name: tmp_path / f"{name}.bvh" for name in ("late", "walk", "full")}
+    for name, motion in (("late", late), ("walk", walk), ("full", full)):
+        bvh.write(written[name], motion)
+    return written
+
+
+@pytest.fixture
+def bench(capsys):
+    def run(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as stop:
+            cli.main([str(each) for each in arguments])
+        return int(stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+def test_a_start_is_said_and_kept_cut_or_eased(bench, files):
+    asked = ("retarget", files["late"], "--target", files["full"], "-m", "copy_rotations", *METRES)
+    code, out, err = bench(*asked, "-o", "kept.bvh")
+    assert code == 0, err
+    told = (
+        r"late: the first frame is in a T-pose, and joints are 5\.0\d m away a frame later: say --start cut"
+    )
+    assert re.search(told, err), err
+    assert "41 frames of late" in out
+    for option, frames in (("cut", 40), ("ease", 41)):
+        code, out, err = bench(*asked, "-o", f"{option}.bvh", "--start", option)
+        assert code == 0, err
+        assert "T-pose" not in err
+        assert f"{frames} frames of late" in out
+        found = rb.load_motion(f"{option}.bvh", unit="m")
+        assert found.frames == frames
+        assert np.linalg.norm(np.diff(found.root, axis=0), axis=1).max() < 0.2
+    kept, cut = (rb.load_motion(f"{name}.bvh", unit="m") for name in ("kept", "cut"))
+    np.testing.assert_allclose(cut.positions, kept.positions[1:], atol=2e-5)
+
+
+def test_the_doctor_says_it_too(bench, files):
+    _, out, _ = bench("doctor", files["late"], "--unit", "m")
+    assert "To leave out that the first frame is in a T-pose, and joints are 5." in out
+    assert "--start cut, or --start ease" in out
+    assert "--start" not in bench("doctor", files["walk"], "--unit", "m")[1]
+
+
+def test_python_takes_and_says_the_same(files):
+    late, full = (rb.load_motion(files[name], unit="m") for name in ("late", "full"))
+    with pytest.warns(UserWarning, match='say start="cut" or start="ease"'):
+        kept = rb.retarget(late, full, "copy_rotations")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", "copy_rotations is worse")
+        cut = rb.retarget(late, full, "copy_rotations", start="cut")
+        eased = rb.retarget(late, full, "copy_rotations", start="ease")
+    assert (kept.frames, cut.frames, eased.frames) == (41, 40, 41)
+    assert start.find(eased) is None or not start.find(eased).cuts
+    for wrong in ({"start": "drop"}, {"root_motion": "y"}, {"hands": "fists"}):
+        with pytest.raises(BenchError, match="is not known; it is one of"):
+            rb.retarget(late, full, **wrong)
+
+
+def test_paths_of_results(bench, files):
+    asked = ("retarget", files["walk"], "--target", files["full"], *METRES)
+    for option in ("keep", "in-place", "-x"):
+        code, _, err = bench(*asked, "-o", f"{option}.bvh", "--root-motion", option)
+        assert code == 0, err
+    kept, placed, turned = (rb.load_motion(f"{name}.bvh", unit="m") for name in ("keep", "in-place", "-x"))
+    assert np.ptp(placed.root[:, [0, 2]], axis=0).max() < 1e-5
+    np.testing.assert_allclose(placed.root[:, 1], kept.root[:, 1], atol=1e-5)
+    way = turned.root[-1] - turned.root[0]
+    assert way[0] < -0.5
+    assert abs(way[2]) < 1e-3
+    code, _, err = bench(*asked, "-o", "out.bvh", "--root-motion", "up")
+    assert code == 2
+    assert "'up' is not one of" in err
+    assert not Path("out.bvh").exists()
+
+
+def test_hands_are_relaxed_unless_told(bench, files):
+    asked = ("retarget", files["walk"], "--target", files["full"], *METRES)
+    _, out, _ = bench(*asked, "-o", "relaxed.bvh")
+    assert "walk shows no fingers: the hands of full are relaxed" in out
+    _, out, _ = bench(*asked, "-o", "open.bvh", "--hands", "open")
+    assert "relaxed" not in out
+    relaxed, flat = (rb.load_motion(f"{name}.bvh", unit="m") for name in ("relaxed", "open"))
+    tip = relaxed.skeleton.index("LeftHandMiddle3")
+    assert np.linalg.norm(relaxed.positions[:, tip] - flat.positions[:, tip], axis=-1).min() > 0.02
+
+
+@pytest.mark.parametrize("rate", [(), ("--fps", "24"), ("--fps", "17")])
+def test_loops_stay_loops_in_files_at_every_rate(bench, files, rate):
+    code, _, err = bench(
+        "retarget", files["walk"], "--target", files["full"], *METRES, "-o", "out.bvh", *rate
+    )
+    assert code == 0, err
+    found = rb.load_motion("out.bvh", unit="m")
+    assert loops.gap(found).angle < np.radians(0.01)
+    assert abs(loops.gap(found).height) < 1e-5
+    again = rb.load_motion(files["walk"], unit="m", fps=21)
+    assert loops.is_loop(again)
+    assert again.fps == 21
+    assert loops.is_loop(again.resample(13))
