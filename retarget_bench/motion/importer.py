@@ -128,61 +128,66 @@ def load(
     recording = with_rotations(stated if told is None else replace(stated, fps=told))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
-    stands, sure = _up_axis(recording, found)
-    axis = up if up != "auto" else recording.up or stands
-    upright = _upright(recording, axis)
+    axis = _axis(recording, found, up)
+    upright = _upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // _SAMPLE]
     body_found = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
-    animal = species.named(path) if (level := has_level_trunk(recording.skeleton, found)) else ""
-    tall = body_found.measures.h4 if level else body_found.height
-    guesses = _units(tall, partial(species.improbable, animal=animal) if level else None, recording.unit)
-    chosen = (unit, scale) if scale else (guesses[0], UNITS[guesses[0]])
-    others = [(each, tall * UNITS[each]) for each in guesses if each != chosen[0]]
-    doubts = list(recording.doubts)
-    if up == "auto" and _contradicts(recording, found, stands, sure):
-        doubts.append(f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}")
-    moved = _scaled(body_found, upright, chosen[1])
-    places = None if recording.places is None else recording.places * chosen[1]
-    settled = inner.settled(moved, places, inner_positions)
-    motion = settled.motion
-    joints = motion.skeleton
-    moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
-    lengths = zip(joints.names[1:], joints.bone_lengths[1:], strict=True)
-    findings = Findings(
-        path=path,
-        unit=chosen,
-        unit_told=scale is not None,
-        other_unit=others[0] if others else None,
-        unit_prescribed=scale is None and chosen[0] == recording.unit,
-        up=axis,
-        up_sure=sure if axis == stands else 1.0,
-        up_told=up != "auto",
-        up_prescribed=up == "auto" and recording.up != "",
-        notes=(*recording.notes, *settled.notes),
-        doubts=(*doubts, *settled.doubts),
-        joints=tuple(zip(joints.names, explain(joints, found), strict=True)),
-        missing=tuple(role for role in ESSENTIAL if role not in found),
-        quadruped=is_quadruped(joints, found),
-        level=level,
-        animal=animal,
-        height=motion.character.height,
-        stands=motion.character.measures.h4,
-        rest_pose=rest_pose(joints, found),
-        facing=_facing(motion),
-        fps=motion.fps,
-        fps_stated=stated.fps if stated.rate_stated else None,
-        rate_told=rate is not None,
-        frames=motion.frames,
-        floor=_floor(motion),
-        zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
-        still=not moves,
-    )
-    places = settled.places
+    size = _size(path, body_found, recording, (unit, scale) if scale else None)
+    places = None if recording.places is None else recording.places * size.unit[1]
+    settled = inner.settled(_scaled(body_found, upright, size.unit[1]), places, inner_positions)
+    motion, places = settled.motion, settled.places
+    findings = _findings(path, stated, recording, axis, size, settled, told is not None)
     if fps is not None:
         if places is not None:
             places = Positions(motion.character, places, motion.fps).resample(fps).positions
         motion = motion.resample(fps)
     return Imported(motion, findings, reading, places)
+
+
+def _findings(
+    path: Path,
+    stated: Recording,
+    recording: Recording,
+    axis: "_Axis",
+    size: "_Size",
+    settled: inner.Settled,
+    told: bool,
+) -> Findings:
+    """All that was found. stated: as the file has it; recording: at the true rate; told: an option says
+    that."""
+    motion = settled.motion
+    joints, roles = motion.skeleton, motion.character.roles
+    moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
+    lengths = zip(joints.names[1:], joints.bone_lengths[1:], strict=True)
+    return Findings(
+        path=path,
+        unit=size.unit,
+        unit_told=size.told,
+        other_unit=size.other,
+        unit_prescribed=not size.told and size.unit[0] == recording.unit,
+        up=axis.up,
+        up_sure=axis.sure,
+        up_told=axis.told,
+        up_prescribed=not axis.told and recording.up != "",
+        notes=(*recording.notes, *settled.notes),
+        doubts=(*recording.doubts, *axis.doubts, *settled.doubts),
+        joints=tuple(zip(joints.names, explain(joints, roles), strict=True)),
+        missing=tuple(role for role in ESSENTIAL if role not in roles),
+        quadruped=is_quadruped(joints, roles),
+        level=size.level,
+        animal=size.animal,
+        height=motion.character.height,
+        stands=motion.character.measures.h4,
+        rest_pose=rest_pose(joints, roles),
+        facing=_facing(motion),
+        fps=motion.fps,
+        fps_stated=stated.fps if stated.rate_stated else None,
+        rate_told=told,
+        frames=motion.frames,
+        floor=_floor(motion),
+        zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
+        still=not moves,
+    )
 
 
 def as_stated(motion: Motion, like: Imported) -> Motion:
@@ -220,6 +225,29 @@ def _checked_rate(rate: float) -> float:
 
 
 # ------------------------------------------------------------------------------------------------ unit
+@dataclass(frozen=True)
+class _Size:
+    """The unit of a file, its name and metres; the next best guess with the body's metres; whether the body
+    has a level trunk, and which animal the file's name says it is."""
+
+    unit: tuple[str, float]
+    told: bool
+    other: tuple[str, float] | None
+    level: bool
+    animal: str
+
+
+def _size(path: Path, body: Character, recording: Recording, told: tuple[str, float] | None) -> _Size:
+    """told: the unit that an option names, or None."""
+    level = has_level_trunk(body.skeleton, body.roles)
+    animal = species.named(path) if level else ""
+    tall = body.measures.h4 if level else body.height
+    guesses = _units(tall, partial(species.improbable, animal=animal) if level else None, recording.unit)
+    unit = told or (guesses[0], UNITS[guesses[0]])
+    others = [(each, tall * UNITS[each]) for each in guesses if each != unit[0]]
+    return _Size(unit, told is not None, others[0] if others else None, level, animal)
+
+
 def _units(height: float, improbable: Callable[[float], float] | None, prescribed: str) -> list[str]:
     """Units, best guess first: in which a body of this height (file units) has a plausible size.
 
@@ -257,6 +285,27 @@ def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
 
 
 # -------------------------------------------------------------------------------------------------- up
+@dataclass(frozen=True)
+class _Axis:
+    """The up axis of a file, how sure that is (0 to 1), and whether an option named it."""
+
+    up: str
+    sure: float
+    told: bool
+    doubts: tuple[str, ...]
+
+
+def _axis(recording: Recording, found: Sequence[str | None], up: str) -> _Axis:
+    stands, sure = _up_axis(recording, found)
+    if up != "auto":
+        return _Axis(up, sure if up == stands else 1.0, True, ())
+    axis = recording.up or stands
+    doubts: tuple[str, ...] = ()
+    if _contradicts(recording, found, stands, sure):
+        doubts = (f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}",)
+    return _Axis(axis, sure if axis == stands else 1.0, False, doubts)
+
+
 def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, float]:
     """The axis that bodies stand along, and how sure that is (0 to 1).
 
