@@ -93,7 +93,7 @@ def read(path: Path, model: str | None = None, rate: float | None = None) -> Rec
             )
     missing = len(skeleton) - len(found.family)
     turns = np.pad(found.turns, ((0, 0), (0, missing), (0, 0)))
-    rotations = rotation.continuous(rotation.from_rotation_vector(turns))
+    rotations = rotation.continuous(rotation.in_blocks(rotation.from_rotation_vector, turns))
     root = found.trans + skeleton.offsets[0]
     return Recording(
         skeleton,

@@ -80,7 +80,7 @@ def _by_role(path: Path, motion: Motion, body: Character) -> Motion:
 def _save(path: Path, motion: Motion, betas: np.ndarray, gender: str, model: str, up: str) -> None:
     """The archive of a motion in its file's axes, whose root is at ``trans``."""
     check_frames(path, motion)
-    turns = rotation.to_rotation_vector(motion.rotations)
+    turns = rotation.in_blocks(rotation.to_rotation_vector, motion.rotations)
     arrays: dict[str, Any] = {
         "poses": turns.reshape(motion.frames, -1),
         "trans": motion.root,
