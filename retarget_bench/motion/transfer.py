@@ -50,9 +50,12 @@ def relative(motion: Motion) -> np.ndarray:
 def from_relative(character: Character, orientations: np.ndarray) -> np.ndarray:
     """``(frames, joints, 4)`` local rotations of a body whose joints are turned by ``orientations`` (same
     shape) from its reference pose: the inverse of ``relative``, signs continuous along time."""
-    turned = rotation.multiply(orientations, character.reference_globals[None])
-    local = rotation.normalise(kinematics.local_from_global(character.skeleton, turned))
-    return rotation.continuous(local)
+
+    def local(some: np.ndarray) -> np.ndarray:
+        turned = rotation.multiply(some, character.reference_globals[None])
+        return rotation.normalise(kinematics.local_from_global(character.skeleton, turned))
+
+    return rotation.continuous(rotation.in_blocks(local, orientations))
 
 
 def correspondence(source: Character, target: Character) -> np.ndarray:
