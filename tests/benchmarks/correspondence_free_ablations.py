@@ -1,11 +1,11 @@
 """Tables 2 and 3 of the correspondence-free paper with the whole pipeline: L_rot, and temporal context.
 
-    python tests/benchmarks/correspondence_free_ablations.py --minutes 12
+    python tests/benchmarks/correspondence_free_ablations.py --steps 2000
 
 Trains SMRM once for every row below --out, a run after the other, each from random weights on the same
-data, for the same minutes of one core and with the same seed; what was begun goes on, and more minutes go
-on from the runs that are there. With each of them the pipeline answers points of held-out puppets, with the
-same SKR and SKIN. Writes the part "Ablations" of ``results/correspondence_free.md``.
+data, for as many steps and with the same seed, so that other work on the machine changes nothing; what was
+begun goes on, and more steps go on from the runs that are there. With each of them the pipeline answers
+points of held-out puppets, with the same SKR and SKIN. Writes the part "Ablations" of ``results/correspondence_free.md``.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ TESTED = "puppets[size=default]"
 
 
 def train(method: Spec, folder: Path, given: argparse.Namespace) -> int:
-    """Train SMRM up to so many minutes, and return its steps. Raises SystemExit where training fails."""
+    """Train SMRM up to so many steps, and return them. Raises SystemExit where training fails."""
     checkpoint = folder / "checkpoint.json"
     begun = json.loads(checkpoint.read_text()) if checkpoint.exists() else None
-    if begun is None or begun["seconds"] < 60 * given.minutes * 0.99:
+    if begun is None or begun["step"] < given.steps:
         new = [str(method), *(f"-d{each}" for each in given.dataset), "--precision", given.precision]
         asked = ["--resume"] if begun else [*new, "--jobs", "1", "--seed", str(given.seed)]
         command = [sys.executable, "-m", "retarget_bench", "train", *asked]
-        whole = [*command, "--budget", f"{given.minutes:g}m", "--out", str(folder)]
+        whole = [*command, "--budget", f"{given.steps}it", "--out", str(folder)]
         if subprocess.run(whole, check=False).returncode:
             raise SystemExit(f"{method}: training ended with an error, see above")
     return int(json.loads(checkpoint.read_text())["step"])
@@ -77,7 +77,7 @@ def spec_of(row: AblationRow) -> Spec:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--minutes", type=float, default=12, metavar="N", help="of training, each row (12)")
+    parser.add_argument("--steps", type=int, default=2000, metavar="N", help="of training, each row (2000)")
     parser.add_argument("-d", "--dataset", action="append", metavar="DATASET", help="to train on")
     parser.add_argument("--precision", default="bfloat16", help="of matrix products in training (bfloat16)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of weights and batches (0)")
@@ -102,9 +102,9 @@ def main() -> None:
         found[spec] = cases.scored(whole, data, infos, file)
     text = [
         "    python tests/benchmarks/correspondence_free_ablations.py "
-        f"--minutes {given.minutes:g} {' '.join(f'-d {each!r}' for each in given.dataset)}",
+        f"--steps {given.steps} {' '.join(f'-d {each!r}' for each in given.dataset)}",
         "",
-        f"SMRM was trained for {given.minutes:g} minutes of one core for every row, from random weights, "
+        f"SMRM was trained for {given.steps} steps for every row, from random weights, "
         f"on `{'` and `'.join(given.dataset)}`, seed {given.seed}, in {given.precision}; SKR and SKIN are "
         "the same in all of them. The "
         f"whole pipeline answered points of `{TESTED}`: {cases.size(infos)} that no training has seen. "
