@@ -5,7 +5,8 @@
 Trains SMRM once for every row below --out, a run after the other, each from random weights on the same
 data, for as many steps and with the same seed, so that other work on the machine changes nothing; what was
 begun goes on, and more steps go on from the runs that are there. With each of them the pipeline answers
-points of held-out puppets, with the same SKR and SKIN. Writes the part "Ablations" of ``results/correspondence_free.md``.
+points of held-out puppets, with the same SKR and SKIN. Writes the part "Ablations" of
+``results/correspondence_free.md``.
 """
 
 from __future__ import annotations
