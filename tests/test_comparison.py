@@ -46,6 +46,7 @@ def test_four_legged_bodies_stand_on_their_hands_too() -> None:
     flat = {"Spine": (0.0, 0.0, 30.0), "LeftArm": (0.0, -30.0, 0.0), "RightArm": (0.0, -30.0, 0.0)}
     rig = tuple((name, parent, flat.get(name, offset)) for name, parent, offset in HUMAN)
     rig = tuple((n, p, (0.0, 0.0, 20.0) if n in ("Spine1", "Spine2") else o) for n, p, o in rig)
+    rig = tuple((n, p, (0.0, -30.0, 0.0) if n.endswith(("ForeArm", "Hand")) else o) for n, p, o in rig)
     body = character("Dog", rig=rig)
     case = replace(sides(4), predicted=motion(body, 4, 0), expected=None)
     assert set(case.comparison().contact_roles) == {

@@ -25,7 +25,7 @@ from .inference import joints_of, placed, points_of
 from .network import SkeletonRegressor
 from .training import SkrTraining
 
-DRAWS, SPOTS = 16, 2048
+DRAWS, SPOTS = 64, 2048
 """How often points are drawn from a surface at rest, and how many, so that its joints are exact."""
 FACTS = ("network", "direction", "dropout", "fewest", "most")
 """Parameters that weights depend on."""

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import files, kinematics, rotation, species
+from retarget_bench.motion import files, rotation, species, up_axis
 from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
@@ -25,7 +25,6 @@ from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.reference_pose import BONE_TOLERANCE
 from retarget_bench.motion.roles import (
     ESSENTIAL,
-    HANDS,
     explain,
     has_level_trunk,
     is_quadruped,
@@ -33,6 +32,7 @@ from retarget_bench.motion.roles import (
 )
 from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.up_axis import SAMPLE, UP_AXES, Axis
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
@@ -45,25 +45,10 @@ _OF_PEOPLE = 2.0
 _TALL = 1.6
 """Metres of role height that are typical of people."""
 
-UP_AXES = {
-    "y": (0.0, 0.0, 0.0),
-    "z": (-math.pi / 2, 0.0, 0.0),
-    "x": (0.0, 0.0, math.pi / 2),
-    "-y": (math.pi, 0.0, 0.0),
-    "-z": (math.pi / 2, 0.0, 0.0),
-    "-x": (0.0, 0.0, -math.pi / 2),
-}
-"""Up axis of a file -> the turn (rotation vector) that makes it +Y."""
-_USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
-"""Prior weight of an up axis, for bodies that mostly lie or sit."""
-_SAMPLE = 2000
-"""Frames that are looked at to find out about a body."""
 _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
 _FASTEST = 1e5
 """No motion is recorded at more frames per second."""
-_AGAINST = 0.8
-"""How surely a body has to stand along another axis than the format's for a doubt to be said."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +113,9 @@ def load(
     recording = with_rotations(stated if told is None else replace(stated, fps=told))
     overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
     found = find_roles(recording.skeleton, overrides)
-    axis = _axis(recording, found, up)
-    upright = _upright(recording, axis.up)
-    sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // _SAMPLE]
+    axis = up_axis.axis(recording, found, up)
+    upright = up_axis.upright(recording, axis.up)
+    sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
     body_found = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
     size = _size(path, body_found, recording, (unit, scale) if scale else None)
     places = None if recording.places is None else recording.places * size.unit[1]
@@ -148,7 +133,7 @@ def _findings(
     path: Path,
     stated: Recording,
     recording: Recording,
-    axis: "_Axis",
+    axis: Axis,
     size: "_Size",
     settled: inner.Settled,
     told: bool,
@@ -284,92 +269,6 @@ def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
     return skin().scaled(scale)
 
 
-# -------------------------------------------------------------------------------------------------- up
-@dataclass(frozen=True)
-class _Axis:
-    """The up axis of a file, how sure that is (0 to 1), and whether an option named it."""
-
-    up: str
-    sure: float
-    told: bool
-    doubts: tuple[str, ...]
-
-
-def _axis(recording: Recording, found: Sequence[str | None], up: str) -> _Axis:
-    stands, sure = _up_axis(recording, found)
-    if up != "auto":
-        return _Axis(up, sure if up == stands else 1.0, True, ())
-    axis = recording.up or stands
-    doubts: tuple[str, ...] = ()
-    if _contradicts(recording, found, stands, sure):
-        doubts = (f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}",)
-    return _Axis(axis, sure if axis == stands else 1.0, False, doubts)
-
-
-def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, float]:
-    """The axis that bodies stand along, and how sure that is (0 to 1).
-
-    Mean over time of the direction from the feet to the head, or from the paws to the trunk of an animal.
-    A body that lies or crawls all the time says little; then the rest pose decides if it is one that a body
-    can take.
-    """
-    body = PosedBody(recording.skeleton, found)
-    lower = body.joints("left_foot", "right_foot", *(HANDS if body.quadruped else ()))
-    upper = [body.hips, body.trunk_end] if body.level else body.joints("head") or [body.trunk_end]
-    if not lower or set(upper) <= {body.hips}:
-        return "y", 0.0
-    some = np.unique(np.linspace(0, len(recording.root) - 1, _SAMPLE).astype(int))
-    places, _ = kinematics.forward(recording.skeleton, recording.rotations[some], recording.root[some])
-    moving = _standing_along(places, lower, upper)
-    resting = _standing_along(np.asarray(recording.skeleton.rest_positions)[None], lower, upper)
-    best = moving
-    if np.abs(moving).max() < 0.5 and body.rests_in_a_pose:
-        best = moving + resting
-    signs = {axis: -1.0 if axis.startswith("-") else 1.0 for axis in UP_AXES}
-    likely = {axis: _USUAL[axis] * float(signs[axis] * best["xyz".index(axis[-1])]) for axis in UP_AXES}
-    axis = max(likely, key=likely.__getitem__)
-    return axis, float(np.clip(likely[axis], 0.0, 1.0))
-
-
-def _contradicts(recording: Recording, found: Sequence[str | None], stands: str, sure: float) -> bool:
-    """Whether a body stands along another axis than its format's, at rest too: not one that lies down."""
-    if recording.up in ("", stands) or sure < _AGAINST * _USUAL[stands]:
-        return False
-    skeleton = recording.skeleton
-    still = rotation.identity(1, len(skeleton))
-    resting = _up_axis(replace(recording, rotations=still, root=skeleton.offsets[:1]), found)
-    return resting[0] == stands and resting[1] >= _AGAINST * _USUAL[stands]
-
-
-def _standing_along(places: np.ndarray, lower: list[int], upper: list[int]) -> np.ndarray:
-    """``(3,)`` mean unit vector from the lower to the upper joints."""
-    line = places[:, upper].mean(axis=1) - places[:, lower].mean(axis=1)
-    return np.asarray((line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-12)).mean(axis=0))
-
-
-def _upright(recording: Recording, up: str) -> Recording:
-    """The same recording with its up axis turned to +Y."""
-    if up == "y":
-        return recording
-    turn = rotation.from_rotation_vector(np.array(UP_AXES[up]))
-    offsets = np.array(recording.skeleton.offsets)
-    offsets[0] = rotation.rotate(turn, offsets[0])
-    skeleton = replace(recording.skeleton, offsets=offsets)
-    turned = np.array(recording.rotations)
-    turned[:, 0] = rotation.multiply(turn[None], turned[:, 0])
-    place = rotation.rotate(turn[None], recording.root)
-    skin = recording.skin and partial(
-        _moved_mesh, recording.skin, offsets[0] - recording.skeleton.offsets[0]
-    )
-    return replace(recording, skeleton=skeleton, rotations=turned, root=place, skin=skin)
-
-
-def _moved_mesh(skin: Callable[[], Mesh], by: np.ndarray) -> Mesh:
-    """A mesh that goes with its root's rest offset: the unturned pose itself is not turned."""
-    mesh = skin()
-    return replace(mesh, vertices=mesh.vertices + by)
-
-
 # -------------------------------------------------------------------------------------------- findings
 def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
     """The kind of rest pose, in words."""
@@ -418,7 +317,7 @@ def _floor(motion: Motion) -> float:
     ends = ("_foot", "_toe", "_toe_end")
     feet = [joint for role, joint in motion.character.joint_of.items() if role.endswith(ends)]
     feet = feet or list(range(len(skeleton)))
-    seen = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLE).astype(int)))
+    seen = motion.at(np.unique(np.linspace(0, motion.frames - 1, SAMPLE).astype(int)))
     lowest = seen.positions[:, feet, 1].min(axis=1)
     for site in (site for site in skeleton.end_sites if site.parent in feet):
         tip = rotation.rotate(seen.global_rotations[:, site.parent], np.array([site.offset]))

@@ -9,9 +9,10 @@ from alignment_rigs import performance, t_pose
 from retarget_bench.errors import FileError, NotSupported, SkeletonError
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.importer import UNITS, UP_AXES, load
+from retarget_bench.motion.importer import UNITS, load
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.up_axis import UP_AXES
 
 FRAMES = 90
 

@@ -10,12 +10,12 @@ import pytest
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.motion import rotation
-from retarget_bench.motion.importer import UP_AXES
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.scans import load_body, load_scan, write_frames
 from retarget_bench.motion.scans.reading import files_of, frames_of, is_scan
 from retarget_bench.motion.scans.writing import ply
+from retarget_bench.motion.up_axis import UP_AXES
 from retarget_bench.plugins import registry
 
 TOYS = Path(__file__).parents[1] / "tasks" / "toys"

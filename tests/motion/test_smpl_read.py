@@ -17,6 +17,7 @@ from retarget_bench.motion.files.smpl import average, joint_arrays
 from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
 from retarget_bench.motion.roles import find
 from retarget_bench.motion.structures import BODY22
+from retarget_bench.motion.up_axis import UP_AXES
 
 WHOLE = (SMPL, SMPLH, SMPLX)
 
@@ -40,7 +41,7 @@ def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, fa
     np.testing.assert_allclose(places(recording), joints, atol=1e-12)
     assert recording.fps == 120.0
     found = importer.load(file, body_model=tmp_path / "model.npz").motion
-    turn = rotation.from_rotation_vector(np.array(importer.UP_AXES["z"]))  # Y up, from the file's Z up
+    turn = rotation.from_rotation_vector(np.array(UP_AXES["z"]))  # Y up, from the file's Z up
     np.testing.assert_allclose(found.positions, rotation.rotate(turn, joints), atol=1e-12)
     skinned = found.character.mesh.skinned(found)
     np.testing.assert_allclose(skinned, rotation.rotate(turn, vertices), atol=1e-12)

@@ -8,13 +8,14 @@ import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.importer import UNITS, UP_AXES
+from retarget_bench.motion.importer import UNITS
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.point_sets import PointSets, unknown_body
 from retarget_bench.motion.scans.checks import check_numbers, topology
 from retarget_bench.motion.scans.orientation import metres, unit_of, up_axis, upright
 from retarget_bench.motion.scans.reading import Frame, files_of, frames_of
 from retarget_bench.motion.surface_sampling import sampled, uniform
+from retarget_bench.motion.up_axis import UP_AXES
 
 POINTS = 2048
 """Points that are drawn on the mesh of a frame, or taken of its vertices where it has no faces."""

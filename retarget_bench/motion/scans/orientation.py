@@ -6,7 +6,8 @@ import numpy as np
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rotation
-from retarget_bench.motion.importer import UNITS, UP_AXES
+from retarget_bench.motion.importer import UNITS
+from retarget_bench.motion.up_axis import UP_AXES
 
 _TALL = 1.7
 """Metres: a usual body, of which frames show the extent along the up axis."""

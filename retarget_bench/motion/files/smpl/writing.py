@@ -15,8 +15,9 @@ from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.files.gltf.writing import check_frames
 from retarget_bench.motion.files.smpl import amass, average
 from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
-from retarget_bench.motion.importer import UP_AXES, Imported, as_stated
+from retarget_bench.motion.importer import Imported, as_stated
 from retarget_bench.motion.roles import is_finger
+from retarget_bench.motion.up_axis import UP_AXES
 
 _UP = "z"
 """The up axis of AMASS."""
