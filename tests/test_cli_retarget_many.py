@@ -334,3 +334,47 @@ def _findings() -> importer.Findings:
         notes=(), joints=(), missing=(), quadruped=False, height=body.height, rest_pose="", facing=0.0,
         fps=30.0, frames=1, floor=0.0, zero_bones=(), still=True,
     )  # fmt: skip
+
+
+def test_a_damaged_result_is_made_anew(bench, folders):
+    asked = ("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert bench(*asked)[0] == 0
+    whole = {path: path.read_bytes() for path in Path("out").glob("*.bvh")}
+    Path("out/bow.bvh").write_text("GARBAGE")
+    code, out, _ = bench(*asked)
+    assert code == 0
+    assert "1 retargeted, 1 up to date" in out
+    assert {path: path.read_bytes() for path in Path("out").glob("*.bvh")} == whole
+
+
+@pytest.mark.parametrize(
+    ("option", "path", "what"),
+    [
+        ("--report", "mocap/bow.bvh", "a source"),
+        ("--report", "bodies/large.bvh", "a target"),
+        ("--report", "out.bvh", "a result"),
+        ("--save-map", "mocap/bow.bvh", "a source"),
+        ("--preview", "roles.png", "which --report writes"),
+    ],
+)
+def test_nothing_beside_a_result_takes_the_place_of_another_file(bench, folders, option, path, what):
+    before = {each: each.read_bytes() for each in Path().rglob("*.bvh")}
+    more = ("--report", "roles.png") if option == "--preview" else ()
+    asked = ("mocap/bow.bvh", "--target", "bodies/large.bvh", "-o", "out.bvh", *COPY, option, path, *more)
+    code, _, err = bench("retarget", *asked)
+    assert code == 2
+    assert f"would overwrite {path}, {what}" in err
+    assert {each: each.read_bytes() for each in Path().rglob("*.bvh")} == before
+
+
+def test_an_empty_folder_a_pipe_and_two_takes_are_sentences(bench, folders):
+    Path("none").mkdir()
+    os.mkfifo("pipe.bvh")
+    for source, told in (("none", "has no frames of a scan"), ("pipe.bvh", "is a pipe")):
+        code, _, err = bench("retarget", source, "--target", "bodies/large.bvh", "-o", "x.bvh", *COPY)
+        assert code == 2
+        assert told in err
+    asked = ("bodies/person.glb#1", "--target", "bodies/large.bvh", "-o", "x.bvh", "--take", "2", *COPY)
+    code, _, err = bench("retarget", *asked)
+    assert code == 2
+    assert "give one of them" in err

@@ -107,6 +107,8 @@ def load(
     inner.check(inner_positions)
     path, named = files.split_take(path)
     told = None if rate is None else _checked_rate(rate)
+    if take is not None and named not in (None, take):
+        raise NotSupported(f"{path}#{named} names a take, and take={take!r} is another: give one of them")
     take = take if take is not None else named
     reading = files.Reading(root, take, body, _text(skeleton), told, _text(body_model))
     stated = files.format_of(path).read(path, reading)

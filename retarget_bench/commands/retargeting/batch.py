@@ -15,7 +15,7 @@ import click
 
 from retarget_bench import files
 from retarget_bench.commands.retargeting.job import Job, retarget
-from retarget_bench.commands.retargeting.records import Record, Records, key
+from retarget_bench.commands.retargeting.records import Record, Records, file_hash, key
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.plugins import registry
@@ -103,7 +103,7 @@ def _answers(
             job = jobs[done.job]
             answer = done.result or Answer("failed", error=done.error)
             if answer.status == "done":
-                records.add(job.out, Record(answer.key, answer.verdict))
+                records.add(job.out, Record(answer.key, answer.verdict, file_hash(job.out)))
             elif answer.status == "current":
                 record = records.of(job.out)
                 answer = Answer("current", answer.key, None if record is None else record.verdict)
@@ -127,7 +127,9 @@ def _made(job: Job, records: Records, overwrite: bool) -> str:
     """The key of a result that is there with all that belongs to it, else ""."""
     record = records.of(job.out)
     there = all(each is None or each.is_file() for each in (job.out, job.preview))
-    return record.key if record and there and not overwrite else ""
+    if not record or not there or overwrite:
+        return ""
+    return record.key if file_hash(job.out) == record.content else ""
 
 
 def _print(answer: Answer, warned: set[str], quiet: bool) -> None:

@@ -37,6 +37,8 @@ def _animated(path: Path) -> bool:
 def are_scans(sources: Sequence[Path], targets: Sequence[Path]) -> bool:
     """True for a scan and a mesh. Raises BenchError where one is of that kind and the other is not."""
     alone = len(sources) == len(targets) == 1 and not holds_motions(sources[0])
+    if alone and sources[0].is_dir() and not any(each.is_file() for each in sources[0].iterdir()):
+        raise FileError(sources[0], "has no motion files, and has no frames of a scan")
     return alone and check_pair(sources[0], targets[0])
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -32,10 +32,12 @@ FILES = ("roles", "target_roles", "skeleton", "target_skeleton")
 
 @dataclass(frozen=True)
 class Record:
-    """A result. key: of all that decides it. verdict: as JSON has it, None where there was none."""
+    """A result. key: of all that decides it. verdict: as JSON has it, None where there was none. content:
+    a hash of its file, by which one that was changed or damaged since is known."""
 
     key: str
     verdict: Mapping[str, Any] | None
+    content: str
 
 
 class Records:
@@ -67,7 +69,7 @@ class Records:
 
 
 def _line(name: str, record: Record) -> str:
-    return json.dumps({"result": name, "key": record.key, "verdict": record.verdict}) + "\n"
+    return json.dumps({"result": name, **asdict(record)}) + "\n"
 
 
 def _read(path: Path) -> dict[str, Record]:
@@ -80,7 +82,7 @@ def _read(path: Path) -> dict[str, Record]:
     for line in lines:
         try:
             entry = json.loads(line)
-            found[entry["result"]] = Record(entry["key"], entry["verdict"])
+            found[entry["result"]] = Record(entry["key"], entry["verdict"], entry["content"])
         except (ValueError, KeyError, TypeError):
             continue
     return found
@@ -93,7 +95,7 @@ def key(job: Job) -> str:
     """
     method = registry.canonical("methods", method_spec(job.method or defaults.METHOD))
     options = {
-        name: _file_hash(Path(value)) if value and (name in FILES or _is_model(name, value)) else value
+        name: file_hash(Path(value)) if value and (name in FILES or _is_model(name, value)) else value
         for name, value in job.options.items()
     }
     said = {
@@ -130,14 +132,15 @@ def _content(path: Path) -> str:
 def _content_of(path: Path, changed: int, size: int) -> str:
     del changed, size
     if formats.format_of(path) is BVH:
-        return _file_hash(path)
+        return file_hash(path)
     try:
         return facts(path)[0]
     except BenchError:  # bones of an AMC file that an option names: their content counts with the option
-        return _file_hash(formats.split_take(path)[0])
+        return file_hash(formats.split_take(path)[0])
 
 
-def _file_hash(path: Path) -> str:
+def file_hash(path: Path) -> str:
+    """Raises FileError where the file cannot be read."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

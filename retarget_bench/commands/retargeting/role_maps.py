@@ -47,6 +47,11 @@ def save(path: Path, sources: Sequence[Findings], targets: Sequence[Findings]) -
     return lines
 
 
+def of_target(path: Path) -> Path:
+    """Where the map of one target is saved beside the one of one source."""
+    return path.with_name(f"{path.stem}.target{path.suffix}")
+
+
 def _named(path: Path, side: str, found: Sequence[Findings]) -> Mapping[Path, tuple[str, Findings]]:
     """Files and what they say, one for each different map."""
     maps: dict[str, Findings] = {}

@@ -14,8 +14,10 @@ from retarget_bench import defaults
 from retarget_bench.commands import motion_files
 from retarget_bench.commands.retargeting import batch, plan, previews, role_maps
 from retarget_bench.commands.retargeting.job import Job, retarget
+from retarget_bench.commands.retargeting.records import FILES, NAME
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
+from retarget_bench.motion.files import split_take
 from retarget_bench.motion.findings import Findings
 from retarget_bench.plugins import registry
 from retarget_bench.python import motions
@@ -51,6 +53,7 @@ def one(like: Job, wanted: Wanted) -> int:
     motions.check_output(like.out, like.source, like.target)
     shown = previews.path_of(wanted.preview, like.out, several=False)
     job = replace(like, preview=shown)
+    _check_beside([job], wanted)
     _save_maps([job], wanted)
     judged = not wanted.quiet or wanted.report is not None or shown is not None
     verdict = retarget(job, wanted.quiet, judged)
@@ -64,6 +67,7 @@ def many(sources: Sequence[Path], targets: Sequence[Path], like: Job, wanted: Wa
     """Every source onto every target, into a folder. Raises BenchError where nothing can be done."""
     registry.canonical("methods", method_spec(like.method or defaults.METHOD))  # one error, not one a job
     jobs = plan.jobs(sources, targets, like, wanted.ending, wanted.preview)
+    _check_beside(jobs, wanted)
     _save_maps(jobs, wanted)
     answers = batch.retarget_all(
         jobs, like.out, wanted.jobs, overwrite=wanted.overwrite, quiet=wanted.quiet
@@ -85,6 +89,32 @@ def scans(like: Job, wanted: Wanted) -> int:
             raise BenchError(f"{option} is for motion files; scans have no skeleton")
     scans.retarget(like, wanted.quiet)
     return 0
+
+
+def _check_beside(jobs: Sequence[Job], wanted: Wanted) -> None:
+    """Raises BenchError where a report, map or preview would take the place of another file of the call."""
+    taken = {path.resolve(): what for job in jobs for path, what in _files(job)}
+    taken |= {(job.out.parent / NAME).resolve(): "the record of results" for job in jobs}
+    maps = [] if wanted.save_map is None else [wanted.save_map, role_maps.of_target(wanted.save_map)]
+    beside: list[tuple[str, Path | None]] = [("--save-map", each) for each in maps]
+    beside += [("--report", wanted.report)]
+    beside += [("--preview", path) for path in dict.fromkeys(job.preview for job in jobs)]
+    for option, path in beside:
+        if path is None:
+            continue
+        if what := taken.get(path.resolve()):
+            raise BenchError(f"{option} would overwrite {path}, {what}; choose another name")
+        taken[path.resolve()] = f"which {option} writes"
+
+
+def _files(job: Job) -> Iterator[tuple[Path, str]]:
+    """What a job reads and writes, in words."""
+    yield split_take(job.source)[0], "a source"
+    yield split_take(job.target)[0], "a target"
+    yield job.out, "a result"
+    for name in FILES:
+        if job.options.get(name) is not None:
+            yield Path(job.options[name]), f"which --{name.replace('_', '-')} names"
 
 
 def _entry(job: Job, status: str, verdict: Mapping[str, Any] | None, error: str = "") -> Mapping[str, Any]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from retarget_bench.errors import FileError
 from retarget_bench.motion.files.formats import BVH, FORMATS, Format, Reading
 from retarget_bench.motion.recording import Recording
 
@@ -23,8 +24,13 @@ def suffixes(*, written: bool = False) -> tuple[str, ...]:
 
 
 def format_of(path: str | Path) -> Format:
-    """The format of a file, by its first bytes; else, and where it is not there, by its ending."""
+    """The format of a file, by its first bytes; else, and where it is not there, by its ending.
+
+    Raises FileError for a pipe.
+    """
     path = split_take(path)[0]
+    if path.is_fifo():
+        raise FileError(path, "is a pipe, and a motion file is read more than once: save it to a file")
     try:
         with path.open("rb") as file:
             head = file.read(_SNIFFED)
