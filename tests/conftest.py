@@ -17,6 +17,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 from tests import examples  # noqa: F401  (it loads a profile of hypothesis)
+from tests.bench_command import bench  # noqa: F401  (a fixture)
 from tests.in_process import in_process  # noqa: F401  (a fixture)
 from tests.viewing.browser import browser, open_page, tabs  # noqa: F401  (fixtures)
 
