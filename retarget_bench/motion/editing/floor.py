@@ -1,22 +1,26 @@
 """Heads and hands that are kept above the floor, on bodies that a motion was not made for.
 
-A person's stoop pushes the head of a dog into the ground, and a dog's gait the hands of a person. The back
-is raised and the arms are bent; nothing is moved that is clear of the floor.
+A person's stoop pushes the head of a dog into the ground, and a dog's gait the hands of a person: the back
+is raised and the arms are bent (``above``). Who has a larger head or longer arms than the source goes
+deeper into the floor in a roll or on all fours: the whole body is raised (``no_deeper``). Nothing is moved
+that is clear of the floor.
 """
 
 import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body import UP
-from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.planting.ease import FADE, smooth
-from retarget_bench.motion.planting.two_bone import ARM, Limb, Pose, bend, ease_reach, rig_of
+from retarget_bench.motion.planting.two_bone import ARM, LEG, Limb, Pose, bend, ease_reach, rig_of
 from retarget_bench.motion.roles import SIDES, ancestors, chain
 
 _ROUNDS, _SMOOTH = 6, 2
 """How often corrections are made at most, and how many of the first ones are smoothed in time."""
 _NEAR = 1e-4
 """Metres that make no difference."""
+_DEEP = 0.01
+"""Of the height: how much deeper than in its source a head or hand may go."""
 
 
 def above(answer: Motion) -> Motion:
@@ -32,6 +36,58 @@ def above(answer: Motion) -> Motion:
         if limb is not None:
             answer = _raised(_lifted(answer, limb, joints), limb.upper, joints)
     return answer
+
+
+def no_deeper(answer: Motion, source: Prediction) -> Motion:
+    """The answer with head and hands no deeper below y = 0 than those of its source are in the same frame,
+    in shares of the bodies' heights. An answer in which they are nearly so already is returned as it is.
+
+    For the head the body is raised, and the feet stay where they are as far as the legs reach; for the
+    hands the arms are bent.
+    """
+    body = answer.character
+    if (sunk := _deeper(answer, source, "head")).max() > _DEEP * body.height:
+        answer = _carried(answer, _eased(sunk, answer.fps))
+    for side in SIDES:
+        limb, role = rig_of(body).limbs.get((side, "arm")), f"{side}_hand"
+        if limb is not None and _deeper(answer, source, role).max() > _DEEP * body.height:
+            own = -_depth(source, role) * body.height
+            answer = _lifted(answer, limb, _ends(body, role), own)
+    return answer
+
+
+def _depth(motion: Prediction, role: str) -> np.ndarray:
+    """``(frames,)`` how far a joint and its ends are below y = 0, in shares of the height; 0 above, and
+    without it."""
+    body = motion.character
+    if not (ends := _ends(body, role)):
+        return np.zeros(motion.frames)
+    points = tips(motion, ends) if isinstance(motion, Motion) else motion.positions[:, ends]
+    return (-points[..., 1].min(axis=1)).clip(0.0) / body.height
+
+
+def _ends(body: Character, role: str) -> list[int]:
+    """A joint and those that it ends in, without chains that hang from it, such as hair."""
+    joint, children = body.joint_of.get(role), body.skeleton.children
+    return [] if joint is None else [joint, *(each for each in children[joint] if not children[each])]
+
+
+def _deeper(answer: Motion, source: Prediction, role: str) -> np.ndarray:
+    """``(frames,)`` metres that a joint of the answer is deeper than the source's, at least 0."""
+    height = answer.character.height
+    return ((_depth(answer, role) - _depth(source, role)) * height).clip(0.0)
+
+
+def _carried(answer: Motion, lift: np.ndarray) -> Motion:
+    """The body raised by ``(frames,)`` metres, with its feet left where they are."""
+    body = answer.character
+    pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
+    pose.shift(lift[:, None] * UP)
+    for (_, kind), limb in rig_of(body).limbs.items():
+        if kind == "leg":
+            goal = ease_reach(pose, limb, answer.positions[:, limb.end], LEG)
+            bend(body, pose, limb, goal, pose.turned[:, limb.end], answer.fps)
+    return body.motion(rotation.continuous(pose.rotations), pose.root, answer.fps)
 
 
 def below(body: Character, role: str) -> list[int]:
@@ -91,11 +147,12 @@ def _turned(answer: Motion, joint: int, world: np.ndarray) -> Motion:
     return answer.character.motion(rotation.continuous(rotations), answer.root, answer.fps)
 
 
-def _lifted(answer: Motion, limb: Limb, joints: list[int]) -> Motion:
-    """An arm bent until the hand is clear, as far as it is not too fast; the hand keeps its orientation."""
+def _lifted(answer: Motion, limb: Limb, joints: list[int], floor: float | np.ndarray = 0.0) -> Motion:
+    """An arm bent until the hand is above the floor (metres, or ``(frames,)`` of them), as far as it is not
+    too fast; the hand keeps its orientation."""
     body = answer.character
     for _ in range(_SMOOTH):
-        needed = (-tips(answer, joints)[..., 1]).max(axis=1).clip(0.0)
+        needed = (floor - tips(answer, joints)[..., 1].min(axis=1)).clip(0.0)
         if needed.max(initial=0.0) < _NEAR:
             break
         pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
