@@ -11,6 +11,7 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Character, Motion, Prediction
+from retarget_bench.motion.contact import planted
 from retarget_bench.motion.planting.ease import FADE, smooth
 from retarget_bench.motion.planting.two_bone import ARM, LEG, Limb, Pose, bend, ease_reach, rig_of
 from retarget_bench.motion.roles import SIDES, ancestors, chain
@@ -20,7 +21,7 @@ _ROUNDS, _SMOOTH = 6, 2
 _NEAR = 1e-4
 """Metres that make no difference."""
 _DEEP = 0.01
-"""Of the height: how much deeper than in its source a head or hand may go."""
+"""Of the height: how much deeper than in its source a head or hand may go; verdicts tell of the double."""
 
 
 def above(answer: Motion) -> Motion:
@@ -39,31 +40,42 @@ def above(answer: Motion) -> Motion:
 
 
 def no_deeper(answer: Motion, source: Prediction) -> Motion:
-    """The answer with head and hands no deeper below y = 0 than those of its source are in the same frame,
-    in shares of the bodies' heights. An answer in which they are nearly so already is returned as it is.
+    """The answer with its head and hands, in every frame, no deeper below y = 0 than those of its source,
+    in shares of the bodies' heights, and ``_DEEP``. One that keeps to this is returned as it is.
 
-    For the head the body is raised, and the feet stay where they are as far as the legs reach; for the
-    hands the arms are bent.
+    For the head the body is raised, and feet that stand stay where they are as far as the legs reach. For
+    hands the body is raised while no foot stands, and else the arms are bent.
     """
     body = answer.character
-    if (sunk := _deeper(answer, source, "head")).max() > _DEEP * body.height:
-        answer = _carried(answer, _eased(sunk, answer.fps))
-    for side in SIDES:
-        limb, role = rig_of(body).limbs.get((side, "arm")), f"{side}_hand"
-        if limb is not None and _deeper(answer, source, role).max() > _DEEP * body.height:
-            own = -_depth(source, role) * body.height
-            answer = _lifted(answer, limb, _ends(body, role), own)
+    hands = [
+        (limb, _ends(body, f"{side}_hand"), _allowed(source, f"{side}_hand", body))
+        for (side, kind), limb in rig_of(body).limbs.items()
+        if kind == "arm"
+    ]
+    head = _ends(body, "head"), _allowed(source, "head", body)
+    standing = [_stands(answer, limb) for (_, kind), limb in rig_of(body).limbs.items() if kind == "leg"]
+    free = 1.0 - np.max(standing, axis=0, initial=0.0)
+    lifts = [_needed(answer, *head), *(free * _needed(answer, ends, lowest) for _, ends, lowest in hands)]
+    if (lift := np.max(lifts, axis=0)).any():
+        answer = _carried(answer, _eased(lift, answer.fps))
+    for limb, ends, lowest in hands:
+        answer = _lifted(answer, limb, ends, lowest)
     return answer
 
 
-def _depth(motion: Prediction, role: str) -> np.ndarray:
-    """``(frames,)`` how far a joint and its ends are below y = 0, in shares of the height; 0 above, and
-    without it."""
-    body = motion.character
-    if not (ends := _ends(body, role)):
-        return np.zeros(motion.frames)
-    points = tips(motion, ends) if isinstance(motion, Motion) else motion.positions[:, ends]
-    return (-points[..., 1].min(axis=1)).clip(0.0) / body.height
+def _allowed(source: Prediction, role: str, body: Character) -> np.ndarray:
+    """``(frames,)`` metres: the height below which a body's joint, and its ends, are too deep."""
+    depth = np.zeros(source.frames)
+    if ends := _ends(source.character, role):
+        points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
+        depth = (-points[..., 1].min(axis=1)).clip(0.0) / source.character.height
+    return -(depth + _DEEP) * body.height
+
+
+def _stands(answer: Motion, leg: Limb) -> np.ndarray:
+    """``(frames,)`` from 0 to 1, smooth: whether a foot stands."""
+    still = planted(answer.positions[:, [leg.end]], answer.character.height, answer.fps)
+    return smooth(1.0 * still, answer.fps)[:, 0]
 
 
 def _ends(body: Character, role: str) -> list[int]:
@@ -72,20 +84,14 @@ def _ends(body: Character, role: str) -> list[int]:
     return [] if joint is None else [joint, *(each for each in children[joint] if not children[each])]
 
 
-def _deeper(answer: Motion, source: Prediction, role: str) -> np.ndarray:
-    """``(frames,)`` metres that a joint of the answer is deeper than the source's, at least 0."""
-    height = answer.character.height
-    return ((_depth(answer, role) - _depth(source, role)) * height).clip(0.0)
-
-
 def _carried(answer: Motion, lift: np.ndarray) -> Motion:
-    """The body raised by ``(frames,)`` metres, with its feet left where they are."""
+    """The body raised by ``(frames,)`` metres; feet stay where they stand."""
     body = answer.character
     pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
     pose.shift(lift[:, None] * UP)
     for (_, kind), limb in rig_of(body).limbs.items():
-        if kind == "leg":
-            goal = ease_reach(pose, limb, answer.positions[:, limb.end], LEG)
+        if kind == "leg" and (down := _stands(answer, limb) * lift).max() > _NEAR:
+            goal = ease_reach(pose, limb, pose.places[:, limb.end] - down[:, None] * UP, LEG)
             bend(body, pose, limb, goal, pose.turned[:, limb.end], answer.fps)
     return body.motion(rotation.continuous(pose.rotations), pose.root, answer.fps)
 
@@ -147,12 +153,19 @@ def _turned(answer: Motion, joint: int, world: np.ndarray) -> Motion:
     return answer.character.motion(rotation.continuous(rotations), answer.root, answer.fps)
 
 
+def _needed(answer: Motion, joints: list[int], floor: float | np.ndarray) -> np.ndarray:
+    """``(frames,)`` metres that joints, and their tips, are below a floor: metres or ``(frames,)``."""
+    if not joints:
+        return np.zeros(answer.frames)
+    return np.asarray((floor - tips(answer, joints)[..., 1].min(axis=1)).clip(0.0))
+
+
 def _lifted(answer: Motion, limb: Limb, joints: list[int], floor: float | np.ndarray = 0.0) -> Motion:
     """An arm bent until the hand is above the floor (metres, or ``(frames,)`` of them), as far as it is not
     too fast; the hand keeps its orientation."""
     body = answer.character
     for _ in range(_SMOOTH):
-        needed = (floor - tips(answer, joints)[..., 1].min(axis=1)).clip(0.0)
+        needed = _needed(answer, joints, floor)
         if needed.max(initial=0.0) < _NEAR:
             break
         pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
