@@ -34,7 +34,7 @@ class Killer:
         self._thread.join()
 
     def _kill(self) -> None:
-        while not self._done.wait(self._moments.uniform(0.02, 1.0)):
+        while not self._done.wait(self._moments.uniform(0.02, 0.4)):
             family = [p for p in psutil.Process().children(recursive=True) if _ours(p)]
             if family:
                 try:
