@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import retarget_bench as rb
-from retarget_bench import cli
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.editing import loops, start
@@ -34,16 +33,6 @@ def files(tmp_path, monkeypatch) -> dict[str, Path]:
     for name, motion in (("late", late), ("walk", walk), ("full", full)):
         bvh.write(written[name], motion)
     return written
-
-
-@pytest.fixture
-def bench(capsys):
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            cli.main([str(each) for each in arguments])
-        return int(stop.value.code or 0), *capsys.readouterr()
-
-    return run
 
 
 def test_a_start_is_said_and_kept_cut_or_eased(bench, files):

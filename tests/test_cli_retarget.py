@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import cli
-from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.motion import bvh, files, importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.plugins import registry
+from tests.bench_command import bowing
 from tests.datasets.test_folder import ASF
 from tests.motion import fbx_files, smpl_files
 from tests.motion.gltf_files import person
@@ -29,27 +28,11 @@ def _elsewhere(tmp_path, monkeypatch):
 @pytest.fixture
 def figures(tmp_path) -> dict[str, Path]:
     """Two figures that bow, as files: the small one in metres, the large one in centimetres."""
-    file = tmp_path / "bows.py"
-    file.write_text(plugin_source("dataset", "bows"))
-    registry.add_file(file)
-    data = registry.create("datasets", "bows[frames=20]")
     written = {}
-    for info in data.cases("retarget", "self")[:2]:
-        written[info.source] = tmp_path / f"{info.source}.bvh"
-        bvh.write(
-            written[info.source], data.load(info).source, scale={"small": 1, "large": 100}[info.source]
-        )
+    for name, motion in bowing(tmp_path).items():
+        written[name] = tmp_path / f"{name}.bvh"
+        bvh.write(written[name], motion, scale={"small": 1, "large": 100}[name])
     return written
-
-
-@pytest.fixture
-def bench(capsys):
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            cli.main([str(each) for each in arguments])
-        return int(stop.value.code or 0), *capsys.readouterr()
-
-    return run
 
 
 def test_the_small_figures_bow_is_bowed_by_the_large_one(bench, figures):

@@ -13,13 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from retarget_bench import cli
-from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.commands.retargeting import batch, records, role_maps
 from retarget_bench.evaluation.process_pool import Done
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.roles import load_overrides
 from retarget_bench.plugins import registry
+from tests.bench_command import bowing
 from tests.in_process import InThisProcess
 from tests.motion.gltf_files import person
 
@@ -33,23 +32,9 @@ def _elsewhere(request, tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def bench(capsys):
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            cli.main([str(each) for each in arguments])
-        return int(stop.value.code or 0), *capsys.readouterr()
-
-    return run
-
-
-@pytest.fixture
 def folders(tmp_path) -> None:
     """``mocap/`` with clips of 20 and 10 frames, ``bodies/`` with a figure in BVH and a person in GLB."""
-    file = tmp_path / "bows.py"
-    file.write_text(plugin_source("dataset", "bows"))
-    registry.add_file(file)
-    data = registry.create("datasets", "bows[frames=20]")
-    motions = {info.source: data.load(info).source for info in data.cases("retarget", "self")[:2]}
+    motions = bowing(tmp_path)
     for folder in ("mocap", "bodies"):
         Path(folder).mkdir()
     bvh.write(Path("mocap/bow.bvh"), motions["small"])

@@ -120,8 +120,16 @@ class Few(Puppets):
         return {"body22": {name: own[:2] for name, own in list(super().training()["body22"].items())[:2]}}
 
 
+class FewBodies(Few):
+    """A corpus that lists two of its bodies: the mesh of each takes a while to make."""
+
+    def characters(self):
+        return dict(list(super().characters().items())[:2])
+
+
 def exported(folder: Path, stop: int = 10**6, form: str = "bvh") -> None:
-    for done, total in dataset_export.export(Few(), "puppets", folder, form):
+    data = Few() if form == "bvh" else FewBodies()
+    for done, total in dataset_export.export(data, "puppets", folder, form):
         assert 0 < done <= total == 16
         if done == stop:
             return
@@ -173,7 +181,7 @@ def test_an_export_as_glb_has_the_motions_and_the_skins(tmp_path: Path) -> None:
     assert {Path(name).suffix for name in found if "/" in name} == {".glb", ".json"}
     manifest = json.loads(found["manifest.json"])
     assert manifest["conventions"].startswith("GLB (glTF 2.0) in metres")
-    data = Few()
+    data = FewBodies()
     row, info = manifest["cases"][0], data.cases("retarget", "self")[0]
     motion = data.load(info).reference
     back = importer.load(tmp_path / "out" / row["reference_file"], unit="m").motion

@@ -82,7 +82,7 @@ def headers(folder: Path = Path("out")) -> list[dict]:
     return [each for each in found if "method" in each]
 
 
-def test_what_a_file_beside_the_module_holds_is_part_of_the_key(bench, tmp_path):
+def test_what_a_file_beside_the_module_holds_is_part_of_the_key(bench, in_process, tmp_path):
     plugin = written(tmp_path)
     np.save(tmp_path / "place.npy", np.array([0.0, 1.0, 0.0]))
     code, text = bench(*asked(plugin))

@@ -12,6 +12,7 @@ import torch
 from retarget_bench.api import Context, PointSets
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.tasks.points import points_of
+from retarget_bench.methods import skr
 from retarget_bench.methods.correspondence_free import CorrespondenceFree
 from retarget_bench.methods.correspondence_free.online import Networks, OnlineRetargeter, estimated_body
 from retarget_bench.methods.skin import SKIN
@@ -26,6 +27,13 @@ from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skinned_body import SkinnedBody
 
 FRAMES = 6
+
+
+@pytest.fixture(autouse=True)
+def _few_spots(request, monkeypatch):
+    """Joints at rest of few points, where they are of networks that have learned nothing."""
+    if "shipped" not in request.fixturenames:
+        monkeypatch.setattr(skr, "SPOTS", 128)
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +193,7 @@ def shipped():
 
 
 def test_half_the_vertices_and_other_faces_change_less_than_a_centimetre(shipped):
-    motion = skr_material.motions()["ada"].at(slice(0, 60))
+    motion = skr_material.motions()["ada"].at(slice(0, 30))
     source, mesh = points_of(motion, "case"), skr_material.body("boris").mesh
     numbers = np.random.default_rng(0)
     joints = shipped.networks.skr.joints(source.points)

@@ -46,9 +46,9 @@ def module(request: pytest.FixtureRequest, training: Any) -> Any:
         case "san":
             return san_material.training_module()
         case "nkn":
-            return nkn_toys.training_module(Nkn(hidden=16))
+            return nkn_toys.training_module(Nkn(hidden=16), window=6)
         case "smrm":
-            return smrm_material.training_module()
+            return smrm_material.training_module(window=6)
         case "r2et":
             return r2et_material.training_module()
         case "humot":

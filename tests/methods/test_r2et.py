@@ -308,14 +308,14 @@ def test_the_discriminator_rests_while_nothing_fools_it(module):
 
 
 def test_overfits_one_batch():
-    module = r2et_material.training_module(window=8)
+    module = r2et_material.training_module(window=4)
     seen = r2et_material.batch(module, 4)
     (phase, _) = optimiser_phases(
-        module, TrainingConfig(steps=1, batch=4, window=8, rate=1e-3), torch.device("cpu")
+        module, TrainingConfig(steps=1, batch=4, window=4, rate=1e-3), torch.device("cpu")
     )
     totals = []
-    for step in range(150):
-        terms = phase(seen, {}, 2e-3 if step < 100 else 4e-4)
+    for step in range(90):
+        terms = phase(seen, {}, 3e-3 if step < 60 else 6e-4)
         parts = ("positions", "rotations", "semantics")
         totals.append(sum(float(terms[f"network.{name}"]) for name in parts))
     assert totals[-1] < 0.1 * totals[0]

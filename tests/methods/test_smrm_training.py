@@ -266,8 +266,8 @@ def one_percent_of_height() -> float:
 
 
 def test_overfits_one_batch():
-    module = smrm_material.training_module(hidden=64, window=10, adversarial=0.0)
-    assert overfitted(module, 250, 5e-3) < one_percent_of_height()
+    module = smrm_material.training_module(hidden=64, window=5, adversarial=0.0)
+    assert overfitted(module, 180, 5e-3) < one_percent_of_height()
 
 
 @pytest.mark.slow

@@ -29,8 +29,7 @@ def puppets():
 @pytest.fixture(
     scope="module",
     params=[
-        each if each in ("body22", "h36m17") else pytest.param(each, marks=pytest.mark.slow)
-        for each in STRUCTURES
+        each if each == "body22" else pytest.param(each, marks=pytest.mark.slow) for each in STRUCTURES
     ],
 )
 def study(request, puppets):

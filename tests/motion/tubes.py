@@ -10,28 +10,7 @@ from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.skeleton import Skeleton
-
-JOINTS = {  # joint: parent, offset in metres
-    "Hips": ("", (0, 0.9, 0)),
-    "Spine": ("Hips", (0, 0.25, 0)),
-    "Neck": ("Spine", (0, 0.3, 0)),
-    "Head": ("Neck", (0, 0.12, 0)),
-    "LeftArm": ("Spine", (0.18, 0.22, 0)),
-    "LeftForeArm": ("LeftArm", (0.28, 0, 0)),
-    "LeftHand": ("LeftForeArm", (0.25, 0, 0)),
-    "RightArm": ("Spine", (-0.18, 0.22, 0)),
-    "RightForeArm": ("RightArm", (-0.28, 0, 0)),
-    "RightHand": ("RightForeArm", (-0.25, 0, 0)),
-    "LeftUpLeg": ("Hips", (0.1, -0.04, 0)),
-    "LeftLeg": ("LeftUpLeg", (0, -0.42, 0)),
-    "LeftFoot": ("LeftLeg", (0, -0.4, 0)),
-    "LeftToe": ("LeftFoot", (0, -0.04, 0.14)),
-    "RightUpLeg": ("Hips", (-0.1, -0.04, 0)),
-    "RightLeg": ("RightUpLeg", (0, -0.42, 0)),
-    "RightFoot": ("RightLeg", (0, -0.4, 0)),
-    "RightToe": ("RightFoot", (0, -0.04, 0.14)),
-}
+from tests.viewing.viewing_toys.toy_moves import body
 
 
 def lathe(
@@ -68,10 +47,7 @@ def lathe(
 
 def fleshed(radius: float = 0.05) -> Character:
     """A person of one tube around every bone, each of which follows the bone's upper joint."""
-    names = list(JOINTS)
-    parents = np.array([names.index(parent) if parent else -1 for parent, _ in JOINTS.values()])
-    offsets = np.array([offset for _, offset in JOINTS.values()], dtype=float)
-    bare = Character.of("tubes", Skeleton(tuple(names), parents, offsets))
+    bare = body("tubes")
     places, vertices, faces, follows = bare.skeleton.rest_positions, [], [], []
     for joint, parent in enumerate(bare.skeleton.parents.tolist()):
         if parent < 0 or np.linalg.norm(places[joint] - places[parent]) < 0.02:

@@ -44,11 +44,10 @@ def info(pair: str, clip: str, split: str) -> CaseInfo:
 
 
 @pytest.fixture
-def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingOptions:
+def asked(toy_plugins: None, in_process: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingOptions:
     from retarget_bench.training import clips
 
-    for each in (clips, runner):
-        monkeypatch.setattr(each, "LocalPool", InThisProcess)
+    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
     monkeypatch.setattr(train.log, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
     return train.TrainingOptions(SPEC, DATA, "quick", "4it", 0, device="cpu")

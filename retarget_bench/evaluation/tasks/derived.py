@@ -6,22 +6,20 @@ from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
-from retarget_bench.api.datasets import Cast
+from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
 from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
+from retarget_bench.evaluation.tasks.task_dataset import TaskDataset
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import PointSets
 from retarget_bench.plugins.spec import Spec
 
 SPLIT = "self"
 """Source and target are the same body, so all cases are of this split."""
-VERSION = "1"
-"""Moves when any case does: how noise is made, which joints are drawn, the usual levels."""
 
 
-class Derived:
+class Derived(TaskDataset):
     """A data set of a task, out of one that knows nothing of tasks.
 
     Clean motions are the references of its self cases; where it has none, the sources of all its cases.
@@ -29,39 +27,19 @@ class Derived:
     Raises BenchError for a parameter that is not understood.
     """
 
+    version = "1"
+    """Moves when any case does: how noise is made, which joints are drawn, the usual levels."""
+
     def __init__(self, data: Dataset, task: Spec) -> None:
-        self._data, self.task = data, task
+        super().__init__(data, task, (SPLIT,))
         asked = QUESTIONS[task.name]
         self.question: TaskQuestion = asked(str(task.parameters.get("levels", asked.LEVELS)))
         most = task.parameters.get("motions", 0)
         if isinstance(most, bool) or not isinstance(most, int) or most < 0:
             raise BenchError(f"motions is a whole number, 0 for all; got {most}")
         self._most = most
-        self.card = replace(data.card, tasks=(task.name,), splits=(SPLIT,))
         if isinstance(data, OffersUnseen):
             self.unseen = lambda info: data.unseen(self._listed[info.id][0])
-
-    @property
-    def content(self) -> str:
-        return f"{self._data.content}; {self.task} {VERSION}"
-
-    @property
-    def label(self) -> str:
-        return f"{self._data.label.strip()}: {self.task}"
-
-    @property
-    def notes(self) -> Sequence[str]:
-        return self._data.notes
-
-    def characters(self) -> Mapping[str, Character]:
-        return self._data.characters()
-
-    def training(self) -> Cast:
-        """The training part of the data set."""
-        return optional.training(self._data)
-
-    def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        return optional.data_manifest(self._data)
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""

@@ -6,11 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
-from retarget_bench.api.datasets import Cast
+from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
 from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.motion.character import Character
+from retarget_bench.evaluation.tasks.task_dataset import TaskDataset
 from retarget_bench.motion.motion import Motion, PointSets
 from retarget_bench.motion.point_sets import unknown_body
 from retarget_bench.motion.surface_sampling import sampled, uniform
@@ -20,11 +19,9 @@ from retarget_bench.results.store import case_seed
 NAME = "points"
 COUNT = 2048
 """Points of every frame."""
-VERSION = "1"
-"""Moves when any case does."""
 
 
-class PointsTask:
+class PointsTask(TaskDataset):
     """The cases of a data set whose bodies have meshes, with points in the place of the source.
 
     Source: ``COUNT`` points of every frame, drawn anew in each, uniform by area on the skin of the moving
@@ -32,36 +29,19 @@ class PointsTask:
     its mesh. The motion that the points are of is privileged (``source_motion``).
     """
 
+    version = "1"
+
     def __init__(self, data: Dataset) -> None:
-        self._data = data
-        self.card = replace(data.card, tasks=(NAME,))
+        super().__init__(data, Spec(NAME))
         if isinstance(data, OffersUnseen):
             self.unseen = lambda info: data.unseen(replace(info, task=TASKS[0]))
 
     @property
-    def content(self) -> str:
-        return f"{self._data.content}; {Spec(NAME)} {VERSION}"
-
-    @property
-    def label(self) -> str:
-        return f"{self._data.label.strip()}: {NAME}"
-
-    @property
     def notes(self) -> Sequence[str]:
         if self._whole == (kept := sum(map(len, self._listed.values()))):
-            return self._data.notes
+            return super().notes
         left = f"{self._whole - kept} of {self._whole} cases are of bodies without meshes and left out"
-        return (*self._data.notes, left)
-
-    def characters(self) -> Mapping[str, Character]:
-        return self._data.characters()
-
-    def training(self) -> Cast:
-        """The training part of the data set."""
-        return optional.training(self._data)
-
-    def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        return optional.data_manifest(self._data)
+        return (*super().notes, left)
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""

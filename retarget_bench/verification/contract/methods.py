@@ -32,6 +32,8 @@ from retarget_bench.verification.contract.common import (
 
 KINDS_OF_SOURCE = ("motion", "positions", "points", "surface")
 PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips", "source_motion")
+POINTS_FRAMES = 6
+"""Length of the cases of a method that takes points, of which every frame has thousands."""
 BATCH_FRAMES = (40, 25, 1)
 """Lengths of the cases that are asked in one batch."""
 BATCH_TOLERANCE = 1e-5
@@ -46,10 +48,11 @@ class MethodTrial(Trial[Method]):
     def __init__(self, spec: Spec, data: Dataset) -> None:
         super().__init__(spec)
         self.data = data
-        self.cases = sample(data)
         self.points = PointsTask(data)
         if points.NAME in method_card(self.plugin).accepts:
-            self.cases += sample(self.points, task=points.NAME)
+            self.cases = sample(data, POINTS_FRAMES) + sample(self.points, POINTS_FRAMES, points.NAME)
+        else:
+            self.cases = sample(data)
 
     @demand("its card says what it is and what it takes")
     def card(self) -> str | None:

@@ -1,0 +1,34 @@
+"""The command in this process, and two figures whose motions it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from retarget_bench import cli
+from retarget_bench.commands.plugins import plugin_source
+from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins import registry
+
+
+@pytest.fixture
+def bench(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Runs ``bench`` with words and gives exit status, output and errors."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as stop:
+            cli.main([str(each) for each in arguments])
+        return int(stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+def bowing(folder: Path) -> dict[str, Motion]:
+    """Twenty frames of the figures ``small`` and ``large``; the data set that they are of is registered."""
+    file = folder / "bows.py"
+    file.write_text(plugin_source("dataset", "bows"))
+    registry.add_file(file)
+    data = registry.create("datasets", "bows[frames=20]")
+    return {info.source: data.load(info).source for info in data.cases("retarget", "self")[:2]}
