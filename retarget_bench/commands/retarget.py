@@ -107,9 +107,8 @@ def doctor(files: tuple[str, ...], sheet: Path | None, root_place: str, **readin
         else:
             click.echo(("\n" if number else "") + found.findings.text())
             if (begins := start.find(found.motion)) is not None:
-                click.echo(
-                    f"\nTo leave out that {begins}, in bench retarget:\n  --start cut, or --start ease"
-                )
+                click.echo(f"\nIn front of the motion {begins}. In bench retarget:")
+                click.echo(f"  {', or '.join(begins.options)}")
     return 2 if unreadable else 0
 
 

@@ -214,7 +214,7 @@ def cautions(method: Named, source: character.Character, target: character.Chara
 def doubts(source: character.Prediction, wanted: Edits) -> tuple[str, ...]:
     """Sentences on a source that begins with something else than its motion, with the option for it."""
     found = editing.doubt(source, wanted)
-    return (f"{found}: say --start cut or --start ease",) if found else ()
+    return (found,) if found else ()
 
 
 def answer(
