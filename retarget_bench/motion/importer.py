@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import files, rotation, species, up_axis
+from retarget_bench.motion import files, role_checks, rotation, species, up_axis
 from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
@@ -123,6 +123,8 @@ def load(
     places = None if recording.places is None else recording.places * size.unit[1]
     settled = inner.settled(_scaled(body_found, upright, size.unit[1]), places, inner_positions)
     motion, places = settled.motion, settled.places
+    if overrides and (doubt := role_checks.doubt(motion, overrides)):
+        settled = replace(settled, doubts=(*settled.doubts, doubt))
     findings = _findings(path, stated, recording, axis, size, settled, told is not None)
     if fps is not None:
         if places is not None:
