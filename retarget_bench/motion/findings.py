@@ -177,6 +177,11 @@ class Findings:
         return "\n".join(lines) or '# "joint name" = "role", or "none" for no role'
 
 
+def counted_frames(count: int) -> str:
+    """``1 frame``, ``20 frames``."""
+    return f"{count} frame{'s' * (count != 1)}"
+
+
 def _metres(length: float) -> str:
     """``1.62 m``, and ``0.083 m`` of what is small."""
     return f"{length:.2f} m" if length >= 0.2 else f"{length:.3f} m"
