@@ -123,9 +123,9 @@ def load(
     places = None if recording.places is None else recording.places * size.unit[1]
     settled = inner.settled(_scaled(body_found, upright, size.unit[1]), places, inner_positions)
     motion, places = settled.motion, settled.places
-    if overrides and (doubt := role_checks.doubt(motion, overrides)):
-        settled = replace(settled, doubts=(*settled.doubts, doubt))
     findings = _findings(path, stated, recording, axis, size, settled, told is not None)
+    if overrides and (doubt := role_checks.doubt(motion, overrides)):
+        findings = replace(findings, doubts=(*findings.doubts, doubt))
     if fps is not None:
         if places is not None:
             places = Positions(motion.character, places, motion.fps).resample(fps).positions
@@ -160,6 +160,7 @@ def _findings(
         up_prescribed=not axis.told and recording.up != "",
         notes=(*recording.notes, *settled.notes),
         doubts=(*recording.doubts, *axis.doubts, *settled.doubts),
+        dropped=settled.dropped,
         joints=tuple(zip(joints.names, explain(joints, roles), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in roles),
         quadruped=is_quadruped(joints, roles),
