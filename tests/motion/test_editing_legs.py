@@ -157,6 +157,51 @@ def test_what_is_above_the_floor_stays_as_it_is():
     assert floor.above(motion) is motion
 
 
+LONG = body({"Neck": ("Spine1", (0.0, 0.45, 0.0)), "Head": ("Neck", (0.0, 0.35, 0.0))})
+"""A person with a trunk and neck that are longer by 0.45 m, on the same legs."""
+
+
+def bowed(person: Character, most: float = 2.5) -> Motion:
+    """Bends the trunk down to the knees and comes up again, on bent legs that stand still."""
+    bend, across = 0.8, np.array([1.0, 0.0, 0.0])
+    angle = most * np.sin(np.linspace(0.0, np.pi, 180)) ** 2
+    rotations = np.repeat(person.reference_pose[None], len(angle), 0)
+    for role, turn in (
+        ("spine_1", angle),
+        *((f"{side}_up_leg", -bend) for side in ("left", "right")),
+        *((f"{side}_leg", 2 * bend) for side in ("left", "right")),
+        *((f"{side}_foot", -bend) for side in ("left", "right")),
+    ):
+        joint = person.joint_of[role]
+        world = rotation.about(across, np.broadcast_to(turn, angle.shape))
+        rotations[:, joint] = rotation.multiply(world, rotations[:, joint])
+    still = person.motion(rotations, np.zeros((len(angle), 3)), 30.0)
+    root = np.tile([0.0, -lowest(still, "left_foot"), 0.0], (len(angle), 1))
+    return person.motion(rotations, root, 30.0)
+
+
+@pytest.mark.parametrize("method", ["copy_rotations", "ik"])
+def test_a_longer_trunk_goes_no_deeper_than_that_of_its_source(method):
+    source = bowed(PERSON)
+    copied = LONG.motion(bowed(LONG).rotations, source.root, 30.0)
+    assert source.positions[..., 1].min() > -1e-6
+    assert lowest(copied, "head") < -0.05, "without the edit it is in the floor"
+    found = motions.answer(source, LONG, method)
+    assert lowest(found, "head") > -0.0101 * LONG.height
+    feet = LONG.joints(["left_foot", "right_foot", "left_toe", "right_toe"])
+    assert np.ptp(found.positions[:, feet], axis=0).max() < 0.01, "feet stand"
+    speed = np.linalg.norm(np.diff(found.positions, axis=0), axis=-1).max()
+    assert speed < 1.5 * np.linalg.norm(np.diff(copied.positions, axis=0), axis=-1).max()
+
+
+def test_what_is_as_deep_as_in_its_source_stays_as_it_is():
+    source = bowed(PERSON)
+    sunk = PERSON.motion(source.rotations, source.root - [0.0, 0.5, 0.0], 30.0)
+    assert floor.no_deeper(sunk, sunk) is sunk
+    assert floor.no_deeper(source, source) is source
+    assert floor.no_deeper(sunk, source) is not sunk
+
+
 @pytest.mark.parametrize("target", ["gltf/Fox.glb", "dog"])
 @pytest.mark.parametrize("method", ["copy_rotations", "ik"])
 def test_a_person_who_picks_up_a_box_as_a_real_animal(real_data, target, method):

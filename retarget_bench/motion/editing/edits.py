@@ -77,11 +77,15 @@ def edited(
         return target.motion(found.rotations, found.root, found.fps)
 
     differ = legs.stance(source.character) != legs.stance(target)
-    mended = floor.above if differ else lambda motion: motion
-    found = mended(asked(source))
+
+    def mended(one: Prediction) -> Motion:
+        found = asked(one)
+        return floor.above(found) if differ else floor.no_deeper(found, one)
+
+    found = mended(source)
     if loop is not None and not loops.agrees(found, loop):
         whole, own = loops.continued(loop)
-        found = mended(asked(whole)).at(own)
+        found = mended(whole).at(own)
     found, notes = _parts(found, source, edits)
     if loop is not None and not loops.agrees(found, loop):
         found = loops.closed(found)

@@ -1,22 +1,27 @@
 """Heads and hands that are kept above the floor, on bodies that a motion was not made for.
 
-A person's stoop pushes the head of a dog into the ground, and a dog's gait the hands of a person. The back
-is raised and the arms are bent; nothing is moved that is clear of the floor.
+A person's stoop pushes the head of a dog into the ground, and a dog's gait the hands of a person: the back
+is raised and the arms are bent (``above``). Who has a larger head or longer arms than the source goes
+deeper into the floor in a roll or on all fours: the whole body is raised (``no_deeper``). Nothing is moved
+that is clear of the floor.
 """
 
 import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body import UP
-from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.character import Character, Motion, Prediction
+from retarget_bench.motion.contact import planted
 from retarget_bench.motion.planting.ease import FADE, smooth
-from retarget_bench.motion.planting.two_bone import ARM, Limb, Pose, bend, ease_reach, rig_of
+from retarget_bench.motion.planting.two_bone import ARM, LEG, Limb, Pose, bend, ease_reach, rig_of
 from retarget_bench.motion.roles import SIDES, ancestors, chain
 
 _ROUNDS, _SMOOTH = 6, 2
 """How often corrections are made at most, and how many of the first ones are smoothed in time."""
 _NEAR = 1e-4
 """Metres that make no difference."""
+_DEEP = 0.01
+"""Of the height: how much deeper than in its source a head or hand may go; verdicts tell of the double."""
 
 
 def above(answer: Motion) -> Motion:
@@ -32,6 +37,63 @@ def above(answer: Motion) -> Motion:
         if limb is not None:
             answer = _raised(_lifted(answer, limb, joints), limb.upper, joints)
     return answer
+
+
+def no_deeper(answer: Motion, source: Prediction) -> Motion:
+    """The answer with its head and hands, in every frame, no deeper below y = 0 than those of its source,
+    in shares of the bodies' heights, and ``_DEEP``. One that keeps to this is returned as it is.
+
+    For the head the body is raised, and feet that stand stay where they are as far as the legs reach. For
+    hands the body is raised while no foot stands, and else the arms are bent.
+    """
+    body = answer.character
+    hands = [
+        (limb, _ends(body, f"{side}_hand"), _allowed(source, f"{side}_hand", body))
+        for (side, kind), limb in rig_of(body).limbs.items()
+        if kind == "arm"
+    ]
+    head = _ends(body, "head"), _allowed(source, "head", body)
+    standing = [_stands(answer, limb) for (_, kind), limb in rig_of(body).limbs.items() if kind == "leg"]
+    free = 1.0 - np.max(standing, axis=0, initial=0.0)
+    lifts = [_needed(answer, *head), *(free * _needed(answer, ends, lowest) for _, ends, lowest in hands)]
+    if (lift := np.max(lifts, axis=0)).any():
+        answer = _carried(answer, _eased(lift, answer.fps))
+    for limb, ends, lowest in hands:
+        answer = _lifted(answer, limb, ends, lowest)
+    return answer
+
+
+def _allowed(source: Prediction, role: str, body: Character) -> np.ndarray:
+    """``(frames,)`` metres: the height below which a body's joint, and its ends, are too deep."""
+    depth = np.zeros(source.frames)
+    if ends := _ends(source.character, role):
+        points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
+        depth = (-points[..., 1].min(axis=1)).clip(0.0) / source.character.height
+    return -(depth + _DEEP) * body.height
+
+
+def _stands(answer: Motion, leg: Limb) -> np.ndarray:
+    """``(frames,)`` from 0 to 1, smooth: whether a foot stands."""
+    still = planted(answer.positions[:, [leg.end]], answer.character.height, answer.fps)
+    return smooth(1.0 * still, answer.fps)[:, 0]
+
+
+def _ends(body: Character, role: str) -> list[int]:
+    """A joint and those that it ends in, without chains that hang from it, such as hair."""
+    joint, children = body.joint_of.get(role), body.skeleton.children
+    return [] if joint is None else [joint, *(each for each in children[joint] if not children[each])]
+
+
+def _carried(answer: Motion, lift: np.ndarray) -> Motion:
+    """The body raised by ``(frames,)`` metres; feet stay where they stand."""
+    body = answer.character
+    pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
+    pose.shift(lift[:, None] * UP)
+    for (_, kind), limb in rig_of(body).limbs.items():
+        if kind == "leg" and (down := _stands(answer, limb) * lift).max() > _NEAR:
+            goal = ease_reach(pose, limb, pose.places[:, limb.end] - down[:, None] * UP, LEG)
+            bend(body, pose, limb, goal, pose.turned[:, limb.end], answer.fps)
+    return body.motion(rotation.continuous(pose.rotations), pose.root, answer.fps)
 
 
 def below(body: Character, role: str) -> list[int]:
@@ -91,11 +153,19 @@ def _turned(answer: Motion, joint: int, world: np.ndarray) -> Motion:
     return answer.character.motion(rotation.continuous(rotations), answer.root, answer.fps)
 
 
-def _lifted(answer: Motion, limb: Limb, joints: list[int]) -> Motion:
-    """An arm bent until the hand is clear, as far as it is not too fast; the hand keeps its orientation."""
+def _needed(answer: Motion, joints: list[int], floor: float | np.ndarray) -> np.ndarray:
+    """``(frames,)`` metres that joints, and their tips, are below a floor: metres or ``(frames,)``."""
+    if not joints:
+        return np.zeros(answer.frames)
+    return np.asarray((floor - tips(answer, joints)[..., 1].min(axis=1)).clip(0.0))
+
+
+def _lifted(answer: Motion, limb: Limb, joints: list[int], floor: float | np.ndarray = 0.0) -> Motion:
+    """An arm bent until the hand is above the floor (metres, or ``(frames,)`` of them), as far as it is not
+    too fast; the hand keeps its orientation."""
     body = answer.character
     for _ in range(_SMOOTH):
-        needed = (-tips(answer, joints)[..., 1]).max(axis=1).clip(0.0)
+        needed = _needed(answer, joints, floor)
         if needed.max(initial=0.0) < _NEAR:
             break
         pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
