@@ -1,6 +1,7 @@
 """Files: atomic writes, the user's cache folder, and names that are safe on every file system."""
 
 import csv
+import errno
 import hashlib
 import io
 import os
@@ -12,7 +13,7 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
-from tempfile import TemporaryDirectory, gettempdir
+from tempfile import TemporaryDirectory, TemporaryFile, gettempdir
 from typing import Literal
 
 from retarget_bench.errors import BenchError, FileError
@@ -43,6 +44,24 @@ def atomic(path: str | Path) -> Iterator[Path]:
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise FileError(path, f"cannot be written ({error.strerror or error})") from error
+
+
+def check_writable(path: str | Path) -> None:
+    """Raises FileError where ``atomic`` could not write a file, before it is made; nothing is left behind.
+
+    The nearest folder that there is takes a temporary file, or does not.
+    """
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        with suppress(FileNotFoundError):
+            path.lstat()  # of names that are too long, or below a file
+        folder = next(each for each in path.absolute().parents if os.path.lexists(each))
+        with TemporaryFile(dir=folder):
+            pass
     except OSError as error:
         raise FileError(path, f"cannot be written ({error.strerror or error})") from error
 

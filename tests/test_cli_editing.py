@@ -58,7 +58,7 @@ def test_a_start_is_said_and_kept_cut_or_eased(bench, files):
 
 def test_the_doctor_says_it_too(bench, files):
     _, out, _ = bench("doctor", files["late"], "--unit", "m")
-    assert "To leave out that the first frame is in a T-pose, and joints are 5." in out
+    assert "In front of the motion the first frame is in a T-pose, and joints are 5." in out
     assert "--start cut, or --start ease" in out
     assert "--start" not in bench("doctor", files["walk"], "--unit", "m")[1]
 

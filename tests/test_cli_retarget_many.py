@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from retarget_bench.commands.retargeting import batch, records, role_maps
+from retarget_bench.commands.retargeting import batch, records, role_maps, runs
 from retarget_bench.evaluation.process_pool import Done
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.roles import load_overrides
@@ -363,3 +364,78 @@ def test_an_empty_folder_a_pipe_and_two_takes_are_sentences(bench, folders):
     code, _, err = bench("retarget", *asked)
     assert code == 2
     assert "give one of them" in err
+
+
+@pytest.mark.parametrize("option", ["-o", "--report", "--preview", "--save-map"])
+@pytest.mark.parametrize("place", ["mocap/bow.bvh/x", "/proc/no/x", "folder", "n" * 300])
+def test_what_cannot_be_written_is_said_before_any_work(bench, folders, monkeypatch, option, place):
+    ending = {"-o": ".bvh", "--report": ".json", "--preview": ".png", "--save-map": ".toml"}[option]
+    Path(f"folder{ending}").mkdir()
+    monkeypatch.setattr(runs, "retarget", lambda *_: pytest.fail("work was begun"))
+    asked = {"-o": "out.bvh"} | {option: f"{place}{ending}"}
+    words = [word for pair in asked.items() for word in pair]
+    code, _, err = bench("retarget", "mocap/bow.bvh", "--target", "bodies/large.bvh", *COPY, *words)
+    assert code == 2
+    told = [line for line in err.splitlines() if f"{place}{ending}" in line]
+    if place == "folder" and option != "-o":  # the parser of options tells a folder from a file
+        told = told or [line for line in err.splitlines() if "is a directory" in line]
+    assert len(told) == 1
+    assert not Path("out.bvh").exists()
+    assert not list(Path().glob(".*")), "nothing is left behind"
+
+
+def test_a_map_is_replaced_where_it_is_ones_own_and_unchanged(bench, folders):
+    asked = ("retarget", "mocap/bow.bvh", "--target", "bodies/large.bvh", *COPY, "-o", "o.bvh")
+    saving = (*asked, "--save-map", "m.toml")
+    assert bench(*saving)[0] == 0
+    written = Path("m.toml").read_text()
+    assert bench(*saving)[0] == 0, "the same once more"
+    assert Path("m.toml").read_text() == written
+    for other in (
+        '"Head" = "head"\n',
+        written.replace('"head"', '"none"'),
+        written.replace("bow", "box"),
+        "",
+    ):
+        Path("m.toml").write_text(other)
+        Path("o.bvh").unlink(missing_ok=True)
+        code, _, err = bench(*saving)
+        assert code == 2
+        assert "--save-map would overwrite m.toml, which was changed since or is not of bow.bvh" in err
+        assert Path("m.toml").read_text() == other
+        assert not Path("o.bvh").exists()
+    assert bench(*saving, "--overwrite")[0] == 0
+    assert Path("m.toml").read_text() == written
+    Path("m.target.toml").write_text("mine = 'hips'")
+    Path("m.toml").unlink()
+    assert "m.target.toml" in bench(*saving)[2]
+    assert not Path("m.toml").exists(), "none is written where one is refused"
+
+
+def test_one_result_goes_into_a_folder_that_is_named_as_one(bench, folders):
+    asked = ("retarget", "mocap/bow.bvh", "--target", "bodies/large.bvh", *COPY, "-o")
+    code, _, err = bench(*asked, "d11/")
+    assert code == 0, err
+    assert importer.load("d11/bow.bvh").findings.frames == 20
+    assert "1 up to date" in bench(*asked, "d11/")[1]
+    code, _, err = bench(*asked, "d12")
+    assert code == 2
+    assert "give it a name that ends in" in err
+
+
+def test_counts_and_refusals_in_words(bench, folders):
+    motion = importer.load("mocap/bow.bvh").motion
+    bvh.write(Path("mocap/one.bvh"), motion.at(slice(1)))
+    Path("mocap/broken.bvh").write_text("HIERARCHY")
+    code, out, err = bench("retarget", "mocap", "--target", "bodies/large.bvh", *COPY, "-o", "out")
+    assert code == 2
+    assert re.search(r"out/one\.bvh: 1 frame of one at", out)
+    assert "4 of 4 files tried" in err
+    assert "3 retargeted, 0 up to date, 1 failed" in out
+    Path("lone.amc").write_text(":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n")
+    err = bench("doctor", "lone.amc")[2]
+    assert "needs its skeleton, lone.asf in its folder" in err
+    Path("mine.toml").write_text("x = [")
+    err = bench("list", "--plugin", "mine.toml")[2]
+    assert "mine.toml: is no plug-in; --plugin takes a .py file or a folder" in err
+    assert "no such plug-in file" in bench("list", "--plugin", "none.py")[2]

@@ -95,6 +95,7 @@ class Folder:
             raise BenchError("folder: part=validation means something with protocol=split alone")
         self._protocol, self._part = protocol, part
         self._inner, self._rate, self._body_model = inner_positions, rate, body_model
+        self._dropped: dict[str, str] = {}
         self._read = lru_cache(maxsize=_KEPT)(self._import)
         self._character = lru_cache(maxsize=None)(self._model)
 
@@ -162,6 +163,8 @@ class Folder:
             found.append(
                 f"{len(told)} bod{'y' if len(told) == 1 else 'ies'} cannot be used: {some(told, 5)}"
             )
+        moving = [f"{body}, {told}" for body, told in sorted(self._dropped.items())]
+        found += [f"{told} (inner_positions=bake fits rotations to that)" for told in moving]
         return tuple(found)
 
     def characters(self) -> Mapping[str, Character]:
@@ -309,17 +312,21 @@ class Folder:
         return models, problems
 
     def _model(self, body: str) -> Character:
-        """The body as its first clip has it."""
-        return self._fresh(body, next(iter(self._found.bodies[body].values()))).character
+        """The body as its first clip has it; what that drops of the motion is kept for the notes."""
+        path = next(iter(self._found.bodies[body].values()))
+        found = self._fresh(body, path)
+        if found.findings.dropped:
+            self._dropped[body] = f"{path.name}: {found.findings.dropped}"
+        return found.motion.character
 
     def _import(self, body: str, path: Path) -> Motion:
-        motion = self._fresh(body, path)
+        motion = self._fresh(body, path).motion
         character = self._character(body)
         if not motion.skeleton.same_as(character.skeleton, tolerance=ROUNDING * character.height):
             return motion
         return character.motion(motion.rotations, motion.root, motion.fps)
 
-    def _fresh(self, body: str, path: Path) -> Motion:
+    def _fresh(self, body: str, path: Path) -> importer.Imported:
         return importer.load(
             path,
             unit=self._unit,
@@ -330,7 +337,7 @@ class Folder:
             inner_positions=self._inner,
             rate=self._rate or None,
             body_model=(self._body_model or None) if format_of(path) is AMASS else None,
-        ).motion
+        )
 
     @cached_property
     def _overrides(self) -> Mapping[str, str | None] | None:

@@ -1,13 +1,15 @@
 """Copies rotations, then plants the feet and keeps hand contacts by inverse kinematics."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import root_rules, rotation, transfer
+from retarget_bench.motion import root_rules, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.planting import feet
-from retarget_bench.motion.planting.cuts import takes
+from retarget_bench.motion.planting.cuts import joined, takes
 from retarget_bench.motion.planting.plant import limbs, no_legs, plant
 from retarget_bench.motion.planting.two_bone import Pose, bend, ease_reach, rig_of
 
@@ -68,14 +70,13 @@ class InverseKinematics:
         if not isinstance(source, Motion):
             raise NotSupported("ik needs a source with rotations, not positions only")
         whole = feet.grounded(source) if self.floor else source
-        pieces = [self._piece(whole.at(piece), target) for piece in takes(whole)]
-        rotations, root = (np.concatenate(each) for each in zip(*pieces, strict=True))
-        return target.motion(rotation.continuous(rotation.normalise(rotations)), root, source.fps)
+        cuts = takes(replace(whole))  # a copy's, so that its places are let go
+        rotations, root = joined(self._piece(whole.at(piece), target) for piece in cuts)
+        return target.motion(rotations, root, source.fps)
 
     def _piece(self, source: Motion, target: Character) -> tuple[np.ndarray, np.ndarray]:
         """Rotations and root path for a source without cuts."""
-        copied = transfer.carry(source, target, self.root_rule)
-        pose = Pose(copied.rotations.copy(), copied.root, copied.positions, copied.global_rotations)
+        pose = Pose.of(transfer.carry(source, target, self.root_rule))
         ratio = root_rules.ratio(self.root_rule, source.character, target)
         exchange = feet.Exchange(source, rig_of(source.character), rig_of(target), pose, ratio)
         if self.feet:

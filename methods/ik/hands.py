@@ -57,20 +57,25 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     lengths; two palms near each other keep their distance. The closer the touch, the more it counts.
     arms: the left and the right one, on the source and on the target.
     """
-    source, arm = exchange.source, exchange.source.character.measures.arm_length
+    source, pose, arm = exchange.source, exchange.pose, exchange.source.character.measures.arm_length
     scale = exchange.ours.character.measures.arm_length / arm
     bones = _shared_bones(exchange.theirs, exchange.ours)
     theirs, ours = zip(*arms, strict=True)
-    pose = exchange.pose
-    before = _reach(exchange.theirs, theirs, bones[0], source.positions, source.global_rotations)
-    after = _reach(exchange.ours, ours, bones[1], pose.places, pose.turned)
-    moves = np.stack([_to_body(before, after, hand, bones[2], arm, scale) for hand in (0, 1)], axis=1)
-    apart = before.palms[:, 1] - before.palms[:, 0]
-    moved = after.palms + moves
-    error = scale * apart - (moved[:, 1] - moved[:, 0])
-    pull = 0.5 * _closeness(apart / arm)[:, None] * error
+
+    def asked(*seen: np.ndarray) -> np.ndarray:
+        """``(frames, 2, 3)`` what the hands ask for in each frame on its own."""
+        before = _reach(exchange.theirs, theirs, bones[0], *seen[:2])
+        after = _reach(exchange.ours, ours, bones[1], *seen[2:])
+        moves = np.stack([_to_body(before, after, hand, bones[2], arm, scale) for hand in (0, 1)], axis=1)
+        apart = before.palms[:, 1] - before.palms[:, 0]
+        moved = after.palms + moves
+        error = scale * apart - (moved[:, 1] - moved[:, 0])
+        pull = 0.5 * _closeness(apart / arm)[:, None] * error
+        return np.stack([moves[:, 0] - pull, moves[:, 1] + pull], axis=1)
+
+    moves = rotation.in_blocks(asked, source.positions, source.global_rotations, pose.places, pose.turned)
     out = []
-    for move in (moves[:, 0] - pull, moves[:, 1] + pull):
+    for move in moves.transpose(1, 0, 2):
         far = smooth(np.linalg.norm(move, axis=1, keepdims=True) / (scale * arm), source.fps, _SETTLE_FAR)
         kept = smoothstep((_TOO_FAR - far) / (_TOO_FAR - _FAR))
         out.append(smooth(kept * move, source.fps, _SETTLE))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from retarget_bench.motion import kinematics, rotation
+from retarget_bench.motion import rotation
 from retarget_bench.motion.planting.ease import FADE, smooth
 from retarget_bench.motion.planting.feet import Exchange
 from retarget_bench.motion.planting.two_bone import slowed
@@ -19,13 +19,21 @@ def lift(exchange: Exchange) -> None:
     A person's stoop pushes the head of a body with a level back into the ground. What the source has below
     the floor may stay there. In place; the largest turn needed nearby in time is taken, smoothed.
     """
+    pose, body = exchange.pose, exchange.ours.character
+    spine = (chain(body.roles, "spine") or [0])[0]
+    if spine and (local := _raised(exchange, spine)) is not None:
+        pose.rotations[:, spine] = slowed(pose.rotations[:, spine], local, exchange.source.fps)
+        pose.stand(body)
+
+
+def _raised(exchange: Exchange, spine: int) -> np.ndarray | None:
+    """``(frames, 4)`` local rotations of a joint of the spine that raise the head; None if none need."""
     pose, body, source = exchange.pose, exchange.ours.character, exchange.source
     roles = [role for role in _TOP if min(exchange.ours.joint(role), exchange.theirs.joint(role)) >= 0]
     tops, theirs = body.joints(roles), source.character.joints(roles)
-    spine = (chain(body.roles, "spine") or [0])[0]
     allowed = np.minimum(exchange.ratio * source.positions[:, theirs, 1], 0.0)
-    if not (spine and (pose.places[:, tops, 1] < allowed - _DEEP * body.height).any()):
-        return
+    if not (pose.places[:, tops, 1] < allowed - _DEEP * body.height).any():
+        return None
     start = pose.places[:, spine, None]
     line = pose.places[:, tops] - start
     length = np.maximum(np.linalg.norm(line, axis=-1), 1e-9)
@@ -39,6 +47,4 @@ def lift(exchange: Exchange) -> None:
     )
     parent = pose.turned[:, body.skeleton.parents[spine]]
     local = rotation.multiply(raised, pose.turned[:, spine])
-    local = rotation.multiply(rotation.conjugate(parent), local)
-    pose.rotations[:, spine] = slowed(pose.rotations[:, spine], local, source.fps)
-    pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)
+    return rotation.multiply(rotation.conjugate(parent), local)

@@ -4,10 +4,10 @@ import numpy as np
 
 from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import root_rules, rotation
+from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.planting import feet
-from retarget_bench.motion.planting.cuts import takes
+from retarget_bench.motion.planting.cuts import joined, takes
 from retarget_bench.motion.planting.plant import no_legs, plant
 from retarget_bench.motion.planting.two_bone import Pose, rig_of
 from retarget_bench.plugins.post_processors import PostCard
@@ -39,9 +39,7 @@ class FootLock:
         if not isinstance(source, Motion):
             raise NotSupported("footlock needs a source with rotations, not positions only")
         assert isinstance(prediction, Motion)
-        pieces = [_planted(prediction.at(piece), source.at(piece)) for piece in takes(source)]
-        rotations, root = (np.concatenate(each) for each in zip(*pieces, strict=True))
-        turned = rotation.continuous(rotation.normalise(rotations))
+        turned, root = joined(_planted(prediction.at(piece), source.at(piece)) for piece in takes(source))
         return prediction.character.motion(turned, root, prediction.fps)
 
 

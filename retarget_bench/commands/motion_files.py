@@ -57,6 +57,8 @@ def imported(
     names = ("unit", "up", "root_place", "roles", "take", "body", "rate", "inner_positions", "skeleton")
     asked = {name: reading[f"{prefix}{name}"] for name in (*names, "body_model")}
     asked["root"] = asked.pop("root_place")
+    if side == "target" and asked["inner_positions"] == "auto":
+        asked["inner_positions"] = "drop"  # without a warning: of a target only the body is used
     found = importer.load(path, **asked, fps=fps)
     for warning in () if quiet else found.findings.warnings:
         click.echo(f"{path}: {warning.replace('--', option)}", err=True)

@@ -11,6 +11,7 @@ import click
 from retarget_bench.commands import editing_options, motion_files, options
 from retarget_bench.commands.retargeting import options as retarget_options
 from retarget_bench.errors import BenchError
+from retarget_bench.files import check_writable
 
 if TYPE_CHECKING:
     from retarget_bench.motion.importer import Imported
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 def command(
     sources: tuple[Path, ...],
     targets: tuple[Path, ...],
-    out: Path,
+    out: str,
     method: str | None,
     fps: float | None,
     seed: int,
@@ -51,8 +52,9 @@ def command(
     The verdict at the end lists frames to look at: knees and elbows that snap, feet in the floor or
     sliding, joints beyond the source's speed, hands in the body.
 
-    Several sources or targets give OUT/TARGET/SOURCE.ext, of one target OUT/SOURCE.ext. The same command
-    again does what is new or has changed, and goes on where it was interrupted.
+    Several sources or targets give OUT/TARGET/SOURCE.ext, of one target OUT/SOURCE.ext, and so does one
+    source where OUT is a folder or ends in a slash. The same command again does what is new or has changed,
+    and goes on where it was interrupted.
 
     Scans are mesh or point files, one for each frame (PLY, OBJ, GLB, STL, OFF). The target is then a mesh
     file, and the result a folder of PLY files with its vertices and faces, in metres, Y up. Options of root
@@ -66,7 +68,7 @@ def command(
     from retarget_bench.commands.retargeting.job import Job
 
     wanted = runs.Wanted(**{each.name: asked.pop(each.name) for each in fields(runs.Wanted)})
-    like = Job(sources[0], targets[0], out, method, seed, fps, asked)
+    like = Job(sources[0], targets[0], Path(out), method, seed, fps, asked)
     if plan.are_scans(sources, targets):
         return runs.scans(like, wanted)
     if plan.is_many(sources, targets, out):
@@ -92,9 +94,11 @@ def doctor(files: tuple[str, ...], sheet: Path | None, root_place: str, **readin
     from retarget_bench.motion.editing import start
     from retarget_bench.motion.importer import load
 
-    if sheet is not None and (len(files) > 1 or sheet.suffix.lower() != ".png"):
-        what = "of one file" if len(files) > 1 else "a .png file"
-        raise BenchError(f"--sheet {sheet}: the picture is {what}")
+    if sheet is not None:
+        if len(files) > 1 or sheet.suffix.lower() != ".png":
+            what = "of one file" if len(files) > 1 else "a .png file"
+            raise BenchError(f"--sheet {sheet}: the picture is {what}")
+        check_writable(sheet)
     unreadable = 0
     for number, file in enumerate(files):
         try:
@@ -107,9 +111,8 @@ def doctor(files: tuple[str, ...], sheet: Path | None, root_place: str, **readin
         else:
             click.echo(("\n" if number else "") + found.findings.text())
             if (begins := start.find(found.motion)) is not None:
-                click.echo(
-                    f"\nTo leave out that {begins}, in bench retarget:\n  --start cut, or --start ease"
-                )
+                click.echo(f"\nIn front of the motion {begins}. In bench retarget:")
+                click.echo(f"  {', or '.join(begins.options)}")
     return 2 if unreadable else 0
 
 

@@ -31,6 +31,7 @@ class Findings:
     up_sure:    0 to 1.
     notes:      decisions of the reader of the file, and joints that it folded.
     doubts:     parts of the motion that the reader could not keep, or that contradict the format.
+    dropped:   what joints below the root did against their parents and was dropped unasked, in words; "".
     joints:    (joint name, role or the reason why it has none), see ``roles.explain``.
     missing:   essential roles that no joint has.
     quadruped: whether it stands on four legs.
@@ -75,6 +76,7 @@ class Findings:
     doubts: tuple[str, ...] = ()
     fps_stated: float | None = None
     rate_told: bool = False
+    dropped: str = ""
 
     @property
     def not_understood(self) -> tuple[str, ...]:
@@ -175,6 +177,11 @@ class Findings:
             escaped = name.replace("\\", "\\\\").replace('"', '\\"')
             lines.append(f'"{escaped}" = "none"')
         return "\n".join(lines) or '# "joint name" = "role", or "none" for no role'
+
+
+def counted_frames(count: int) -> str:
+    """``1 frame``, ``20 frames``."""
+    return f"{count} frame{'s' * (count != 1)}"
 
 
 def _metres(length: float) -> str:

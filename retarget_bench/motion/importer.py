@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import files, rotation, species, up_axis
+from retarget_bench.motion import files, role_checks, rotation, species, up_axis
 from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
@@ -124,6 +124,8 @@ def load(
     settled = inner.settled(_scaled(body_found, upright, size.unit[1]), places, inner_positions)
     motion, places = settled.motion, settled.places
     findings = _findings(path, stated, recording, axis, size, settled, told is not None)
+    if overrides and (doubt := role_checks.doubt(motion, overrides)):
+        findings = replace(findings, doubts=(*findings.doubts, doubt))
     if fps is not None:
         if places is not None:
             places = Positions(motion.character, places, motion.fps).resample(fps).positions
@@ -158,6 +160,7 @@ def _findings(
         up_prescribed=not axis.told and recording.up != "",
         notes=(*recording.notes, *settled.notes),
         doubts=(*recording.doubts, *axis.doubts, *settled.doubts),
+        dropped=settled.dropped,
         joints=tuple(zip(joints.names, explain(joints, roles), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in roles),
         quadruped=is_quadruped(joints, roles),

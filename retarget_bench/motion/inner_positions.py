@@ -24,13 +24,15 @@ _SMALL = 0.03
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """A motion of constant bones; what to say of it as a matter of course, and as a doubt; and the
-    ``(frames, joints, 3)`` places in their parents' frames, metres, where they are kept."""
+    """A motion of constant bones; what to say of it as a matter of course, and as a doubt; the ``(frames,
+    joints, 3)`` places in their parents' frames, metres, where they are kept; and what was dropped unasked,
+    in words, without advice."""
 
     motion: Motion
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     places: np.ndarray | None = None
+    dropped: str = ""
 
 
 def check(way: str) -> None:
@@ -84,9 +86,8 @@ def settled(motion: Motion, places: np.ndarray | None, way: str) -> Settled:
         return Settled(motion, (f"{told}; their positions are kept for files of this body",), (), places)
     if way == "drop":
         return Settled(motion, (told,))
-    if share > _SMALL:
-        told += (
-            f", joints of the body by {100 * share:.0f} % of its height: choose --inner-positions bake "
-            "(rotations come as near as they can), keep (in files of this body) or drop"
-        )
-    return Settled(motion, (), (told,))
+    if share <= _SMALL:
+        return Settled(motion, (), (told,), None, told)
+    told += f", joints of the body by {100 * share:.0f} % of its height"
+    advice = "bake (rotations come as near as they can), keep (in files of this body) or drop"
+    return Settled(motion, (), (f"{told}: choose --inner-positions {advice}",), None, told)

@@ -96,7 +96,7 @@ def continuous(q: Array, axis: int = 0) -> Array:
     before, after, first = (
         q[(slice(None),) * axis + (part,)] for part in (slice(-1), slice(1, None), slice(1))
     )
-    dots = (before * after).sum(-1)[..., None]
+    dots = _dot(before, after)[..., None]
     ones = ops.ones_like(dots)
     flips = ops.concatenate([ops.ones_like(first[..., :1]), ops.where(dots < 0, -ones, ones)], axis=axis)
     signed: Array = q * ops.cumprod(flips, axis=axis)
@@ -183,11 +183,16 @@ def to_rotation_vector(q: Array) -> Array:
     return _join(q, scale * x, scale * y, scale * z)
 
 
-def in_blocks(convert: Callable[[np.ndarray], np.ndarray], array: np.ndarray) -> np.ndarray:
-    """``convert`` of a long array along its first axis, a block at a time: what it holds on the way is that
-    of a block, which of ten minutes of motion is a hundred megabytes less."""
-    blocks = [convert(array[at : at + _BLOCK]) for at in range(0, max(len(array), 1), _BLOCK)]
-    return np.concatenate(blocks)
+def in_blocks(convert: Callable[..., np.ndarray], *arrays: np.ndarray) -> np.ndarray:
+    """``convert`` of long arrays, equally long along their first axis, a block at a time: what it holds on
+    the way is that of a block, which of ten minutes of motion is a hundred megabytes less."""
+    length = len(arrays[0])
+    first = convert(*(array[:_BLOCK] for array in arrays))
+    out = np.empty((length, *first.shape[1:]), first.dtype)
+    out[:_BLOCK] = first
+    for at in range(_BLOCK, length, _BLOCK):
+        out[at : at + _BLOCK] = convert(*(array[at : at + _BLOCK] for array in arrays))
+    return out
 
 
 def from_matrix(m: Array) -> Array:
@@ -347,6 +352,12 @@ def _length(v: Any) -> tuple[Any, Any]:
     square = 1.0 * sum(part * part for part in _parts(v))
     short = square < ops.finfo(square.dtype).tiny ** 0.75
     return ops.sqrt(ops.where(short, ops.ones_like(square), square)), short
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """``(...)`` the sum of products over the last axis, without an array of all products."""
+    dot: Array = sum(one * other for one, other in zip(_parts(a), _parts(b), strict=True))
+    return dot
 
 
 def _direction(v: Array) -> Array:

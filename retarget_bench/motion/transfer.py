@@ -8,6 +8,9 @@ counterpart *follows its parent*: it keeps its place in the reference pose relat
 have.
 """
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from retarget_bench.errors import NotSupported
@@ -43,19 +46,19 @@ def another_skeleton(does: str, source: Character, target: Character) -> str | N
 # --------------------------------------------------------------------------------------- orientations
 def relative(motion: Motion) -> np.ndarray:
     """``(frames, joints, 4)`` world orientations relative to the reference pose: G * G_ref^-1."""
-    reference = motion.character.reference_globals
-    return rotation.multiply(motion.global_rotations, rotation.conjugate(reference)[None])
+    back = rotation.conjugate(motion.character.reference_globals)[None]
+    return rotation.in_blocks(lambda some: rotation.multiply(some, back), motion.global_rotations)
 
 
 def from_relative(character: Character, orientations: np.ndarray) -> np.ndarray:
     """``(frames, joints, 4)`` local rotations of a body whose joints are turned by ``orientations`` (same
     shape) from its reference pose: the inverse of ``relative``, signs continuous along time."""
+    return rotation.continuous(rotation.in_blocks(partial(_local, character), orientations))
 
-    def local(some: np.ndarray) -> np.ndarray:
-        turned = rotation.multiply(some, character.reference_globals[None])
-        return rotation.normalise(kinematics.local_from_global(character.skeleton, turned))
 
-    return rotation.continuous(rotation.in_blocks(local, orientations))
+def _local(character: Character, orientations: np.ndarray) -> np.ndarray:
+    turned = rotation.multiply(orientations, character.reference_globals[None])
+    return rotation.normalise(kinematics.local_from_global(character.skeleton, turned))
 
 
 def correspondence(source: Character, target: Character) -> np.ndarray:
@@ -91,15 +94,25 @@ def orientations(source: Motion, target: Character) -> np.ndarray:
 
     A joint takes that of its counterpart; one without counterpart stays fixed to its parent.
     """
-    seen, answer = relative(source), correspondence(source.character, target)
-    carried = np.zeros((source.frames, len(answer), 4))
-    for joint, (from_, parent) in enumerate(zip(answer, target.skeleton.parents.tolist(), strict=True)):
-        if from_ >= 0:
-            carried[:, joint] = seen[:, from_]
-        elif parent >= 0:
-            carried[:, joint] = carried[:, parent]
-        else:
-            carried[:, joint, 0] = 1.0
+    return rotation.in_blocks(_carrying(source.character, target), source.global_rotations)
+
+
+def _carrying(source: Character, target: Character) -> Callable[[np.ndarray], np.ndarray]:
+    """``orientations`` of world orientations ``(frames, joints of source, 4)``."""
+    answer = correspondence(source, target)
+    back = rotation.conjugate(source.reference_globals)[None]
+
+    def carried(some: np.ndarray) -> np.ndarray:
+        seen, out = rotation.multiply(some, back), np.zeros((len(some), len(answer), 4))
+        for joint, (from_, parent) in enumerate(zip(answer, target.skeleton.parents.tolist(), strict=True)):
+            if from_ >= 0:
+                out[:, joint] = seen[:, from_]
+            elif parent >= 0:
+                out[:, joint] = out[:, parent]
+            else:
+                out[:, joint, 0] = 1.0
+        return out
+
     return carried
 
 
@@ -137,6 +150,9 @@ def scaled_root(
 
 def carry(source: Motion, target: Character, rule: str, reference: Prediction | None = None) -> Motion:
     """The source's pose on the target: orientations copied relative to the reference pose, root by rule."""
-    local = from_relative(target, orientations(source, target))
+    carried = _carrying(source.character, target)
+    local = rotation.continuous(  # from_relative of orientations, which are never there all at once
+        rotation.in_blocks(lambda some: _local(target, carried(some)), source.global_rotations)
+    )
     root = scaled_root(source, target, local, rule, reference)
     return target.motion(local, root, source.fps)

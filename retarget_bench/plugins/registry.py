@@ -207,8 +207,9 @@ def add_file(path: str | Path) -> PluginEntry:
     entry = _file_entry(path)
     file = entry.path
     if file is None or not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
+        what = "is no plug-in" if path.exists() else "no such plug-in file"
         raise BenchError(
-            f"{path}: no such plug-in file; --plugin takes a .py file or a package folder, "
+            f"{path}: {what}; --plugin takes a .py file or a folder with an __init__.py, "
             "named with letters, digits and _.-"
         )
     factory = _attribute(entry, _import_file(entry))

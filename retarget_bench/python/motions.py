@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any, cast
 from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context
 from retarget_bench.errors import BenchError
+from retarget_bench.files import check_writable
 from retarget_bench.motion import character, files, importer
 from retarget_bench.motion.editing import edits as editing
 from retarget_bench.motion.editing import legs, loops
 from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.files import writing
+from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
 from retarget_bench.plugins import registry
 from retarget_bench.python import known
@@ -71,7 +73,7 @@ class Motion(character.Motion):
         return character.Motion.arrays if self.places is None else (*character.Motion.arrays, "places")
 
     def __repr__(self) -> str:
-        lasts = f"{self.frames} frames at {self.fps:g} per second, {self.frames / self.fps:.1f} s"
+        lasts = f"{counted_frames(self.frames)} at {self.fps:g} per second, {self.frames / self.fps:.1f} s"
         return f"<Motion of {self.character.name}: {lasts}>"
 
     @checked
@@ -214,7 +216,7 @@ def cautions(method: Named, source: character.Character, target: character.Chara
 def doubts(source: character.Prediction, wanted: Edits) -> tuple[str, ...]:
     """Sentences on a source that begins with something else than its motion, with the option for it."""
     found = editing.doubt(source, wanted)
-    return (f"{found}: say --start cut or --start ease",) if found else ()
+    return (found,) if found else ()
 
 
 def answer(
@@ -306,6 +308,7 @@ def check_output(path: Path, *given: Path) -> None:
         if path.suffix.lower() == ".fbx":
             why = "FBX is read and not written; programs that import FBX import GLB as well"
         raise BenchError(f"{path}: {why}; give it a name that ends in {known}")
+    check_writable(path)
     for each in (files.split_take(one)[0] for one in given):
         if path.exists() and each.exists() and path.samefile(each):
             raise BenchError(f"{path} would overwrite {each}; choose another name for the result")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -242,3 +243,27 @@ def test_a_bow_does_not_bury_a_head():
     head = target.joint_of["head"]
     assert run(CopyRotations, source, target).positions[:, head, 1].min() < -0.1
     assert run(InverseKinematics, source, target).positions[:, head, 1].min() > -0.01
+
+
+def test_long_motions_are_not_held_many_times_over():
+    """Ten minutes of 52 joints, 30 MB of rotations, have to fit into 300 MB with everything else."""
+    still = squat(body())
+    source = still.at(np.arange(6_000) % still.frames)
+    source.positions  # noqa: B018  known before, as a source's often are
+    tracemalloc.start()
+    try:
+        run(InverseKinematics, source, OTHERS["short"])
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 6.5 * source.rotations.nbytes
+
+
+def test_long_motions_are_as_their_stretches():
+    """Blocks of frames do not show: copied rotations of a long motion are those of each frame alone."""
+    still = squat(body())
+    source = still.at(np.arange(2_500) % still.frames)
+    found = run(CopyRotations, source, OTHERS["small"])
+    alone = run(CopyRotations, still, OTHERS["small"])
+    each = np.arange(2_500) % still.frames
+    np.testing.assert_allclose(np.abs(found.rotations), np.abs(alone.rotations[each]), atol=1e-12)

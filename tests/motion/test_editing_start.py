@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from editing_bodies import body, gait, hen
+from editing_bodies import BONES, Bones, body, gait, hen
 from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import importer, rotation
-from retarget_bench.motion.character import Motion
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.editing import start
 from tests.examples import examples
 
@@ -97,7 +97,88 @@ def test_a_t_pose_that_is_left_smoothly_lasts_until_the_arms_are_down():
     assert (found.cuts, found.jump, found.t_pose) == ((), 0.0, True)
     assert found.frames == 40
     assert start.eased(motion, found) is motion
-    assert "which the body then leaves" in str(found)
+    assert str(found) == "the first 40 frames hold a T-pose and leave it"
+    assert found.options == ("--start cut",), "there is nothing to ease"
+
+
+def lowered(frames: int, arms: float, forward: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """A T-pose with arms lowered and turned forward by so many degrees."""
+    pose, root = posed(frames, (0.0, 1.0, 0.0))
+    for side, sign in (("left", -1.0), ("right", 1.0)):
+        arm = BODY.joint_of[f"{side}_arm"]
+        down = rotation.about(np.array([0.0, 0.0, sign]), np.radians(arms))
+        ahead = rotation.about(np.array([0.0, sign, 0.0]), np.radians(forward))
+        pose[:, arm] = rotation.multiply(rotation.multiply(ahead, down)[None], pose[:, arm])
+    return pose, root
+
+
+def between(first: tuple[np.ndarray, np.ndarray], last: tuple[np.ndarray, np.ndarray], frames: int):
+    share = np.arange(1, frames + 1)[:, None] / (frames + 1)
+    turned = rotation.slerp(
+        np.broadcast_to(first[0][-1], (frames, *first[0].shape[1:])), last[0][:1], share
+    )
+    return turned, first[1][-1] + share * (last[1][0] - first[1][-1])
+
+
+@pytest.mark.parametrize(("arms", "forward", "hold"), [(20.0, 0.0, 15), (25.0, 20.0, 60), (38.0, 0.0, 30)])
+def test_a_t_pose_as_actors_hold_it_is_found(arms, forward, hold):
+    still, down = lowered(hold, arms, forward), lowered(30, 75.0)
+    found = start.find(joined(still, between(still, down, 20), down, between(down, walk(), 20), walk()))
+    assert (found.cuts, found.t_pose, found.held) == ((), True, "T-pose")
+    assert hold <= found.frames <= hold + 20
+
+
+def test_a_t_pose_that_is_held_after_a_cut_is_part_of_the_start():
+    still, down = lowered(40, 20.0), lowered(30, 75.0)
+    motion = joined(posed(1, (3.0, 1.0, 0.0)), still, between(still, down, 20), down)
+    found = start.find(motion)
+    assert (found.cuts, found.t_pose, found.held) == ((1,), True, "T-pose")
+    assert 41 <= found.frames <= 61
+    assert "; the next " in str(found)
+    assert start.find(start.cut(motion, found)) is None, "nothing of it is left"
+    eased = start.eased(motion, found)
+    assert eased.frames == motion.frames
+    assert np.linalg.norm(np.diff(eased.positions, axis=0), axis=-1).max() < 0.15
+
+
+def test_poses_that_belong_to_a_motion_are_no_start():
+    moving = walk()
+    for arms in (45.0, 70.0, 85.0):  # an idle, arms down, or half down
+        still = lowered(60, arms)
+        assert start.find(joined(still, between(still, moving, 20), moving)) is None
+    brief = lowered(10, 20.0)
+    assert start.find(joined(brief, between(brief, moving, 20), moving)) is None, "held for a moment only"
+    swinging = np.concatenate([lowered(1, 20.0 + 15.0 * np.sin(k / 4.0))[0] for k in range(60)])
+    assert start.find(joined((swinging, lowered(60, 0.0)[1]), moving)) is None, "wings, not held"
+    still = lowered(60, 20.0)
+    whole = joined(moving, between(moving, still, 20), still, between(still, moving, 20), moving)
+    assert start.find(whole) is None, "a T-pose in the middle is performed"
+
+
+def drooping(degrees: float) -> Character:
+    """The body with arms that hang down by so much at rest."""
+    turn = np.radians(degrees)
+    bones: Bones = {}
+    for name, (above, (x, y, z)) in BONES.items():
+        length = abs(x) if name.endswith(("ForeArm", "Hand")) else None
+        lowered_to = (
+            (np.sign(x) * length * np.cos(turn), y - length * np.sin(turn), z) if length else (x, y, z)
+        )
+        bones[name] = (above, lowered_to)
+    return body(bones)
+
+
+@pytest.mark.parametrize(("degrees", "held"), [(45.0, "rest pose"), (80.0, "")])
+def test_a_rest_pose_that_is_held_is_a_start_unless_arms_hang_in_it(degrees, held):
+    rig = drooping(degrees)
+    moving = gait(rig, 60)
+    still = rotation.identity(30, len(rig.skeleton)), np.repeat(moving.root[:1], 30, axis=0)
+    parts = [still, between(still, (moving.rotations, moving.root), 20), (moving.rotations, moving.root)]
+    found = start.find(rig.motion(*(np.concatenate(each) for each in zip(*parts, strict=True)), 30.0))
+    assert (found.held if found else "") == held
+    if found:
+        assert 30 <= found.frames <= 50
+        assert str(found) == f"the first {found.frames} frames hold a rest pose and leave it"
 
 
 def test_motions_without_such_a_start_have_none():
@@ -135,8 +216,11 @@ def test_the_sources_of_same_begin_with_one_frame_in_t_pose(real_data, file):
         pytest.skip(f"{path} is not there")
     motion = importer.load(path).motion
     found = start.find(motion)
-    assert (found.frames, found.t_pose) == (1, True)
+    assert (found.cuts, found.t_pose) == ((1,), True)
+    actor = file.startswith("lafan1")  # who goes on to hold a T-pose for two seconds
+    assert (found.held, found.frames > 60) == (("T-pose", True) if actor else ("", False))
     assert found.jump == pytest.approx(JUMPS[file], abs=0.006)
+    assert start.find(start.cut(motion, found)) is None
     eased, rest = start.eased(motion, found), start.cut(motion, found)
     steps, usual = (np.linalg.norm(np.diff(each.positions, axis=0), axis=-1) for each in (eased, rest))
     assert steps.max() < max(0.15, 1.5 * usual.max())

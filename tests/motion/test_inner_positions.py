@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import retarget_bench as rb
 from retarget_bench import cli
+from retarget_bench.datasets.folder import Folder
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, importer, recording
 from retarget_bench.motion.bvh.document import POSITIONS
@@ -177,3 +178,38 @@ def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_pa
     assert not stop.value.code
     told = capsys.readouterr().err.replace("\n", " ")
     assert "no position channels in the target's file, so positions are left out: Spine1" in told
+
+
+@pytest.mark.parametrize("way", ["keep", "bake", "auto"])
+def test_nothing_is_said_of_what_the_targets_own_motion_does(tmp_path, capsys, way):
+    """Of a target only its body is used, so that its motion needs no choice."""
+    path, target = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "target.bvh", sway=3 * SWAY)
+    asked = ["retarget", str(path), "--unit", "m", "--target-unit", "m", "-m", "copy_rotations"]
+    asked += ["--target", str(target), "-o", str(tmp_path / "b.bvh"), "--inner-positions", way]
+    with pytest.raises(SystemExit) as stop:
+        cli.main(asked)
+    told = capsys.readouterr()
+    assert not stop.value.code, told
+    assert "--target-inner-positions" not in told.err
+    assert "target.bvh: 'Spine1'" not in told.err
+    assert ("a.bvh: 'Spine1' moves" in told.err) == (way == "auto")
+    with pytest.raises(SystemExit):
+        cli.main(["doctor", str(target), "--unit", "m"])
+    assert "choose --inner-positions" in capsys.readouterr().out, "where it is asked for, it is told"
+
+
+def test_the_folder_data_set_says_once_for_each_body_what_it_drops(tmp_path):
+    for name in ("b", "c"):
+        (tmp_path / name).mkdir()
+        for clip in ("one", "two"):
+            swaying(tmp_path / name / f"{clip}.bvh", sway=SWAY * (name == "b"))
+    folder = Folder(str(tmp_path), unit="m")
+    told = [note for note in folder.notes if "against its parent" in note]
+    assert len(told) == 1
+    assert told[0].startswith(
+        "b, one.bvh: 'Spine1' moves by up to 0.04 m against its parent (1 joint does)"
+    )
+    assert told[0].endswith("(inner_positions=bake fits rotations to that)")
+    assert told[0] in Folder(str(tmp_path), unit="m", protocol="train").training_notes
+    for way in ("drop", "bake"):
+        assert not [n for n in Folder(str(tmp_path), unit="m", inner_positions=way).notes if "parent" in n]

@@ -321,3 +321,9 @@ def test_arrays_need_no_torch() -> None:
         "sys.exit('torch' in sys.modules or 'scipy' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_blocks_of_long_arrays_do_not_show() -> None:
+    for count in (0, 1, 1024, 3000):
+        a, b = random_quaternions(max(count, 1), 1)[:count], random_quaternions(max(count, 1), 2)[:count]
+        np.testing.assert_array_equal(rotation.in_blocks(rotation.multiply, a, b), rotation.multiply(a, b))

@@ -98,7 +98,7 @@ def _answers(
 ) -> Iterator[tuple[int, Answer]]:
     """Number of a job and its answer, as they come, recorded and printed."""
     warned: set[str] = set()
-    with LocalPool(workers) as pool, progress_bar("retarget", "files", not quiet) as progress:
+    with LocalPool(workers) as pool, progress_bar("retarget", "files tried", not quiet) as progress:
         for count, done in enumerate(pool.run(work, orders), 1):
             job = jobs[done.job]
             answer = done.result or Answer("failed", error=done.error)

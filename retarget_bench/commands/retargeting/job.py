@@ -17,6 +17,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.editing.edits import compared
+from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
 from retarget_bench.motion.transfer import correspondence
 from retarget_bench.python import motions
@@ -72,9 +73,9 @@ def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | No
             click.echo(f"{job.out}: {note}", err=True)
         followed = int((correspondence(source.character, target) >= 0).sum())
         click.echo(
-            f"{job.out}: {answer.frames} frames of {source.character.name} at {source.fps:g} per second on "
-            f"the body of {target.name}, by {method}; {followed} of {len(target.skeleton)} joints follow "
-            f"it; {_units(job, body)}"
+            f"{job.out}: {counted_frames(answer.frames)} of {source.character.name} at {source.fps:g} per "
+            f"second on the body of {target.name}, by {method}; "
+            f"{followed} of {len(target.skeleton)} joints follow it; {_units(job, body)}"
         )
     seen = compared(source, edits)
     found = _judged(seen, answer, quiet) if judged else None

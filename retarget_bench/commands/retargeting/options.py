@@ -22,9 +22,9 @@ out_option = click.option(
     "--out",
     required=True,
     metavar="FILE|FOLDER",
-    type=options.PATH,
-    help="Output file, whose ending is its format; the folder of several results; for scans a new folder "
-    "of PLY files.",
+    type=click.Path(),
+    help="Output file, whose ending is its format; the folder of several results, or FOLDER/ of one; for "
+    "scans a new folder of PLY files.",
 )
 method_option = click.option(
     "-m",
@@ -49,7 +49,9 @@ folder_options = options.together(
         help="Of results in a folder: bvh, glb, ... [default: the target's own, where it can be written]",
     ),
     options.jobs_option,
-    click.option("--overwrite", is_flag=True, help="Redo results that are up to date, too."),
+    click.option(
+        "--overwrite", is_flag=True, help="Redo results that are up to date, too, and replace role maps."
+    ),
 )
 """Options of several results."""
 look_options = options.together(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -42,10 +43,19 @@ def are_scans(sources: Sequence[Path], targets: Sequence[Path]) -> bool:
     return alone and check_pair(sources[0], targets[0])
 
 
-def is_many(sources: Sequence[Path], targets: Sequence[Path], out: Path) -> bool:
-    """True where results go into a folder: there are several, or a folder is given."""
+def is_many(sources: Sequence[Path], targets: Sequence[Path], out: str) -> bool:
+    """True where results go into a folder: there are several, or a folder is given, or a name that ends in
+    a slash."""
     given = [*sources, *targets]
-    return len(given) > 2 or any(each.is_dir() for each in given) or out.is_dir()
+    folder = out.endswith(("/", os.sep)) or _is_folder(Path(out))
+    return len(given) > 2 or any(each.is_dir() for each in given) or folder
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # of a name that is too long
+        return False
 
 
 def jobs(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Mapping, Sequence
@@ -30,21 +31,50 @@ def _quoted(name: str) -> str:
     return json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def save(path: Path, sources: Sequence[Findings], targets: Sequence[Findings]) -> list[str]:
+def save(
+    path: Path, sources: Sequence[Findings], targets: Sequence[Findings], overwrite: bool = False
+) -> list[str]:
     """Write the maps of sources to ``path``, and those of targets beside it with ``.target`` before the
     ending; where bodies of a side differ, one file for each, with the name of the first motion of it.
 
-    Returns a line for each file. Raises BenchError.
+    Files that are there are replaced where this wrote them for motions of the same names and nobody has
+    changed them since; others with ``overwrite`` alone. Returns a line for each file. Raises BenchError,
+    and has then written none.
     """
     if path.suffix.lower() != ".toml":
         raise BenchError(f"{path}: role maps are TOML files; end the name in .toml")
+    files: dict[Path, str] = {}
     lines = []
     for side, found in (("", sources), ("target", targets)):
         for name, (body, first) in _named(path, side, found).items():
             option = f"--{side}-roles" if side else "--roles"
-            write_text(name, f"# joints of {first.path.name}; read by {option}\n{body}")
+            head = f"# joints of {first.path.name}; read by {option}"
+            if not overwrite and not _may_replace(name, head):
+                raise BenchError(
+                    f"--save-map would overwrite {name}, which was changed since or is not of "
+                    f"{first.path.name}; choose another name, or say --overwrite"
+                )
+            files[name] = f"{head}; written as {_digest(body)}\n{body}"
             lines.append(f"{name}: what joints are, for {option}")
+    for name, content in files.items():
+        write_text(name, content)
     return lines
+
+
+def _digest(body: str) -> str:
+    """By which a map that somebody has corrected is known."""
+    return hashlib.sha256(body.encode("utf-8", "surrogatepass")).hexdigest()[:12]
+
+
+def _may_replace(path: Path, head: str) -> bool:
+    """Whether there is no file, or one that was written under this heading and is as it was."""
+    try:
+        first, _, body = path.read_text(encoding="utf-8").partition("\n")
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError):
+        return False
+    return first == f"{head}; written as {_digest(body)}"
 
 
 def of_target(path: Path) -> Path:

@@ -16,7 +16,7 @@ from retarget_bench.commands.retargeting import batch, plan, previews, role_maps
 from retarget_bench.commands.retargeting.job import Job, retarget
 from retarget_bench.commands.retargeting.records import FILES, NAME
 from retarget_bench.errors import BenchError
-from retarget_bench.files import write_text
+from retarget_bench.files import check_writable, write_text
 from retarget_bench.motion.files import split_take
 from retarget_bench.motion.findings import Findings
 from retarget_bench.plugins import registry
@@ -32,7 +32,8 @@ class Wanted:
     """Options that do not change the motion of a result.
 
     ending:   of results in a folder, without a dot; None: the target's own. jobs: processes.
-    overwrite: redo what is up to date. preview, report, save_map: files, None for none.
+    overwrite: redo what is up to date, and replace role maps.
+    preview, report, save_map: files, None for none.
     """
 
     ending: str | None
@@ -92,7 +93,8 @@ def scans(like: Job, wanted: Wanted) -> int:
 
 
 def _check_beside(jobs: Sequence[Job], wanted: Wanted) -> None:
-    """Raises BenchError where a report, map or preview would take the place of another file of the call."""
+    """Raises BenchError where a result, report, map or preview cannot be written, or one that is written
+    beside results would take the place of another file of the call."""
     taken = {path.resolve(): what for job in jobs for path, what in _files(job)}
     taken |= {(job.out.parent / NAME).resolve(): "the record of results" for job in jobs}
     maps = [] if wanted.save_map is None else [wanted.save_map, role_maps.of_target(wanted.save_map)]
@@ -105,6 +107,9 @@ def _check_beside(jobs: Sequence[Job], wanted: Wanted) -> None:
         if what := taken.get(path.resolve()):
             raise BenchError(f"{option} would overwrite {path}, {what}; choose another name")
         taken[path.resolve()] = f"which {option} writes"
+    results = {job.out.parent: job.out for job in jobs}.values()  # of a folder one is enough
+    for path in (*results, *(each for _, each in beside if each is not None)):
+        check_writable(path)
 
 
 def _files(job: Job) -> Iterator[tuple[Path, str]]:
@@ -139,7 +144,7 @@ def _save_maps(jobs: Sequence[Job], wanted: Wanted) -> None:
         return
     sources = _findings(jobs, "")
     targets = _findings(jobs, "target")
-    for line in role_maps.save(wanted.save_map, list(sources), list(targets)):
+    for line in role_maps.save(wanted.save_map, list(sources), list(targets), wanted.overwrite):
         if not wanted.quiet:
             click.echo(line)
 

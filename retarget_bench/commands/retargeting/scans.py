@@ -9,6 +9,7 @@ from retarget_bench.commands.editing_options import asked_edits
 from retarget_bench.commands.retargeting.job import Job
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.editing.edits import USUAL
+from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.scans.importing import load_body, load_scan
 from retarget_bench.python import scans
 from retarget_bench.python.progress import progress_bar
@@ -38,7 +39,7 @@ def retarget(job: Job, quiet: bool) -> None:
     moved.save(out)
     if not quiet:
         click.echo(
-            f"{out}: {moved.frames} frames of {source.name} at {fps:g} per second on the mesh of "
+            f"{out}: {counted_frames(moved.frames)} of {source.name} at {fps:g} per second on the mesh of "
             f"{target.name}, by {method}; {source.name}: {scans.facts(scan.findings)}; "
             f"{target.name}: {scans.facts(body.findings)}"
         )

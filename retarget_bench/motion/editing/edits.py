@@ -52,9 +52,10 @@ def compared(source: Motion, edits: Edits) -> Motion:
 
 
 def doubt(source: Prediction, edits: Edits) -> str:
-    """A sentence on a start that was kept and does not belong to the motion; "" where there is none."""
+    """A sentence on a start that was kept and does not belong to the motion, with the options for it; ""
+    where there is none."""
     found = start.find(source) if edits.start == "keep" else None
-    return f"{source.character.name}: {found}" if found else ""
+    return f"{source.character.name}: {found}: say {' or '.join(found.options)}" if found else ""
 
 
 def edited(

@@ -6,6 +6,9 @@ deeper into the floor in a roll or on all fours: the whole body is raised (``no_
 that is clear of the floor.
 """
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
 from retarget_bench.motion import rotation
@@ -14,7 +17,7 @@ from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.contact import planted
 from retarget_bench.motion.planting.ease import FADE, smooth
 from retarget_bench.motion.planting.two_bone import ARM, LEG, Limb, Pose, bend, ease_reach, rig_of
-from retarget_bench.motion.roles import SIDES, ancestors, chain
+from retarget_bench.motion.roles import HANDS, SIDES, ancestors, chain
 
 _ROUNDS, _SMOOTH = 6, 2
 """How often corrections are made at most, and how many of the first ones are smoothed in time."""
@@ -46,13 +49,22 @@ def no_deeper(answer: Motion, source: Prediction) -> Motion:
     For the head the body is raised, and feet that stand stay where they are as far as the legs reach. For
     hands the body is raised while no foot stands, and else the arms are bent.
     """
+    if not answer.frames:
+        return answer
+    allowed = _allowed(replace(source), answer.character)  # a copy's, so that its places are let go
+    seen = replace(answer)
+    found = _no_deeper(seen, allowed)
+    return answer if found is seen else found
+
+
+def _no_deeper(answer: Motion, allowed: Mapping[str, np.ndarray]) -> Motion:
     body = answer.character
     hands = [
-        (limb, _ends(body, f"{side}_hand"), _allowed(source, f"{side}_hand", body))
+        (limb, _ends(body, f"{side}_hand"), allowed[f"{side}_hand"])
         for (side, kind), limb in rig_of(body).limbs.items()
         if kind == "arm"
     ]
-    head = _ends(body, "head"), _allowed(source, "head", body)
+    head = _ends(body, "head"), allowed["head"]
     standing = [_stands(answer, limb) for (_, kind), limb in rig_of(body).limbs.items() if kind == "leg"]
     free = 1.0 - np.max(standing, axis=0, initial=0.0)
     lifts = [_needed(answer, *head), *(free * _needed(answer, ends, lowest) for _, ends, lowest in hands)]
@@ -63,13 +75,17 @@ def no_deeper(answer: Motion, source: Prediction) -> Motion:
     return answer
 
 
-def _allowed(source: Prediction, role: str, body: Character) -> np.ndarray:
-    """``(frames,)`` metres: the height below which a body's joint, and its ends, are too deep."""
-    depth = np.zeros(source.frames)
-    if ends := _ends(source.character, role):
-        points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
-        depth = (-points[..., 1].min(axis=1)).clip(0.0) / source.character.height
-    return -(depth + _DEEP) * body.height
+def _allowed(source: Prediction, body: Character) -> dict[str, np.ndarray]:
+    """Head and hands -> ``(frames,)`` metres: the height below which a body's joint, and its ends, are too
+    deep."""
+    found = {}
+    for role in ("head", *HANDS):
+        depth = np.zeros(source.frames)
+        if ends := _ends(source.character, role):
+            points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
+            depth = (-points[..., 1].min(axis=1)).clip(0.0) / source.character.height
+        found[role] = -(depth + _DEEP) * body.height
+    return found
 
 
 def _stands(answer: Motion, leg: Limb) -> np.ndarray:

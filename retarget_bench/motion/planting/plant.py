@@ -1,6 +1,5 @@
 """Plants the feet of a pose on its way from one body to another."""
 
-from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.planting import feet
 from retarget_bench.motion.planting.two_bone import LEG, Limb, bend, ease_reach, rig_of
@@ -35,4 +34,4 @@ def plant(exchange: feet.Exchange) -> None:
     for leg, each in zip(ours, plans, strict=True):
         goal = ease_reach(pose, leg, each.goal, LEG)
         bend(body, pose, leg, goal, each.orientation, exchange.source.fps)
-    pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)
+    pose.stand(body)

@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Self
 
 import numpy as np
 
-from retarget_bench.motion import rotation
+from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.hinges import HINGES
 from retarget_bench.motion.planting.ease import limited, smooth
@@ -94,6 +95,19 @@ class Pose:
     root: np.ndarray
     places: np.ndarray
     turned: np.ndarray
+
+    @classmethod
+    def of(cls, motion: Motion) -> Self:
+        """The pose of a motion that nobody else holds: its arrays are changed."""
+        return cls(motion.rotations, motion.root, motion.positions, motion.global_rotations)
+
+    def stand(self, body: Character) -> None:
+        """Bring places and orientations up to date with rotations and root of ``body``.
+
+        The old ones are let go first: those of ten minutes are 50 megabytes.
+        """
+        del self.places, self.turned
+        self.places, self.turned = kinematics.forward(body.skeleton, self.rotations, self.root)
 
     def shift(self, offset: np.ndarray) -> None:
         """Move the whole body by ``offset`` ``(frames, 3)`` metres."""

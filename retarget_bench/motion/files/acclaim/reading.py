@@ -81,7 +81,7 @@ def beside(path: Path) -> Path:
     if len(found) == 1:
         return next(iter(found.values()))
     there = f"beside it are {', '.join(each.name for each in found.values())}" if found else "none is there"
-    wanted = f"{path.stem}{_SUFFIX} or {path.stem.partition('_')[0]}{_SUFFIX}"
+    wanted = " or ".join(dict.fromkeys(f"{stem}{_SUFFIX}" for stem in (stems[0], stems[-1])))
     raise FileError(
         path,
         f"needs its skeleton, {wanted} in its folder ({there}): name it by --skeleton, for a target "

@@ -1,0 +1,140 @@
+"""Roles that the tree of joints or the shape of a body contradicts, as those of a file that was filled in
+wrongly: chains out of order, arms that are called legs, sides that are exchanged.
+
+The motion shows the sides, not the rest pose, in which all bones may lie along one axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from retarget_bench.motion import role_aliases as aliases
+from retarget_bench.motion.character import Motion
+from retarget_bench.motion.role_aliases import NUMBERED_FINGERS
+from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, body_part, common_ancestor, is_finger
+from retarget_bench.motion.skeleton import Skeleton
+
+_LOOKS = 200
+"""Frames that are looked at."""
+_CLEAR = 0.3
+"""How far from 0 the mean sine is that tells a left-handed body from a right-handed one."""
+_MOST = 4
+"""Contradictions in one sentence."""
+
+Contradiction = tuple[tuple[str, ...], str]
+"""The roles, and what speaks against them."""
+
+
+def doubt(motion: Motion, told: Mapping[str, str | None]) -> str:
+    """A sentence on roles that look wrong among those ``told`` (joint name -> role, or None); "" where all
+    look right."""
+    given = set(told.values())
+    found = [words for roles, words in contradictions(motion) if given.intersection(roles)]
+    if not found:
+        return ""
+    more = f"; and {len(found) - _MOST} more" if len(found) > _MOST else ""
+    return f"roles look wrong: {'; '.join(found[:_MOST])}{more}: correct the file of --roles"
+
+
+def contradictions(motion: Motion) -> list[Contradiction]:
+    """All that speaks against the roles of a motion's body, what explains most first."""
+    skeleton, joint = motion.skeleton, motion.character.joint_of
+    return [
+        *_carried(skeleton, joint),
+        *_attached(skeleton, joint),
+        *_sides(motion),
+        *_chains(skeleton, joint),
+        *_foreign(skeleton, joint),
+    ]
+
+
+def _chains(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradiction]:
+    """Joints that do not hang below the one before them in a limb, finger, spine, neck or tail."""
+    stems = ["spine", "neck", "tail", *(f"{side}_{each}" for side in SIDES for each in NUMBERED_FINGERS)]
+    lines = [*LIMB_ROLES.values(), *(_numbered(joint, stem) for stem in stems)]
+    lines += [(f"{role.split('_')[0]}_hand", role) for role in joint if is_finger(role)]
+    for line in lines:
+        for above, below in pairwise(role for role in line if role in joint):
+            if joint[above] not in ancestors(skeleton, joint[below]):
+                yield (above, below), f"{below} does not hang from {above}"
+
+
+def _numbered(joint: Mapping[str, int], stem: str) -> list[str]:
+    """``spine_1``, ``spine_2``, ... that there are."""
+    numbers = (role.removeprefix(f"{stem}_") for role in joint if role.startswith(f"{stem}_"))
+    return [f"{stem}_{number}" for number in sorted(int(each) for each in numbers if each.isdecimal())]
+
+
+def _carried(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradiction]:
+    """Parts of the body that the hips do not carry."""
+    starts = ("spine_1", "head", *(f"{side}_{part}" for part in ("arm", "up_leg") for side in SIDES))
+    hips = joint.get("hips")
+    loose = [role for role in starts if role in joint and hips not in ancestors(skeleton, joint[role])]
+    if hips is not None and loose:
+        yield ("hips", *loose), f"hips does not carry {', '.join(loose)}"
+
+
+def _foreign(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradiction]:
+    """Joints of one part of the body that hang from another one, which carries nothing else."""
+    role_of = {index: role for role, index in joint.items()}
+    for role, index in joint.items():
+        above = next((role_of[each] for each in ancestors(skeleton, index) if each in role_of), "hips")
+        ends = body_part(above) not in ("trunk", body_part(role)) and not above.startswith("neck")
+        if ends and not (is_finger(role) and above.endswith("_hand")):
+            yield (role, above), f"{role} hangs from {above}"
+
+
+def _attached(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradiction]:
+    """Arms that leave the way from the hips to the head before the legs do."""
+    early: list[str] = []
+    for side in SIDES:
+        arm, leg = f"{side}_arm", f"{side}_up_leg"
+        if {"head", arm, leg} <= joint.keys():
+            high, low = (common_ancestor(skeleton, [joint[each], joint["head"]]) for each in (arm, leg))
+            if high is not None and low is not None and high in ancestors(skeleton, low):
+                early += [arm, leg]
+    if early:
+        arms, legs = (" and ".join(early[first::2]) for first in (0, 1))
+        yield tuple(early), f"{arms} begin below {legs}, as if exchanged"
+
+
+# ------------------------------------------------------------------------------------------------- sides
+def _sides(motion: Motion) -> Iterator[Contradiction]:
+    """Pairs of limbs whose left is where the right has to be, by how legs bend; where these do not tell, by
+    the names of the joints."""
+    seen = motion.at(np.unique(np.linspace(0, motion.frames - 1, _LOOKS).astype(int)))
+    to_the_left = _to_the_left(seen)
+    for part in ("arm", "up_leg"):
+        pair = tuple(f"{side}_{part}" for side in SIDES)
+        joints = seen.character.joints(pair)
+        if len(joints) < 2:
+            continue
+        apart = seen.positions[:, joints[0]] - seen.positions[:, joints[1]]
+        sine = float((_unit(apart) * to_the_left).sum(axis=1).mean())
+        named = [aliases.read(motion.skeleton.names[each]).side for each in joints]
+        if sine < -_CLEAR or (sine < _CLEAR and named == list(SIDES[::-1])):
+            yield pair, f"{pair[0]} and {pair[1]} are on the other side"
+
+
+def _to_the_left(motion: Motion) -> np.ndarray:
+    """``(frames, 3)`` where the left is whatever joints are called left, of bodies on two legs and on four.
+
+    Knees bend backwards and feet point forwards against their shanks in every pose: the axis of these bends
+    points left. The mean over legs, as long as the sine of the bends; zero without legs.
+    """
+    places, bends = motion.positions, []
+    for side in SIDES:
+        leg = motion.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
+        bones = [_unit(places[:, low] - places[:, high]) for high, low in pairwise(leg)]
+        bends += [
+            sign * np.cross(upper, lower)
+            for sign, (upper, lower) in zip((1.0, -1.0), pairwise(bones), strict=False)
+        ]
+    return np.sum(bends, axis=0) / 2 if bends else np.zeros((motion.frames, 3))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
