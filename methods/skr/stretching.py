@@ -1,13 +1,12 @@
 """Bodies of other proportions, drawn at random: bones are stretched and the flesh around them thickened."""
 
-from collections.abc import Mapping
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.body22 import Body22
+from retarget_bench.motion.body22 import JOINTS, PARENTS, Body22
 from retarget_bench.training.layers.skinned_body import SkinnedBody, mesh_of
 
 
@@ -41,8 +40,9 @@ PARTS = (
 """The spreads reach as far as drawn figures do beside people, or a little farther."""
 SHARED = 0.8
 """Share of the variance that parts of a limb have in common."""
-_LEADS_TO = dict(zip((0, 1, 2, 3, 4, 6, 7, 10, 11, 14, 15, 16, 18, 19, 20),
-                     (1, 2, 3, 4, 5, 7, 8, 11, 12, 15, 16, 17, 19, 20, 21), strict=True))  # fmt: skip
+_FORKS = {0: 1, 3: 4}
+"""Where the bone of a joint with several children ends: the spine's goes on."""
+_LEADS_TO = {parent: rank for rank, parent in enumerate(PARENTS)} | _FORKS
 """Where the bone that begins at a joint of the 22 ends."""
 
 
@@ -57,12 +57,13 @@ class StretchedBody:
         self.body = body
         self._parents = body.character.skeleton.parents
         self._places = mesh_of(body.character).bound(body.character.skeleton)[0]
-        self._own = Body22(body.character).joints
+        self.character_joints = Body22(body.character).joints
 
     @cached_property
     def _ranks(self) -> np.ndarray:
-        """``(joints,)`` which of the 22 every joint of the rig is, or hangs from; above the hips the hips."""
-        own: Mapping[int, int] = {joint: rank for rank, joint in reversed([*enumerate(self._own)])}
+        """``(joints,)`` which of the 22 a joint of the rig is, or hangs from; above the hips: the hips."""
+        # a joint that stands for others which the body lacks comes first among them
+        own = {joint: rank for rank, joint in reversed([*enumerate(self.character_joints)])}
         found = np.zeros(len(self._parents), int)
         for joint, parent in enumerate(self._parents.tolist()):
             found[joint] = own.get(joint, found[parent] if parent >= 0 else 0)
@@ -71,7 +72,7 @@ class StretchedBody:
     @cached_property
     def _along(self) -> np.ndarray:
         """``(joints, 3, 3)``: the part of a vector along the bone that a joint belongs to."""
-        places, found = self._places[list(self._own)], np.zeros((len(self._parents), 3, 3))
+        places, found = self._places[list(self.character_joints)], np.zeros((len(self._parents), 3, 3))
         for joint, rank in enumerate(self._ranks.tolist()):
             bone = places[_LEADS_TO[rank]] - places[rank] if rank in _LEADS_TO else np.zeros(3)
             if (length := float(np.linalg.norm(bone))) > 0:
@@ -86,7 +87,7 @@ class StretchedBody:
     def drawn(self, numbers: np.random.Generator) -> np.ndarray:
         """``(joints, 3, 3)``: what each joint's surroundings are stretched by, in the mesh's own pose."""
         common = {each.limb: numbers.normal(size=2) for each in PARTS if each.limb}
-        by_rank = np.ones((22, 2))
+        by_rank = np.ones((JOINTS, 2))
         for part in PARTS:
             own = numbers.normal(size=2)
             if part.limb:
@@ -114,4 +115,4 @@ class StretchedBody:
                 joints[joint] = joints[parent] + linear[parent] @ bone
         moved = joints - (linear @ self._places[..., None])[..., 0]
         vertices = self.body.blended(np.concatenate([linear, moved[..., None]], axis=-1))
-        return vertices, joints[list(self._own)]
+        return vertices, joints[list(self.character_joints)]
