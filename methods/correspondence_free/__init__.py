@@ -33,14 +33,14 @@ class CorrespondenceFree:
     joints' places, and answered between the target's rotations.
 
     skr, smrm, skin: names of the stages' weights, or paths to others; each stage has the parameters that
-    its weights were trained with. path: see SMRM. sides: see SKR.
+    its weights were trained with. path: see SMRM. views: see SKR.
     """
 
     skr: str = "puppets"
     smrm: str = "puppets"
     skin: str = "puppets"
     path: root_rules.PathKind = "relative"
-    sides: int = 1
+    views: int = 4
 
     card = MethodCard(
         name="correspondence_free",
@@ -50,15 +50,15 @@ class CorrespondenceFree:
         paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023. "
         "The code that the authors published (human-motion-retargeting2023, arXiv 2302.00556 v2) replaces "
         "the skinning stage and is not what the first version describes",
-        published=({"path": "integrated"},),
-        differs={"path": "path relative to the source's"},
+        published=({"path": "integrated", "views": 1},),
+        differs={"path": "path relative to the source's", "views": "the mean of four views of the points"},
         accepts=("points",),
         tasks=("points",),
         parameters={
             "skr": "weights of skr: name of shipped ones, or a path",
             "smrm": "weights of smrm: name of shipped ones, or a path",
             "skin": "weights of skin: name of shipped ones, or a path",
-            "sides": "1, or 2: skr also sees points turned to their back, and averages",
+            "views": "1, 2 or 4: skr shares points out to see them as they are, turned and mirrored",
             "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
         },
     )
@@ -67,7 +67,7 @@ class CorrespondenceFree:
     def networks(self) -> Networks:
         """The three stages."""
         return Networks(
-            skr=of_weights("skr", self.skr, sides=self.sides),
+            skr=of_weights("skr", self.skr, views=self.views),
             smrm=of_weights("smrm", self.smrm, path=self.path),
             skin=of_weights("skin", self.skin, skr=self.skr),
         )

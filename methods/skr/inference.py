@@ -7,7 +7,7 @@ import torch
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rotation
-from retarget_bench.motion.body22 import JOINTS, Body22
+from retarget_bench.motion.body22 import BODY22, JOINTS, Body22
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.motion import Prediction
 from retarget_bench.motion.point_sets import PointSets
@@ -19,30 +19,43 @@ _ROWS = 8
 """Frames with equally many points that go through the network at once."""
 
 
-_BEHIND = (-1.0, 1.0, -1.0)
-"""What half a turn about the vertical makes of places."""
+VIEWS = np.array([[1, 1, 1], [-1, 1, -1], [-1, 1, 1], [1, 1, -1]], dtype=np.float32)
+"""What places are multiplied by to be seen as they are, turned to their back, in a mirror, and both."""
+LEAST = 256
+"""Points of which a view shows at least so many."""
+_OTHER = {"left": "right", "right": "left"}
+_PARTNERS = [BODY22.index("_".join(_OTHER.get(word, word) for word in role.split("_"))) for role in BODY22]
+"""The joint on the other side of each of the 22."""
 
 
-def joints_of(network: SkeletonRegressor, points: Sequence[np.ndarray], sides: int = 1) -> np.ndarray:
+def joints_of(network: SkeletonRegressor, points: Sequence[np.ndarray], views: int = 1) -> np.ndarray:
     """``(frames, 22, 3)`` metres: the joints under the points ``(V, 3)`` of each frame, by a network in
-    evaluation mode. V may differ between frames, and what stands beside a frame changes nothing.
+    evaluation mode. V may differ between frames, and neither the order of points nor what stands beside a
+    frame changes anything.
 
-    sides: 2: the mean of what is found for the points as they are and turned to their back.
+    views: in how many of ``VIEWS`` the points are seen. They are shared out among them, where there are
+        enough, so that more views take no longer; the answer is the mean of all.
     """
     device = network.last.weight.device
     found = np.empty((len(points), JOINTS, 3))
     for first, last in _alike([len(each) for each in points]):
         # far from the origin single precision is coarse, so the mean is taken off before
         middle = np.stack([each.mean(axis=0, dtype=np.float64) for each in points[first:last]])[:, None]
-        near = np.stack(points[first:last]) - middle
-        rows = torch.from_numpy(near.astype(np.float32)).to(device)
-        with torch.inference_mode():
-            answer = network(rows)
-            if sides == 2:
-                behind = rows.new_tensor(_BEHIND)
-                answer = 0.5 * (answer + network(rows * behind) * behind)
-            found[first:last] = answer.cpu().numpy() + middle
+        near = (np.stack(points[first:last]) - middle).astype(np.float32)
+        shares = views if near.shape[1] >= views * LEAST else 1
+        if shares > 1:  # by where they lie, so that their order makes no difference
+            near = np.stack([row[np.lexsort(row.T[[2, 0, 1]])] for row in near])
+        answers = [_seen(network, near[:, k % shares :: shares], k, device) for k in range(views)]
+        found[first:last] = np.mean(answers, axis=0, dtype=np.float64) + middle
     return found
+
+
+def _seen(network: SkeletonRegressor, rows: np.ndarray, view: int, device: torch.device) -> np.ndarray:
+    """``(frames, 22, 3)``: the joints under points ``(frames, V, 3)`` seen in one of ``VIEWS``."""
+    with torch.inference_mode():
+        answer: np.ndarray = network(torch.from_numpy(rows * VIEWS[view]).to(device)).cpu().numpy()
+    answer = answer * VIEWS[view]
+    return answer[:, _PARTNERS] if VIEWS[view].prod() < 0 else answer
 
 
 def _alike(counts: Sequence[int]) -> list[tuple[int, int]]:

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from retarget_bench.api import Method
+from retarget_bench.motion import rotation
 from retarget_bench.motion.surface_sampling import sampled
 from retarget_bench.training import weights
 from retarget_bench.training.contract import Batch, Phase, Terms
@@ -16,6 +17,7 @@ from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skinned_body import SkinnedBody
 
 from .network import SkeletonRegressor
+from .stretching import StretchedBody
 
 RESTING = 0.1
 """Share of rows that show the mesh in its own pose, as targets are seen."""
@@ -25,7 +27,8 @@ class SkrTraining:
     """A ``TrainingModule`` (see ``training/contract.py``).
 
     Every row is a body in a frame of its motion, turned about the vertical at random, of which new points
-    are drawn from the surface. Their number is another one in every step, each doubling as likely.
+    are drawn from the surface. Their number is another one in every step, each doubling as likely. Some
+    bodies have other proportions than they have anywhere else (``stretching``).
     """
 
     def __init__(
@@ -33,12 +36,16 @@ class SkrTraining:
         training_data: TrainingData,
         points: tuple[int, int],
         network: SkeletonRegressor,
+        stretched: float,
         trained: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        """points: the fewest and most of a row. trained: makes the method from exported tensors."""
+        """points: the fewest and most of a row. stretched: the share of rows with other proportions.
+        trained: makes the method from exported tensors."""
         self.training_data, self._points, self._trained = training_data, points, trained
+        self._stretched = stretched
         self._bodies = {
-            name: SkinnedBody.of(training_data.characters[name]) for name in sorted(training_data.clips)
+            name: StretchedBody(SkinnedBody.of(training_data.characters[name]))
+            for name in sorted(training_data.clips)
         }
         self.network = network
         self.modules = nn.ModuleDict({"network": network})
@@ -53,11 +60,14 @@ class SkrTraining:
         frames = self.training_data.draw(numbers, names, 1).arrays
         points, joints = [], []
         for row, name in enumerate(names):
-            body = self._bodies[name]
-            vertices, places = body.vertices[:, :3], body.resting
+            stretchable = self._bodies[name]
+            body = stretchable.body
+            turns, shifts = rotation.identity(body.joints), np.zeros((body.joints, 3))
             if numbers.random() >= RESTING:
                 turns, shifts = (frames[key][row, 0, : body.joints] for key in ("turns", "shifts"))
-                vertices, places = body.posed(turns, shifts), frames["joints"][row, 0]
+            other = numbers.random() < self._stretched
+            stretch = stretchable.drawn(numbers) if other else stretchable.unchanged
+            vertices, places = stretchable.posed(stretch, turns, shifts)
             drawn = sampled(vertices[None], body.faces, numbers.random((1, 3, count)))[0]
             turn = _yaw(numbers.uniform(0.0, 2.0 * np.pi))
             points.append(drawn @ turn)

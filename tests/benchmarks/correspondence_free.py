@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from retarget_bench.api import Case, CaseInfo, Context, PointSets
 from retarget_bench.evaluation import plan
 from retarget_bench.files import digest
-from retarget_bench.motion.body22 import Body22
+from retarget_bench.motion.body22 import BODY22, Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.plugins import registry
@@ -42,27 +42,31 @@ PRINTED = {"bare": "SMPL naked ", "clothed": "CAPE clothed "}
 RIVALS = ("npt", "nearest_frame", "skinned_copy")
 BODY, SKR_BAR, PA_BAR, MEDL_BAR, SAME_BAR = 1.7, 3.0, 0.058, 0.004, 0.01
 """Metres that bodies are scaled to for SKR's bar; cm; metres (the paper's number); metres; metres."""
+LIMBS = np.array([not role.startswith(("spine", "neck", "head")) for role in BODY22])
+"""Those of the 22 that every structure has in the same places: what joints of a spine are called does not
+say how high they lie."""
 FAR = 0.75
 """Better by far than ``nearest_frame``: at most so much of its error."""
 
 
 def joint_errors(case: Case, skr: Any) -> dict[str, float]:
     """cm of a body of 1.7 m, means over those of the 22 joints that a body has: of the source in motion,
-    and of the target at rest."""
+    and of the target at rest; and over those of them that are hips or belong to arms and legs."""
     moved, target = case.source_motion, case.target
     assert moved is not None
     assert isinstance(case.source, PointSets)
     aligned = Body22(moved.character)
     truth = moved.positions[:, list(aligned.joints)]
-    apart = np.linalg.norm(skr.joints(case.source.points) - truth, axis=-1)
-    found = apart[:, ~aligned.lacks].mean()
+    apart = np.linalg.norm(skr.joints(case.source.points) - truth, axis=-1).mean(axis=0)
     body = SkinnedBody.of(target)
     resting = skr.resting(np.asarray(body.vertices[:, :3], float), body.faces).mean(axis=0)
-    there = np.linalg.norm(resting - body.resting, axis=-1)[~Body22(target).lacks].mean()
-    return {
-        "source": 100 * BODY * float(found) / moved.character.height,
-        "target": 100 * BODY * float(there) / target.height,
-    }
+    there = np.linalg.norm(resting - body.resting, axis=-1)
+    found = {}
+    for which, errors, seen in (("source", apart, moved.character), ("target", there, target)):
+        has = ~Body22(seen).lacks
+        for name, some in ((which, has), (f"{which}, limbs", has & LIMBS)):
+            found[name] = 100 * BODY * float(errors[some].mean()) / seen.height
+    return found
 
 
 def changes(case: Case, method: Any) -> dict[str, float]:
@@ -128,9 +132,11 @@ def bars(
     for which in ("source", "target"):
         for kind, far in (("", False), (", structures that training lacks", True)):
             some = [info for info in infos if (getattr(info, which) in other) == far]
-            if some:
-                what = f"SKR's joints of the {which}{kind} ({len(some)} cases), cm of a body of {BODY:g} m"
-                lines.append((what, cases.means(joints, some, which), SKR_BAR, 2))
+            for part, named in (("", "joints"), (", limbs", "hips, arms and legs")):
+                if some:
+                    what = f"SKR's {named} of the {which}{kind} ({len(some)} cases)"
+                    what = f"{what}, cm of a body of {BODY:g} m"
+                    lines.append((what, cases.means(joints, some, which + part), SKR_BAR, 2))
     lines += [
         ("PA-MPVD, m (the paper's .058)", cases.means(ours, infos, value), PA_BAR, 4),
         ("MEDL, m", cases.means(ours, infos, "medl_m"), MEDL_BAR, 4),

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import skr_material
 import torch
+from hypothesis import given
+from hypothesis import strategies as st
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
@@ -23,6 +25,7 @@ from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skinned_body import SkinnedBody, moves_about_hips
 from retarget_bench.training.learned_method import of_weights
 from retarget_bench.training.phases import optimiser_phases, to_device
+from tests.examples import examples
 
 CPU = torch.device("cpu")
 
@@ -39,12 +42,13 @@ def test_has_the_parameters_of_the_record(features, parameters):
     assert sum(each.numel() for each in SkeletonRegressor(features).parameters()) == parameters
 
 
+@pytest.mark.parametrize("views", [1, 2, 4])
 @pytest.mark.parametrize("features", [False, True])
-def test_order_of_points_changes_nothing(features):
+def test_order_of_points_changes_nothing(features, views):
     network = skr_material.regressor(features=features)
-    points = skr_material.points(700, 1)[0]
+    points = skr_material.points(1100, 1)[0]
     shuffled = points[np.random.default_rng(1).permutation(len(points))]
-    one, other = (joints_of(network, [each]) for each in (points, shuffled))
+    one, other = (joints_of(network, [each], views) for each in (points, shuffled))
     # single precision: a point in another row of a matrix product is rounded otherwise
     np.testing.assert_allclose(one, other, atol=1e-5, rtol=0)
     assert np.ptp(one, axis=1).max() > 0.01
@@ -68,13 +72,36 @@ def test_answers_move_turn_and_grow_with_the_points():
     np.testing.assert_allclose(1.7 * one @ turn.T + [5.0, 0.2, -3.0], other, atol=1e-4)
 
 
-def test_two_sides_are_the_mean_of_both():
-    network, behind = skr_material.regressor(), np.array([-1.0, 1.0, -1.0])
-    points = skr_material.points(300, 2)
-    front = joints_of(network, points)
-    back = joints_of(network, [each * behind for each in points]) * behind
-    assert np.abs(front - back).max() > 1e-3
-    np.testing.assert_allclose(joints_of(network, points, 2), 0.5 * (front + back), atol=1e-5)
+OTHER_SIDE = [0, 1, 2, 3, 4, 5, 10, 11, 12, 13, 6, 7, 8, 9, 18, 19, 20, 21, 14, 15, 16, 17]
+"""Of every one of the 22 joints, written out."""
+
+
+@pytest.mark.parametrize("views", [2, 4])
+@pytest.mark.parametrize("count", [300, 1100])
+def test_views_share_the_points_and_their_mean_is_the_answer(count, views):
+    """Written plainly: sorted by height, every second or fourth point to a view if that leaves 256."""
+    network, answers = skr_material.regressor(), []
+    points = [each.astype(np.float64) for each in skr_material.points(count, 2)]
+    middle = np.stack([each.mean(axis=0) for each in points])[:, None]
+    for number, seen in enumerate([(1, 1, 1), (-1, 1, -1), (-1, 1, 1), (1, 1, -1)][:views]):
+        near = [(each - each.mean(axis=0))[np.argsort(each[:, 1])] for each in points]
+        near = [each[number::views] if count >= 256 * views else each for each in near]
+        found = joints_of(network, [each * seen for each in near]) * seen
+        answers.append(found[:, OTHER_SIDE] if np.prod(seen) < 0 else found)
+    assert np.ptp(answers, axis=0).max() > 1e-3
+    wanted = np.mean(answers, axis=0) + middle
+    np.testing.assert_allclose(joints_of(network, points, views), wanted, atol=1e-5)
+
+
+@given(seed=st.integers(0, 99))
+@examples(10)
+def test_four_views_of_few_points_know_neither_left_from_right_nor_front_from_back(seed):
+    """All of few points are in every view, so a mirror exchanges the sides and changes nothing else."""
+    network, points = skr_material.regressor(), skr_material.points(200, 1, seed)
+    found = joints_of(network, points, 4)
+    for mirror in ([-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]):
+        again = joints_of(network, [each * np.array(mirror, np.float32) for each in points], 4)
+        np.testing.assert_allclose(again[:, OTHER_SIDE] * mirror, found, atol=1e-5)
 
 
 def test_the_world_s_direction_is_kept_on_request():
@@ -205,8 +232,8 @@ def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
     trained = SKR(network="table5", direction="world")
     card = {"method": "skr", "version": trained.card.version, "facts": trained.facts()}
     weights.write(tmp_path, "weights", exported(skr_material.regressor(features=True)), card)
-    made = of_weights("skr", str(tmp_path), sides=2)
-    assert (made.facts(), made.sides, made.untrained) == (trained.facts(), 2, "")
+    made = of_weights("skr", str(tmp_path), views=2)
+    assert (made.facts(), made.views, made.untrained) == (trained.facts(), 2, "")
     whole = registry.create("methods", Spec("correspondence_free", {"skr": str(tmp_path)}))
     assert whole.stages["skr"].facts() == trained.facts()
     with pytest.raises(BenchError, match="nowhere"):
@@ -246,7 +273,6 @@ def test_joints_at_rest_are_drawn_again_and_again():
     assert found.shape == (4, 22, 3)
     assert len(np.unique(found[:, 0, 1])) == 4
     np.testing.assert_array_equal(found, method.resting(mesh.vertices, mesh.faces, 4))
-    # turned to the back and back again: where the body stands is where its joints are
     assert np.abs(found.mean(1) - mesh.vertices.mean(0)).max() < 1.0
 
 
@@ -260,7 +286,8 @@ def test_says_what_it_cannot_do():
         {"dropout": 1.0},
         {"fewest": 9, "most": 8},
         {"direction": "up"},
-        {"sides": 3},
+        {"stretched": 1.5},
+        {"views": 3},
     ):
         with pytest.raises(BenchError):
             SKR(**wrong)
@@ -269,4 +296,4 @@ def test_says_what_it_cannot_do():
 def test_facts_make_the_method_again():
     method = SKR(network="table5", dropout=0.3, fewest=10, most=20, direction="world")
     assert SKR(**method.facts()).facts() == method.facts()
-    assert set(method.facts()) | {"points", "sides", "weights"} == set(method.card.parameters)
+    assert set(method.facts()) | {"points", "views", "weights"} == set(method.card.parameters)

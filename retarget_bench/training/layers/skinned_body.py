@@ -43,9 +43,12 @@ class SkinnedBody:
 
     def posed(self, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:
         """``(V, 3)`` metres, the vertices in one frame of ``moves``."""
-        matrices = np.concatenate([rotation.to_matrix(turns), shifts[..., None]], axis=-1)
-        blended = (self.weights @ matrices.reshape(-1, 12).astype(np.float32)).reshape(-1, 3, 4)
-        found: np.ndarray = (blended @ self.vertices[..., None])[..., 0]
+        return self.blended(np.concatenate([rotation.to_matrix(turns), shifts[..., None]], axis=-1))
+
+    def blended(self, matrices: np.ndarray) -> np.ndarray:
+        """``(V, 3)`` metres, the vertices moved by each joint's ``(joints, 3, 4)``."""
+        shares = (self.weights @ matrices.reshape(-1, 12).astype(np.float32)).reshape(-1, 3, 4)
+        found: np.ndarray = (shares @ self.vertices[..., None])[..., 0]
         return found
 
 
