@@ -263,7 +263,7 @@ def test_the_number_of_processes_changes_nothing(tmp_path):
         assert a.paths.arrays.read_bytes() == b.paths.arrays.read_bytes()
 
 
-@pytest.mark.parametrize(("kills", "clips"), [(2, 16), pytest.param(20, 40, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("kills", "clips"), [(2, 10), pytest.param(20, 40, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
     """SIGKILL to the whole run, again and again, then one run to the end."""
     toys = [f"--plugin={file}" for file in sorted(TOYS.glob("*.py"))]
