@@ -72,7 +72,6 @@ def of(shown: dict[str, Any], *words: str) -> list[Any]:
     ]
 
 
-@pytest.mark.slow
 def test_the_notebook_answers_its_five_questions(shown, folder):
     best, mine = of(shown, "table().best()")
     assert list(best.columns) == ["self", "intra", "cross"]
