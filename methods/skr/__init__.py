@@ -65,8 +65,8 @@ class SKR(LearnedMethod):
         bodies that nobody has seen are found better.
     fewest, most: points of a training row. points: drawn of a source that is known by a motion.
     views: 4, ours: points are shared out among four views, as they are, turned to the back, and both in a
-        mirror, and the answers averaged: joints are an eighth more exact in the same time. 2: the first
-        two. 1: as they are.
+        mirror, and the answers averaged: errors of joints are an eighth smaller. 2: the first two. 1: as
+        they are.
 
     Raises BenchError for parameters that cannot be.
     """

@@ -34,7 +34,7 @@ def joints_of(network: SkeletonRegressor, points: Sequence[np.ndarray], views: i
     frame changes anything.
 
     views: in how many of ``VIEWS`` the points are seen. They are shared out among them, where there are
-        enough, so that more views take no longer; the answer is the mean of all.
+        enough, so that more views take little longer; the answer is the mean of all.
     """
     device = network.last.weight.device
     found = np.empty((len(points), JOINTS, 3))
