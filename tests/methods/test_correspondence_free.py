@@ -193,7 +193,7 @@ def shipped():
 
 
 def test_half_the_vertices_and_other_faces_change_less_than_a_centimetre(shipped):
-    motion = skr_material.motions()["ada"].at(slice(0, 30))
+    motion = skr_material.motions()["ada"].at(slice(0, 60))
     source, mesh = points_of(motion, "case"), skr_material.body("boris").mesh
     numbers = np.random.default_rng(0)
     joints = shipped.networks.skr.joints(source.points)
@@ -215,4 +215,4 @@ def test_half_the_vertices_and_other_faces_change_less_than_a_centimetre(shipped
     other = points_of(motion, "another case")
     online = OnlineRetargeter(shipped.networks, mesh.vertices, mesh.faces)
     again = online.mesh.skinned(online.motion(shipped.networks.skr.joints(other.points)))
-    assert np.linalg.norm(again - found[0], axis=-1).mean() < 0.03  # other points of the same source
+    assert np.linalg.norm(again - found[0], axis=-1).mean() < 0.02  # other points of the same source
