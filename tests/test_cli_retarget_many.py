@@ -366,6 +366,20 @@ def test_an_empty_folder_a_pipe_and_two_takes_are_sentences(bench, folders):
     assert "give one of them" in err
 
 
+def test_a_report_takes_the_place_of_reports_alone(bench, folders):
+    line = ("retarget", "mocap/bow.bvh", "--target", "bodies/large.bvh", "-o", "out.bvh", *COPY)
+    Path("notes.json").write_text('{"mine": true}')
+    code, _, err = bench(*line, "--report", "notes.json")
+    assert code == 2
+    assert "notes.json, which is no report" in err
+    assert Path("notes.json").read_text() == '{"mine": true}'
+    assert not Path("out.bvh").exists()
+    assert bench(*line, "--report", "notes.json", "--overwrite")[0] == 0
+    first = Path("notes.json").read_text()
+    assert bench(*line, "--report", "notes.json")[0] == 0
+    assert Path("notes.json").read_text() == first
+
+
 @pytest.mark.parametrize("option", ["-o", "--report", "--preview", "--save-map"])
 @pytest.mark.parametrize("place", ["mocap/bow.bvh/x", "/proc/no/x", "folder", "n" * 300])
 def test_what_cannot_be_written_is_said_before_any_work(bench, folders, monkeypatch, option, place):

@@ -7,10 +7,11 @@ import torch
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rotation
-from retarget_bench.motion.body22 import BODY22, JOINTS, Body22
+from retarget_bench.motion.body22 import JOINTS, Body22
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.motion import Prediction
 from retarget_bench.motion.point_sets import PointSets
+from retarget_bench.motion.structures import BODY22
 from retarget_bench.motion.surface_sampling import sampled
 
 from .network import SkeletonRegressor
@@ -21,8 +22,8 @@ _ROWS = 8
 
 VIEWS = np.array([[1, 1, 1], [-1, 1, -1], [-1, 1, 1], [1, 1, -1]], dtype=np.float32)
 """What places are multiplied by to be seen as they are, turned to their back, in a mirror, and both."""
-LEAST = 256
-"""Points of which a view shows at least so many."""
+LEAST = 128
+"""Points that a view shows at least, as in training; of fewer than four times as many each shows all."""
 _OTHER = {"left": "right", "right": "left"}
 _PARTNERS = [BODY22.index("_".join(_OTHER.get(word, word) for word in role.split("_"))) for role in BODY22]
 """The joint on the other side of each of the 22."""

@@ -74,9 +74,12 @@ class StretchedBody:
         """``(joints, 3, 3)``: the part of a vector along the bone that a joint belongs to."""
         places, found = self._places[list(self.character_joints)], np.zeros((len(self._parents), 3, 3))
         for joint, rank in enumerate(self._ranks.tolist()):
-            bone = places[_LEADS_TO[rank]] - places[rank] if rank in _LEADS_TO else np.zeros(3)
-            if (length := float(np.linalg.norm(bone))) > 0:
-                found[joint] = np.outer(bone, bone) / length**2
+            end, bone = rank, np.zeros(3)
+            while end in _LEADS_TO and not bone.any():  # the next joint that the body does not lack
+                end = _LEADS_TO[end]
+                bone = places[end] - places[rank]
+            if bone.any():
+                found[joint] = np.outer(bone, bone) / (bone @ bone)
         return found
 
     @cached_property

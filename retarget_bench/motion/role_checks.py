@@ -98,7 +98,8 @@ def _attached(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradi
                 early += [arm, leg]
     if early:
         arms, legs = (" and ".join(early[first::2]) for first in (0, 1))
-        yield tuple(early), f"{arms} begin below {legs}, as if exchanged"
+        begin = "begins" if len(early) == 2 else "begin"
+        yield tuple(early), f"{arms} {begin} below {legs}, as if exchanged"
 
 
 # ------------------------------------------------------------------------------------------------- sides

@@ -24,6 +24,10 @@ UP_AXES = {
 """Up axis of a file -> the turn (rotation vector) that makes it +Y."""
 _USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
 """Prior weight of an up axis, for bodies that mostly lie or sit."""
+_FLOOR = (-0.07, 0.09)
+"""Of the body's extent: between which heights the lowest joint of one on the floor is."""
+_LYING = 0.5
+"""How sure the axis is of a body that lies on the floor."""
 SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
 _AGAINST = 0.8
@@ -56,7 +60,8 @@ def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, fl
 
     Mean over time of the direction from the feet to the head, or from the paws to the trunk of an animal.
     A body that lies or crawls all the time says little; then the rest pose decides if it is one that a body
-    can take.
+    can take. It also decides if the body is on the floor 0 in every frame along its axis, and not along the
+    other: who lies still points along one axis all the time.
     """
     body = PosedBody(recording.skeleton, found)
     lower = body.joints("left_foot", "right_foot", *(HANDS if body.quadruped else ()))
@@ -73,7 +78,24 @@ def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, fl
     signs = {axis: -1.0 if axis.startswith("-") else 1.0 for axis in UP_AXES}
     likely = {axis: _USUAL[axis] * float(signs[axis] * best["xyz".index(axis[-1])]) for axis in UP_AXES}
     axis = max(likely, key=likely.__getitem__)
+    rest = _nearest(resting)
+    if axis != rest and body.rests_in_a_pose and _on_floor(places, rest) and not _on_floor(places, axis):
+        return rest, _LYING
     return axis, float(np.clip(likely[axis], 0.0, 1.0))
+
+
+def _nearest(line: np.ndarray) -> str:
+    """The axis that is nearest to a direction ``(3,)``."""
+    along = int(np.abs(line).argmax())
+    return "-" * bool(line[along] < 0.0) + "xyz"[along]
+
+
+def _on_floor(places: np.ndarray, axis: str) -> bool:
+    """Whether the lowest joint is near height 0 in nearly every frame."""
+    heights = places[..., "xyz".index(axis[-1])] * (-1.0 if axis.startswith("-") else 1.0)
+    size = np.linalg.norm(np.ptp(places, axis=1), axis=-1).max()
+    low, high = np.quantile(heights.min(axis=1), (0.05, 0.95))
+    return bool(_FLOOR[0] * size < low and high < _FLOOR[1] * size)
 
 
 def _contradicts(recording: Recording, found: Sequence[str | None], stands: str, sure: float) -> bool:

@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context
@@ -82,6 +82,13 @@ def retarget_scans(
     return answer(scan.motion, body.character, method, seed, scan.findings.frames)
 
 
+def ready(method: Named) -> Any:
+    """The method. Raises BenchError where it, its parameters or its weights cannot be used."""
+    asked = registry.create("methods", method_spec(method))
+    getattr(asked, "weights_hash", "")  # weights that are not there, or do not fit, are told as such
+    return asked
+
+
 def answer(
     source: PointSets,
     target: character.Character,
@@ -92,8 +99,7 @@ def answer(
     """``retarget_scans`` of what was read already, without warnings. names: of the frames."""
     from retarget_bench.evaluation.predict import predict
 
-    asked = registry.create("methods", spec := method_spec(method))
-    getattr(asked, "weights_hash", "")  # weights that are not there, or do not fit, are told as such
+    asked, spec = ready(method), method_spec(method)
     both = (source.character.name, target.name)
     case = Case(CaseInfo("file", "points", "cross", *both, clip=both[0]), source, target)
     outcome = predict(asked, case, Context(seed=seed))

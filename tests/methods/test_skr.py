@@ -77,15 +77,15 @@ OTHER_SIDE = [0, 1, 2, 3, 4, 5, 10, 11, 12, 13, 6, 7, 8, 9, 18, 19, 20, 21, 14, 
 
 
 @pytest.mark.parametrize("views", [2, 4])
-@pytest.mark.parametrize("count", [300, 1100])
+@pytest.mark.parametrize("count", [200, 700])
 def test_views_share_the_points_and_their_mean_is_the_answer(count, views):
-    """Written plainly: sorted by height, every second or fourth point to a view if that leaves 256."""
+    """Written plainly: sorted by height, every second or fourth point to a view if that leaves 128."""
     network, answers = skr_material.regressor(), []
     points = [each.astype(np.float64) for each in skr_material.points(count, 2)]
     middle = np.stack([each.mean(axis=0) for each in points])[:, None]
     for number, seen in enumerate([(1, 1, 1), (-1, 1, -1), (-1, 1, 1), (1, 1, -1)][:views]):
         near = [(each - each.mean(axis=0))[np.argsort(each[:, 1])] for each in points]
-        near = [each[number::views] if count >= 256 * views else each for each in near]
+        near = [each[number::views] if count >= 128 * views else each for each in near]
         found = joints_of(network, [each * seen for each in near]) * seen
         answers.append(found[:, OTHER_SIDE] if np.prod(seen) < 0 else found)
     assert np.ptp(answers, axis=0).max() > 1e-3

@@ -187,19 +187,34 @@ def test_a_longer_trunk_goes_no_deeper_than_that_of_its_source(method):
     assert source.positions[..., 1].min() > -1e-6
     assert lowest(copied, "head") < -0.05, "without the edit it is in the floor"
     found = motions.answer(source, LONG, method)
-    assert lowest(found, "head") > -0.0101 * LONG.height
+    soles = -LONG.standing_places[LONG.joint_of["left_toe"], 1]  # the toes' joints are at y = 0
+    assert lowest(found, "head") > soles - 0.0101 * LONG.height
     feet = LONG.joints(["left_foot", "right_foot", "left_toe", "right_toe"])
     assert np.ptp(found.positions[:, feet], axis=0).max() < 0.01, "feet stand"
     speed = np.linalg.norm(np.diff(found.positions, axis=0), axis=-1).max()
     assert speed < 1.5 * np.linalg.norm(np.diff(copied.positions, axis=0), axis=-1).max()
 
 
+def moved(motion: Motion, up: float) -> Motion:
+    return motion.character.motion(motion.rotations, motion.root + np.array([0.0, up, 0.0]), motion.fps)
+
+
 def test_what_is_as_deep_as_in_its_source_stays_as_it_is():
     source = bowed(PERSON)
-    sunk = PERSON.motion(source.rotations, source.root - [0.0, 0.5, 0.0], 30.0)
-    assert floor.no_deeper(sunk, sunk) is sunk
     assert floor.no_deeper(source, source) is source
-    assert floor.no_deeper(sunk, source) is not sunk
+    deep = bowed(PERSON, 3.0)
+    assert floor.no_deeper(deep, deep) is deep
+
+
+@given(theirs=st.floats(-2.0, 2.0), ours=st.floats(-2.0, 2.0))
+@examples(5)
+def test_depth_is_below_the_floor_that_feet_stand_on(theirs, ours):
+    """Where the floor of a file lies changes nothing."""
+    source, copied = bowed(PERSON), bowed(LONG)
+    wanted = floor.no_deeper(copied, source)
+    assert wanted is not copied
+    found = floor.no_deeper(moved(copied, ours), moved(source, theirs))
+    np.testing.assert_allclose(moved(found, -ours).positions, wanted.positions, atol=1e-6)
 
 
 @pytest.mark.parametrize("target", ["gltf/Fox.glb", "dog"])

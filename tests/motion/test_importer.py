@@ -67,6 +67,26 @@ def test_up_axes_are_found_from_feet_to_head(walk, tmp_path, axis):
     assert found.findings.up_told
 
 
+@pytest.mark.parametrize("axis", ["y", "z"])
+def test_who_lies_on_the_floor_does_not_stand(walk, tmp_path, axis):
+    """On its back along Z the whole time; in a file with Z up the rest pose stands along Z."""
+    body = walk.character
+    down = rotation.about(np.array([1.0, 0.0, 0.0]), np.full(FRAMES, -np.pi / 2))
+    rotations = np.repeat(body.reference_pose[None], FRAMES, 0)
+    rotations[:, 0] = rotation.multiply(down, rotations[:, 0])
+    lying = body.motion(rotations, np.tile([0.3, 0.1, 0.4], (FRAMES, 1)), 30.0)
+    assert np.ptp(lying.positions[0, :, 1]) < 0.3
+    turn = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[axis])))
+    if axis == "z":  # the whole file turned, offsets included
+        places = rotation.rotate(turn, np.array(body.skeleton.offsets))
+        still = rotation.multiply(rotation.multiply(turn[None, None], rotations), rotation.conjugate(turn))
+        skeleton = Skeleton(body.skeleton.names, body.skeleton.parents, places)
+        turned = Character.of("turned", skeleton)
+        lying = turned.motion(still, rotation.rotate(turn[None], lying.root), 30.0)
+    bvh.write(tmp_path / "a.bvh", lying)
+    assert load(tmp_path / "a.bvh").findings.up == axis
+
+
 def lowest_foot(motion: Motion) -> float:
     feet = [j for j, name in enumerate(motion.skeleton.names) if "Foot" in name or "Toe" in name]
     return float(np.median(motion.positions[:, feet, 1].min(axis=1)))

@@ -50,7 +50,9 @@ folder_options = options.together(
     ),
     options.jobs_option,
     click.option(
-        "--overwrite", is_flag=True, help="Redo results that are up to date, too, and replace role maps."
+        "--overwrite",
+        is_flag=True,
+        help="Redo results that are up to date, too, and replace role maps and the file of --report.",
     ),
 )
 """Options of several results."""

@@ -25,6 +25,8 @@ from retarget_bench.python.plans import method_spec
 
 FAILED = 2
 """Exit code where any result could not be made."""
+_REPORT = b'{\n "version": 1'
+"""How the file of a report begins."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Wanted:
     """Options that do not change the motion of a result.
 
     ending:   of results in a folder, without a dot; None: the target's own. jobs: processes.
-    overwrite: redo what is up to date, and replace role maps.
+    overwrite: redo what is up to date, and replace role maps and what --report names.
     preview, report, save_map: files, None for none.
     """
 
@@ -107,9 +109,24 @@ def _check_beside(jobs: Sequence[Job], wanted: Wanted) -> None:
         if what := taken.get(path.resolve()):
             raise BenchError(f"{option} would overwrite {path}, {what}; choose another name")
         taken[path.resolve()] = f"which {option} writes"
+    if wanted.report is not None and not (wanted.overwrite or _may_hold_report(wanted.report)):
+        raise BenchError(
+            f"--report would overwrite {wanted.report}, which is no report; choose another name, or say "
+            "--overwrite"
+        )
     results = {job.out.parent: job.out for job in jobs}.values()  # of a folder one is enough
     for path in (*results, *(each for _, each in beside if each is not None)):
         check_writable(path)
+
+
+def _may_hold_report(path: Path) -> bool:
+    """Whether there is nothing at a path that is not an earlier report."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(len(_REPORT))
+    except OSError:  # not there, or said when it is written
+        return True
+    return start in (b"", _REPORT)
 
 
 def _files(job: Job) -> Iterator[tuple[Path, str]]:

@@ -20,6 +20,7 @@ def retarget(job: Job, quiet: bool) -> None:
     source, target, out, asked = job.source, job.target, job.out, job.options
     method, fps = job.method or defaults.SCAN_METHOD, job.fps or scans.FPS
     scans.check_folder(out)
+    scans.ready(method)
     for side in ("", "target_"):
         unset = {"roles": None, "root_place": "auto", "inner_positions": "auto", "skeleton": None}
         unset["body_model"] = None

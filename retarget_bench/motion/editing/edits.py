@@ -78,15 +78,23 @@ def edited(
 
     differ = legs.stance(source.character) != legs.stance(target)
 
+    sunk: list[bool] = []
+
     def mended(one: Prediction) -> Motion:
         found = asked(one)
-        return floor.above(found) if differ else floor.no_deeper(found, one)
+        clear = floor.above(found) if differ else floor.no_deeper(found, one)
+        sunk.append(clear is not found)
+        return clear
 
     found = mended(source)
     if loop is not None and not loops.agrees(found, loop):
         whole, own = loops.continued(loop)
         found = mended(whole).at(own)
     found, notes = _parts(found, source, edits)
+    if sunk[-1] and not differ:
+        notes.append(
+            f"{target.name} is raised, or its arms are bent, where head or hands were in the floor"
+        )
     if loop is not None and not loops.agrees(found, loop):
         found = loops.closed(found)
     return path.edited(found, edits.root_motion), notes

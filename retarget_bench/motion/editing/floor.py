@@ -14,7 +14,7 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Character, Motion, Prediction
-from retarget_bench.motion.contact import planted
+from retarget_bench.motion.contact import CONTACT_ROLES, planted
 from retarget_bench.motion.planting.ease import FADE, smooth
 from retarget_bench.motion.planting.two_bone import ARM, LEG, Limb, Pose, bend, ease_reach, rig_of
 from retarget_bench.motion.roles import HANDS, SIDES, ancestors, chain
@@ -23,6 +23,8 @@ _ROUNDS, _SMOOTH = 6, 2
 """How often corrections are made at most, and how many of the first ones are smoothed in time."""
 _NEAR = 1e-4
 """Metres that make no difference."""
+_LOWER = 0.05
+"""Share of the heights of standing feet that are below the floor."""
 _DEEP = 0.01
 """Of the height: how much deeper than in its source a head or hand may go; verdicts tell of the double."""
 
@@ -43,16 +45,17 @@ def above(answer: Motion) -> Motion:
 
 
 def no_deeper(answer: Motion, source: Prediction) -> Motion:
-    """The answer with its head and hands, in every frame, no deeper below y = 0 than those of its source,
-    in shares of the bodies' heights, and ``_DEEP``. One that keeps to this is returned as it is.
+    """The answer with its head and hands, in every frame, no deeper below the floor that its feet stand on
+    than those of its source are below theirs, in shares of the bodies' heights, and ``_DEEP``. One that
+    keeps to this is returned as it is.
 
-    For the head the body is raised, and feet that stand stay where they are as far as the legs reach. For
-    hands the body is raised while no foot stands, and else the arms are bent.
+    For the head the body is raised, where a foot stands no farther than its leg reaches. For hands the body
+    is raised while no foot stands, and else the arms are bent.
     """
     if not answer.frames:
         return answer
-    allowed = _allowed(replace(source), answer.character)  # a copy's, so that its places are let go
-    seen = replace(answer)
+    seen = replace(answer)  # copies, so that their places are let go
+    allowed = _allowed(replace(source), answer.character, _floor(seen))
     found = _no_deeper(seen, allowed)
     return answer if found is seen else found
 
@@ -75,16 +78,25 @@ def _no_deeper(answer: Motion, allowed: Mapping[str, np.ndarray]) -> Motion:
     return answer
 
 
-def _allowed(source: Prediction, body: Character) -> dict[str, np.ndarray]:
+def _floor(motion: Prediction) -> float:
+    """Metres: how high the floor is that the feet stand on, the lowest of steps; 0 where none stands."""
+    body = motion.character
+    joints = body.joints(CONTACT_ROLES)
+    places = motion.positions[:, joints]
+    over = (places[..., 1] - body.standing_places[joints, 1])[planted(places, body.height, motion.fps)]
+    return float(np.quantile(over, _LOWER)) if over.size else 0.0
+
+
+def _allowed(source: Prediction, body: Character, floor: float) -> dict[str, np.ndarray]:
     """Head and hands -> ``(frames,)`` metres: the height below which a body's joint, and its ends, are too
-    deep."""
-    found = {}
+    deep. floor: height of the one that the body stands on."""
+    found, level = {}, _floor(source)
     for role in ("head", *HANDS):
         depth = np.zeros(source.frames)
         if ends := _ends(source.character, role):
             points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
-            depth = (-points[..., 1].min(axis=1)).clip(0.0) / source.character.height
-        found[role] = -(depth + _DEEP) * body.height
+            depth = (level - points[..., 1].min(axis=1)).clip(0.0) / source.character.height
+        found[role] = floor - (depth + _DEEP) * body.height
     return found
 
 
@@ -101,15 +113,27 @@ def _ends(body: Character, role: str) -> list[int]:
 
 
 def _carried(answer: Motion, lift: np.ndarray) -> Motion:
-    """The body raised by ``(frames,)`` metres; feet stay where they stand."""
+    """The body raised by ``(frames,)`` metres, or as far as the legs reach; feet stay where they stand."""
     body = answer.character
+    legs = [limb for (_, kind), limb in rig_of(body).limbs.items() if kind == "leg"]
+    for limb in legs:
+        stands = _stands(answer, limb)
+        lift = lift - stands * (lift - _room(answer, limb)).clip(0.0)
     pose = Pose(np.array(answer.rotations), answer.root, answer.positions, answer.global_rotations)
     pose.shift(lift[:, None] * UP)
-    for (_, kind), limb in rig_of(body).limbs.items():
-        if kind == "leg" and (down := _stands(answer, limb) * lift).max() > _NEAR:
+    for limb in legs:
+        if (down := _stands(answer, limb) * lift).max() > _NEAR:
             goal = ease_reach(pose, limb, pose.places[:, limb.end] - down[:, None] * UP, LEG)
             bend(body, pose, limb, goal, pose.turned[:, limb.end], answer.fps)
     return body.motion(rotation.continuous(pose.rotations), pose.root, answer.fps)
+
+
+def _room(answer: Motion, leg: Limb) -> np.ndarray:
+    """``(frames,)`` metres that the hips can rise until a leg, whose foot stays, is nearly straight."""
+    hip, knee, foot = (answer.positions[:, joint] for joint in (leg.upper, leg.lower, leg.end))
+    reach = LEG[2] * float(np.linalg.norm(knee[0] - hip[0]) + np.linalg.norm(foot[0] - knee[0]))
+    away, up = np.linalg.norm((hip - foot)[:, [0, 2]], axis=1), (hip - foot)[:, 1]
+    return np.asarray((np.sqrt((reach**2 - away**2).clip(0.0)) - up).clip(0.0))
 
 
 def below(body: Character, role: str) -> list[int]:
