@@ -93,7 +93,7 @@ def edited(
     found, notes = _parts(found, source, edits)
     if sunk[-1] and not differ:
         notes.append(
-            f"{target.name} is raised, or its arms are bent, where head or hands were in the floor"
+            f"the body of {target.name} is raised, or its arms bent, where head or hands were in the floor"
         )
     if loop is not None and not loops.agrees(found, loop):
         found = loops.closed(found)
