@@ -187,7 +187,8 @@ def test_a_longer_trunk_goes_no_deeper_than_that_of_its_source(method):
     assert source.positions[..., 1].min() > -1e-6
     assert lowest(copied, "head") < -0.05, "without the edit it is in the floor"
     found = motions.answer(source, LONG, method)
-    assert any("in the floor" in note for note in found.notes)
+    if method == "copy_rotations":  # ik raises the head itself
+        assert any("in the floor" in note for note in found.notes)
     assert not motions.answer(source, PERSON, method).notes
     soles = -LONG.standing_places[LONG.joint_of["left_toe"], 1]  # the toes' joints are at y = 0
     assert lowest(found, "head") > soles - 0.0101 * LONG.height
