@@ -88,9 +88,9 @@ def picture(out: Path, path: Path) -> None:
             ours = method == methods[-1]
             label = "ours" if ours else method.partition("variant=")[2].partition(",")[0].rstrip("]")
             minutes, errors = curve(method, out)
-            colour = palette.COLOURS[number]
+            colour = palette.COLOURS[0 if ours else number + 1]
             panel.plot(minutes, errors, marker=".", label=label, color=colour, lw=2 if ours else 1)
-        panel.set(title=title, xlabel="minutes of training", yscale="log")
+        panel.set(title=title, xlabel="minutes of training", yscale="log", xlim=(0, None))
         panel.legend(frameon=False)
     panels[0].set_ylabel("MPJPE, % of height (validation, cross)")
     with atomic(path) as temporary:
@@ -157,8 +157,8 @@ def main() -> None:
         f"{given.minutes:g} {' '.join(f'-d {each!r}' for each in data)}",
         "",
         "Every row is trained from random weights on the same motion for the same time on one core. The "
-        "last row of a method is our variant. MPJPE in % of height, 95 % intervals over clips in brackets. "
-        "Errors on validation over time: `published.png`.",
+        "last row of a method is our variant; steps depend on what else the machine did. MPJPE in % of "
+        "height, 95 % intervals over clips in brackets. Errors on validation over time: `published.png`.",
     ]
     for title, which in sets.items():
         results = rb.run(asked, metrics=METRICS, out=str(given.out / "results"), timed=False, **which)
