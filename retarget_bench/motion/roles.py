@@ -129,11 +129,8 @@ def _checked(skeleton: Skeleton, overrides: Mapping[str, str | None]) -> dict[in
     out: dict[int, str | None] = {}
     for name, role in overrides.items():
         if name not in skeleton.names:
-            near = difflib.get_close_matches(name, skeleton.names, 3)
-            told = (
-                f"near it: {', '.join(near)}" if near else f"there are {', '.join(skeleton.names[:8])} ..."
-            )
-            raise SkeletonError(f"role override: there is no joint {name!r}; {told}")
+            near = difflib.get_close_matches(name, skeleton.names, 3) or [*skeleton.names[:8], "..."]
+            raise SkeletonError(f"role override: there is no joint {name!r}; try {', '.join(near)}")
         if role is not None and not is_role(role):
             raise SkeletonError(f"role override of {name!r}: {_no_role(role)}")
         if role is not None and role in out.values():
