@@ -61,12 +61,11 @@ class SKR(LearnedMethod):
     direction: ``principal``, ours: points are seen along the level direction in which they spread most, so
         that the network need not learn how bodies look from everywhere. ``world``: as they are.
     dropout: before the last layer. The paper's 0.3 keeps short training from becoming exact.
-    stretched: share of training rows in which a body has other proportions than any in the data, ours:
-        bodies that nobody has seen are found better.
+    stretched: share of training rows in which a body has other proportions than any in the data, ours, for
+        bodies that nobody has seen.
     fewest, most: points of a training row. points: drawn of a source that is known by a motion.
     views: 4, ours: points are shared out among four views, as they are, turned to the back, and both in a
-        mirror, and the answers averaged: errors of joints are an eighth smaller. 2: the first two. 1: as
-        they are.
+        mirror, and the answers averaged. 2: the first two. 1: as they are.
 
     Raises BenchError for parameters that cannot be.
     """

@@ -42,7 +42,7 @@ SHARED = 0.8
 """Share of the variance that parts of a limb have in common."""
 _FORKS = {0: 1, 3: 4}
 """Where the bone of a joint with several children ends: the spine's goes on."""
-_LEADS_TO = {parent: rank for rank, parent in enumerate(PARENTS)} | _FORKS
+_LEADS_TO = {parent: rank for rank, parent in enumerate(PARENTS) if parent >= 0} | _FORKS
 """Where the bone that begins at a joint of the 22 ends."""
 
 
@@ -51,6 +51,8 @@ class StretchedBody:
 
     A point keeps its shares of the joints. What follows a joint is stretched along its bone and across it
     before it is turned, and bones that hang from it lie where they are taken.
+
+    character_joints: ``(22,)`` the rig's joint where each of the 22 is.
     """
 
     def __init__(self, body: SkinnedBody) -> None:

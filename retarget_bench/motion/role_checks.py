@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from retarget_bench.motion import role_aliases as aliases
+from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.role_aliases import NUMBERED_FINGERS
 from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, body_part, common_ancestor, is_finger
@@ -114,7 +115,7 @@ def _sides(motion: Motion) -> Iterator[Contradiction]:
         if len(joints) < 2:
             continue
         apart = seen.positions[:, joints[0]] - seen.positions[:, joints[1]]
-        sine = float((_unit(apart) * to_the_left).sum(axis=1).mean())
+        sine = float((rotation.unit(apart) * to_the_left).sum(axis=1).mean())
         named = [aliases.read(motion.skeleton.names[each]).side for each in joints]
         if sine < -_CLEAR or (sine < _CLEAR and named == list(SIDES[::-1])):
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
@@ -129,13 +130,9 @@ def _to_the_left(motion: Motion) -> np.ndarray:
     places, bends = motion.positions, []
     for side in SIDES:
         leg = motion.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
-        bones = [_unit(places[:, low] - places[:, high]) for high, low in pairwise(leg)]
+        bones = [rotation.unit(places[:, low] - places[:, high]) for high, low in pairwise(leg)]
         bends += [
             sign * np.cross(upper, lower)
             for sign, (upper, lower) in zip((1.0, -1.0), pairwise(bones), strict=False)
         ]
     return np.sum(bends, axis=0) / 2 if bends else np.zeros((motion.frames, 3))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))

@@ -354,6 +354,11 @@ def _length(v: Any) -> tuple[Any, Any]:
     return ops.sqrt(ops.where(short, ops.ones_like(square), square)), short
 
 
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors ``(..., n)`` made 1 long; those of no length stay zero."""
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
+
+
 def _dot(a: Array, b: Array) -> Array:
     """``(...)`` the sum of products over the last axis, without an array of all products."""
     dot: Array = sum(one * other for one, other in zip(_parts(a), _parts(b), strict=True))

@@ -1,10 +1,10 @@
 """Frames a second of the correspondence-free pipeline online, on one core, and each stage's share.
 
-Run it with ``python tests/benchmarks/correspondence_free_online.py [--points 2048] [--frames 60]``. Every
-frame comes alone: its points to joints (SKR), joints to the target's rotations (SMRM with its states), and
-the target's vertices, about 2,000, moved by the weights that SKIN gave them. Weights have no part in how
-long it takes: where a stage has none that are shipped, random ones stand in. Processor time is counted,
-which other processes on the machine move less than the clock.
+Run it with ``python tests/benchmarks/correspondence_free_online.py [--points 2048] [--frames 60] [--views
+4]``. Every frame comes alone: its points to joints (SKR), joints to the target's rotations (SMRM with its
+states), and the target's vertices, about 2,000, moved by the weights that SKIN gave them. Weights have no
+part in how long it takes: where a stage has none that are shipped, random ones stand in. Processor time
+is counted, which other processes on the machine move less than the clock.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.layers import exported
 
 
-def networks() -> Networks:
+def networks(views: int) -> Networks:
     torch.manual_seed(0)
-    skr, skin = SKR(), SKIN()
+    skr, skin = SKR(views=views), SKIN()
     skr = skr.using(exported(SkeletonRegressor())) if skr.untrained else skr
     skin = skin.using(exported(SkinningPredictor())) if skin.weights_card is None else skin
     return Networks(skr, SMRM(), skin)
@@ -52,6 +52,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=2048)
     parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--views", type=int, default=4, help="of SKR: 1, 2 or 4")
     options = parser.parse_args()
     torch.set_num_threads(1)
     data: Any = registry.create("datasets", Spec.parse("puppets"))
@@ -60,7 +61,7 @@ def main() -> None:
     numbers = np.random.default_rng(0).random((motion.frames, 3, options.points))
     mesh = motion.character.mesh
     points = sampled(mesh.skinned(motion), mesh.faces, numbers)
-    stages = networks()
+    stages = networks(options.views)
     once, online = timed(lambda: OnlineRetargeter(stages, mesh.vertices, mesh.faces))
     online.frame(points[0])
     taken: dict[str, list[float]] = {"SKR": [], "SMRM": [], "skinning": []}

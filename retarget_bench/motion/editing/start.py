@@ -175,11 +175,7 @@ def limb_directions(source: Prediction) -> tuple[np.ndarray, np.ndarray]:
     upper, lower = np.array(bones).T
     turn = facing.rotation(facing.facing(source.positions, body).conj())[:, None]
     seen = rotation.rotate(turn, source.positions[:, lower] - source.positions[:, upper])
-    return _unit(seen), _unit(body.reference_places[lower] - body.reference_places[upper])
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
+    return rotation.unit(seen), rotation.unit(body.reference_places[lower] - body.reference_places[upper])
 
 
 def _from(bones: np.ndarray, wanted: np.ndarray) -> np.ndarray:
