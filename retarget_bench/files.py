@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import glob
 import hashlib
 import io
 import os
@@ -22,6 +23,8 @@ _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
 _LONGEST = 60
 LOCK = ".lock"
 """The lock file of a folder that one process alone may write to."""
+_DRAWN, _KEPT = 6, 40
+"""Random bytes in the name of a temporary file, and how many letters of the whole one's name it keeps."""
 _SCRATCH = "retarget-bench-"
 _SEAL = hashlib.blake2b().digest_size
 _FORMULA = ("=", "+", "-", "@")
@@ -38,7 +41,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f".{secrets.token_hex(6)}.{path.name[-40:]}")
+        temporary = path.with_name(f".{secrets.token_hex(_DRAWN)}.{path.name[-_KEPT:]}")
         try:
             yield temporary
             temporary.replace(path)
@@ -46,6 +49,12 @@ def atomic(path: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise FileError(path, f"cannot be written ({error.strerror or error})") from error
+
+
+def sweep(path: Path) -> None:
+    """Remove what killed processes left of ``atomic``, of a file that no other process can be writing."""
+    for left in path.parent.glob(f".{'[0-9a-f]' * 2 * _DRAWN}.{glob.escape(path.name[-_KEPT:])}"):
+        left.unlink(missing_ok=True)
 
 
 def check_writable(path: str | Path) -> None:

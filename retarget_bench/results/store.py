@@ -26,7 +26,7 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, digest, write_csv, write_text
+from retarget_bench.files import atomic, digest, sweep, write_csv, write_text
 from retarget_bench.results import checksums, large_rows
 from retarget_bench.results.header import SCHEMA, DeclaredValue, Problem, ResultHeader, parsed
 from retarget_bench.results.large_rows import Batch, LargeRows
@@ -67,9 +67,12 @@ def open_journal(
 ) -> dict[str, CaseResult]:
     """The finished cases of an interrupted run with the same keys; a stale journal is begun anew.
 
-    The journal is left ending on a whole line, ready to be appended to.
+    The journal is left ending on a whole line, ready to be appended to. What killed runs left of files that
+    they were writing is removed.
     """
     try:
+        for each in (paths.journal, paths.begun, paths.rows, paths.arrays, paths.header):
+            sweep(each)
         done, whole = ({}, 0) if anew else _read_journal(paths.journal, keys)
         if not whole:
             write_text(paths.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")

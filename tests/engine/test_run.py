@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from small_plans import asked, carry_out
 
+from retarget_bench import files
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict, runner
 from retarget_bench.evaluation.plan import dataset_slug
@@ -254,6 +255,27 @@ def test_a_torn_journal_line_is_dropped(tmp_path):
     assert not place.journal.exists()
 
 
+def test_what_a_killed_process_was_writing_is_removed(tmp_path):
+    (first,) = carry_out(tmp_path, "toy_method")
+    place = first.paths
+    place.header.unlink()
+    left = []
+    for file in (place.journal, place.rows, place.header):
+        with files.atomic(file) as temporary:
+            temporary.write_text("half")
+            left.append(temporary)
+        file.unlink()
+    others = [
+        place.folder / ".0123456789ab.other_method.journal",
+        place.folder / f".notes.{place.rows.name}",
+    ]
+    for path in (*left, *others):
+        path.write_text("half")
+    carry_out(tmp_path, "toy_method")
+    assert [path.exists() for path in left] == [False] * 3
+    assert [path.exists() for path in others] == [True] * 2
+
+
 @pytest.mark.processes
 def test_the_number_of_processes_changes_nothing(tmp_path):
     one = carry_out(tmp_path / "1", "toy_method", "toy_method[does=noise]")
@@ -263,7 +285,7 @@ def test_the_number_of_processes_changes_nothing(tmp_path):
         assert a.paths.arrays.read_bytes() == b.paths.arrays.read_bytes()
 
 
-@pytest.mark.parametrize(("kills", "clips"), [(2, 10), pytest.param(20, 40, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("kills", "clips"), [(2, 16), pytest.param(20, 40, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
     """SIGKILL to the whole run, again and again, then one run to the end."""
     toys = [f"--plugin={file}" for file in sorted(TOYS.glob("*.py"))]
