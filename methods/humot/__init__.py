@@ -154,7 +154,8 @@ class HuMoT(LearnedMethod):
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return {"places": body(motion.character).see(motion)}
+        mine = body(motion.character)
+        return {"places": mine.see(motion), "turns": mine.turns(motion)}
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> HumotTraining:
         from .training import HumotTraining

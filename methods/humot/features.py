@@ -8,10 +8,10 @@ import numpy as np
 
 from retarget_bench.api.comparison import body_joints, structure_joints
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import aligned, rotation
+from retarget_bench.motion import aligned, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fitting.fit import fit
-from retarget_bench.motion.motion import Positions, Prediction
+from retarget_bench.motion.motion import Motion, Positions, Prediction
 from retarget_bench.motion.roles import SIDES, ancestors
 
 USUAL = 1.3
@@ -69,6 +69,15 @@ class HumotBody:
     def see(self, motion: Prediction) -> np.ndarray:
         """``(frames, joints, 3)`` metres, Z up."""
         return upright(motion.positions[:, list(self.joints)])
+
+    def turns(self, motion: Prediction) -> np.ndarray:
+        """``(frames, joints, 4)``, Z up: how what the bone to each joint hangs from is turned from the
+        reference pose; all zero where only positions are known. The hips hang from themselves."""
+        if not isinstance(motion, Motion):
+            return np.zeros((motion.frames, len(self.joints), 4))
+        above = [self.joints[max(parent, 0)] for parent in self.parents]
+        w, x, y, z = np.moveaxis(transfer.relative(motion)[:, above], -1, 0)
+        return np.stack([w, -x, z, y], axis=-1)
 
     @cached_property
     def seen(self) -> Character:

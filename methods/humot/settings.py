@@ -83,6 +83,7 @@ class Overrides(TypedDict, total=False):
     facing: Annotated[bool, True]
     sized: Annotated[bool, True]
     varied: Annotated[bool, True]
+    slanted: Annotated[bool, False]
     turned: Annotated[bool, False]
     mirrored: Annotated[bool, True]
     hop: Annotated[int, 6]
@@ -95,6 +96,7 @@ PUBLISHED: Mapping[str, str | int | float | bool] = {
     "facing": False,
     "sized": False,
     "varied": False,
+    "slanted": False,
     "mirrored": False,
     "root_rule": "leg_length",
 }
@@ -104,6 +106,7 @@ DIFFERS = {
     "facing": "facing ahead",
     "sized": "one size",
     "varied": "bodies varied",
+    "slanted": "bones slanted",
     "mirrored": "mirrored",
     "root_rule": "root rule hip_height",
 }
@@ -115,6 +118,7 @@ PARAMETERS = {
     "facing": "windows go through the networks turned ahead (false: as the paper)",
     "sized": "bodies go through the networks in one size (false: as the paper)",
     "varied": "training has bodies of other proportions, too, and limbs held otherwise",
+    "slanted": "training has bodies whose bones slant otherwise in the reference pose, too",
     "turned": "training windows are turned about the vertical axis at random",
     "mirrored": "every other training window is mirrored",
     "hop": "frames between the starts of training windows",
@@ -138,6 +142,7 @@ class Settings:
     facing: bool
     sized: bool
     varied: bool
+    slanted: bool
     turned: bool
     mirrored: bool
     hop: int

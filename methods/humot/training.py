@@ -13,7 +13,7 @@ from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.layers import exported
 
-from .augmentation import proportions, reproportion, rotate_limbs
+from .augmentation import build, proportions, reproportion, rotate_limbs, slanted, slants
 from .features import HumotBody, blank, headings, parents_among, rotated, size_factor, stature
 from .losses import losses
 from .network import Autoencoder
@@ -67,8 +67,11 @@ class HumotTraining:
         left_out = held_out if self._settings.split == "chunk" else None
         windows = self._material.draw(numbers, cast, self._frames, self._settings.hop, left_out)
         bodies = [self._bodies[name] for name in cast]
+        seen, turns = windows.arrays["places"], windows.arrays["turns"]
         pairs = [
-            self._performed(numbers, mine, windows.arrays["places"][row, :length, : len(mine.joints)])
+            self._performed(
+                numbers, mine, *(each[row, :length, : len(mine.joints)] for each in (seen, turns))
+            )
             for row, (mine, length) in enumerate(zip(bodies, windows.lengths.tolist(), strict=True))
         ]
         given, asked = (self._parts(numbers, bodies, side) for side in zip(*pairs, strict=True))
@@ -79,25 +82,31 @@ class HumotTraining:
         return {"frames": windows.mask, "given": given, "asked": asked}
 
     def _performed(
-        self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray
+        self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray, turns: np.ndarray
     ) -> tuple[Performance, Performance]:
         """A window as it is given and as it is asked for: one path of the hips, without the mean of the
-        given major joints over the window."""
-        template = body.template
+        given major joints over the window. positions, turns: see ``HumotBody.see`` and ``turns``."""
         if self._settings.varied:
-            positions = rotate_limbs(numbers, positions, body)
-        turns = self._turn(numbers)
-        positions, template = positions @ turns[0], template @ turns[1]
-        given, asked = (self._shaped(numbers, body, positions, template) for _ in range(2))
+            positions, turns = rotate_limbs(numbers, positions, turns, body)
+        matrices = self._turn(numbers)
+        given, asked = (
+            Performance(*(each @ matrix for each, matrix in zip(shaped, matrices, strict=True)))
+            for shaped in (self._shaped(numbers, body, positions, turns) for _ in range(2))
+        )
         centre = given.positions[:, body.major].mean((0, 1))
         path = given.positions[:, :1] - asked.positions[:, :1]
         asked = Performance(asked.positions + path - centre, asked.template)
         return Performance(given.positions - centre, given.template), asked
 
     def _shaped(
-        self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray, template: np.ndarray
+        self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray, turns: np.ndarray
     ) -> Performance:
-        """By a body of other proportions, and of the usual size, as chosen."""
+        """By a body of other proportions and slants, and of the usual size, as chosen."""
+        template = body.template
+        if self._settings.slanted and turns.any():
+            added = slants(numbers, body)
+            positions = slanted(positions, turns, added, body)
+            template = template + build(body).chains @ added
         if self._settings.varied:
             factors = proportions(numbers, body)
             positions, template = (reproportion(each, factors, body) for each in (positions, template))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Unpack
 
-from retarget_bench.api import Method, MethodCard
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -19,7 +19,7 @@ from retarget_bench.training.layers.skeletal.body import FOUR, LayoutBody, tree_
 from retarget_bench.training.layers.skeletal.features import unfit
 from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 
-from .assignment import Assignment, assign
+from .assignment import Assignment, assign, in_layout
 from .parts import layout_of, parts_of
 from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
 
@@ -215,6 +215,20 @@ class Pan(SkeletalMethod):
     def assigned(self, character: Character) -> tuple[str, LayoutBody]:
         assignment = self.assignment(character)
         return assignment.structure, assignment.body
+
+    def reconstructed(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> list[Motion]:
+        """The sources on their own bodies, decoded by the networks of each target's structure where it
+        stands on as many legs: so the same is lost there as in the answer (``+residual``)."""
+        bodies = []
+        for source, target in zip(sources, targets, strict=True):
+            actor, asked = source.character, target
+            if actor.four_legged != target.four_legged:
+                asked = actor
+            structure, _ = self.assigned(asked)
+            bodies.append((structure, in_layout(actor, self.structures[structure].layout)))
+        return self._retargeted(sources, bodies, contexts)
 
     @cached_property
     def _assignments(self) -> dict[Character, Assignment]:

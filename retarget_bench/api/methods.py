@@ -88,6 +88,7 @@ class Context:
     fixed order, loaded when indexed.
     target_motions: every reference motion of the target, this clip's included.
     source_motion: the motion that the source's points are of; a source by rotations itself.
+    reconstruction: the method's answer to the source on its own body, for post-processors that need it.
     training: for cards that use it: ``TrainingDataset.training()``, always the same object; None without.
     """
 
@@ -100,6 +101,7 @@ class Context:
     target_motions: Sequence[Prediction] | None = None
     other_clips: Sequence[Prediction] | None = None
     source_motion: Motion | None = None
+    reconstruction: Prediction | None = None
     training: Mapping[str, Mapping[str, TrainingClips]] | None = None
 
 

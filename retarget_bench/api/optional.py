@@ -20,9 +20,10 @@ from retarget_bench.api.datasets import (
     OffersTrainingManifest,
     OffersValidation,
 )
-from retarget_bench.api.methods import BatchMethod, Method, MethodCard
+from retarget_bench.api.methods import BatchMethod, Context, Method, MethodCard
 from retarget_bench.api.metrics import Metric, MetricCard, SetMetric
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion, Prediction
 
 
 # ------------------------------------------------------------------------------------------ data sets
@@ -178,6 +179,30 @@ def method_manifest(method: object) -> Manifest | None:
     if isinstance(method, OffersManifest):
         return method.training_manifest
     return getattr(getattr(method, "card", None), "trained_on", None)
+
+
+@runtime_checkable
+class OffersReconstruction(Protocol):
+    def reconstructed(
+        self, sources: Sequence[Any], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> Sequence[Prediction]:
+        """The sources on their own bodies, by the networks that answer for each target."""
+
+
+def reconstructed(
+    method: Method, sources: Sequence[Any], targets: Sequence[Character], contexts: Sequence[Context]
+) -> Sequence[Prediction]:
+    """What a method makes of each source on the source's own body, where it is asked for a target.
+
+    Most ask nothing of the target; one with networks for each kind of body takes the target's.
+    """
+    if isinstance(method, OffersReconstruction):
+        return method.reconstructed(sources, targets, contexts=contexts)
+    own = [source.character for source in sources]
+    if takes_batches(method):
+        return method.retarget_batch(sources, own, contexts=contexts)
+    asked = zip(sources, own, contexts, strict=True)
+    return [method.retarget(source, body, context=context) for source, body, context in asked]
 
 
 def takes_batches(method: Method) -> TypeGuard[BatchMethod]:

@@ -101,19 +101,24 @@ def _carrying(source: Character, target: Character) -> Callable[[np.ndarray], np
     """``orientations`` of world orientations ``(frames, joints of source, 4)``."""
     answer = correspondence(source, target)
     back = rotation.conjugate(source.reference_globals)[None]
+    upright = np.array([1.0, 0.0, 0.0, 0.0])
 
     def carried(some: np.ndarray) -> np.ndarray:
-        seen, out = rotation.multiply(some, back), np.zeros((len(some), len(answer), 4))
-        for joint, (from_, parent) in enumerate(zip(answer, target.skeleton.parents.tolist(), strict=True)):
-            if from_ >= 0:
-                out[:, joint] = seen[:, from_]
-            elif parent >= 0:
-                out[:, joint] = out[:, parent]
-            else:
-                out[:, joint, 0] = 1.0
-        return out
+        return shared_out(rotation.multiply(some, back), answer, target, upright)
 
     return carried
+
+
+def shared_out(values: np.ndarray, answer: np.ndarray, target: Character, other: np.ndarray) -> np.ndarray:
+    """``(frames, joints of target, n)``: values ``(frames, joints of source, n)`` of each joint's
+    counterpart, else its parent's, else ``other`` ``(n,)``. answer: what ``correspondence`` gives."""
+    out = np.empty((len(values), len(answer), values.shape[-1]))
+    for joint, (from_, parent) in enumerate(zip(answer, target.skeleton.parents.tolist(), strict=True)):
+        if from_ >= 0:
+            out[:, joint] = values[:, from_]
+        else:
+            out[:, joint] = out[:, parent] if parent >= 0 else other
+    return out
 
 
 # ----------------------------------------------------------------------------------------- root paths

@@ -30,12 +30,15 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import kind_of
 from retarget_bench.plugins.prediction_check import Invalid, verified
 
+RECONSTRUCTION = "reconstruction"
+
 
 @dataclass(frozen=True)
 class PostCard:
     """Description of a post-processor, and the answers that it works on.
 
     accepts:    the kinds of answer that it takes: ``motion`` (rotations), ``positions`` and/or ``surface``.
+    needs:      ``reconstruction``: ``context.reconstruction`` is given, which costs a second answer.
     stochastic: the result depends on ``context.seed``.
     """
 
@@ -45,6 +48,7 @@ class PostCard:
     paper: str = ""
     licence: str = ""
     accepts: tuple[str, ...] = ("motion",)
+    needs: tuple[str, ...] = ()
     stochastic: bool = False
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does and which values it takes."""
@@ -61,8 +65,8 @@ class Post(Protocol):
     def process(self, prediction: Prediction, source: Any, *, context: Context) -> Prediction:
         """A motion of ``prediction.character``, the target: same frames, same rate.
 
-        source: what the method was given, a ``Source``. context: the method's, with ``ground`` and without
-        anything privileged.
+        source: what the method was given, a ``Source``. context: the method's, with ``ground``, what the
+        card needs, and without anything privileged.
         """
 
 
@@ -77,6 +81,8 @@ class Composed:
         self.method = method
         self.posts = tuple(posts)
         self.card = _card(method, self.posts)
+        needing = [n for n, post in enumerate(self.posts, 1) if RECONSTRUCTION in _needs(post)]
+        self._twice = self.posts[: max(needing, default=0)]
         if takes_batches(method):
             self.retarget_batch = partial(self._batch, method)
 
@@ -97,30 +103,47 @@ class Composed:
         return optional.method_manifest(self.method)
 
     def supports(self, source: Character, target: Character) -> str | None:
-        if reason := self.method.supports(source, target):
+        asked = [(target, self.posts)]
+        if self._twice:
+            asked.append((source, self._twice))
+        return next((why for body, posts in asked if (why := self._reason(source, body, posts))), None)
+
+    def _reason(self, source: Character, body: Character, posts: Sequence[Post]) -> str | None:
+        if reason := self.method.supports(source, body):
             return reason
-        each = ((post.card.name, post.supports(source, target)) for post in self.posts)
+        each = ((post.card.name, post.supports(source, body)) for post in posts)
         return next((f"{name}: {reason}" for name, reason in each if reason), None)
 
     def retarget(self, source: Source, target: Character, *, context: Context) -> Prediction:
-        answer = self.method.retarget(source.copy(), target, context=replace(context, ground=None))
-        return self._processed(answer, source, target, context)
+        given = replace(context, ground=None)
+        answer = self.method.retarget(source.copy(), target, context=given)
+        (own,) = self._reconstructed([source], [target], [given])
+        return self._processed(answer, own, source, target, context)
 
-    def _processed(self, answer: object, source: Source, target: Character, context: Context) -> Prediction:
-        """The answer after every post-processor. Raises NotSupported, and Invalid naming the plug-in."""
-        case = Case(_NO_CASE, source, target)
+    def _reconstructed(
+        self, sources: Sequence[Source], targets: Sequence[Character], contexts: Sequence[Context]
+    ) -> Sequence[object]:
+        """Of every source the method's answer on its own body, where a post-processor needs it."""
+        if not self._twice:
+            return [None] * len(sources)
+        return optional.reconstructed(self.method, [each.copy() for each in sources], targets, contexts)
+
+    def _processed(
+        self, answer: object, own: object, source: Source, target: Character, context: Context
+    ) -> Prediction:
+        """The answer after every post-processor; ``own`` goes with it as far as it is needed.
+
+        Raises NotSupported, and Invalid naming the plug-in."""
         bare = Context(context.seed, context.device, context.precision, context.ground)
+        case, again = Case(_NO_CASE, source, target), Case(_NO_CASE, source, source.character)
         found, before = verified(answer, case), self.method.card.name
-        for post in self.posts:
-            name = post.card.name
-            kind, takes = kind_of(found), post.card.accepts
-            if kind not in takes:
-                raise NotSupported(f"{name} takes {' or '.join(takes)}, but {before} gives {kind} only")
-            answer = post.process(found.copy(), source.copy(), context=bare)
-            try:
-                found, before = verified(answer, case), name
-            except Invalid as error:
-                raise Invalid(f"{name} {error}") from error
+        kept = verified(own, again) if self._twice else None
+        for number, post in enumerate(self.posts, 1):
+            given = replace(bare, reconstruction=kept) if RECONSTRUCTION in _needs(post) else bare
+            found = _through(post, found, before, case, given)
+            if kept is not None and number < len(self._twice):
+                kept = _through(post, kept, before, again, given)
+            before = post.card.name
         return found
 
     def _batch(
@@ -134,8 +157,26 @@ class Composed:
         copies = [source.copy() for source in sources]
         given = [replace(context, ground=None) for context in contexts]
         answers = method.retarget_batch(copies, targets, contexts=given)
-        asked = zip(answers, sources, targets, contexts, strict=True)
+        own = self._reconstructed(sources, targets, given)
+        asked = zip(answers, own, sources, targets, contexts, strict=True)
         return [self._processed(*each) for each in asked]
+
+
+def _through(post: Post, found: Prediction, before: str, case: Case, context: Context) -> Prediction:
+    """What a post-processor makes of an answer to a case, which ``before`` gave."""
+    name, kind, takes = post.card.name, kind_of(found), post.card.accepts
+    if kind not in takes:
+        raise NotSupported(f"{name} takes {' or '.join(takes)}, but {before} gives {kind} only")
+    answer = post.process(found.copy(), case.source.copy(), context=context)
+    try:
+        return verified(answer, case)
+    except Invalid as error:
+        raise Invalid(f"{name} {error}") from error
+
+
+def _needs(post: Post) -> tuple[str, ...]:
+    """Cards of a plug-in's own class may leave it out."""
+    return tuple(getattr(post.card, "needs", ()))
 
 
 _NO_CASE = CaseInfo("", "retarget", "", "", "", "")

@@ -20,7 +20,7 @@ from retarget_bench.training.phases import to_device
 BODIES, THREE = pan_material.BODIES, pan_material.THREE
 WINDOW = 12
 THIN: Any = {"width": 32, "latent": 32, "heads": 4, "template": (8, 16), "motion": (3, 8, 16)}
-PLAIN = {"facing": False, "sized": False, "varied": False, "turned": False, "mirrored": False}
+PLAIN = dict.fromkeys(("facing", "sized", "varied", "slanted", "turned", "mirrored"), False)
 """Windows go through training as they are."""
 
 

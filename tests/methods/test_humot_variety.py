@@ -16,9 +16,11 @@ from retarget_bench.methods.humot.augmentation import (
     proportions,
     reproportion,
     rotate_limbs,
+    slanted,
+    slants,
 )
 from retarget_bench.methods.humot.features import USUAL, body, stature, upright
-from retarget_bench.motion import aligned
+from retarget_bench.motion import aligned, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from tests.examples import examples
@@ -33,6 +35,23 @@ def dance(name, frames=6):
 
 def bones(places, mine):
     return (places - places[..., list(mine.parents), :])[..., 1:, :]
+
+
+def bones_to(places, mine):
+    return places - places[..., list(mine.parents), :]
+
+
+def leaning(character, added):
+    """The character with what ``slants`` gives added to its bones, and the same rotations at rest."""
+    skeleton, mine = character.skeleton, body(character)
+    offsets = skeleton.offsets.copy()
+    for joint, more in zip(mine.joints[1:], upright(added)[1:], strict=True):
+        above = character.reference_globals[skeleton.parents[joint]]
+        offsets[joint] += rotation.rotate(rotation.conjugate(above), more)
+    other = Skeleton(skeleton.names, skeleton.parents, offsets)
+    return Character(
+        "leaning", other, character.structure, character.roles, character.reference_pose, character.measures
+    )
 
 
 def resized(character, factors):
@@ -67,6 +86,54 @@ def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     )
 
 
+@examples(10)
+@given(SEEDS, st.sampled_from(sorted(THREE)))
+def test_slanted_motion_is_what_the_same_rotations_do_on_slanted_bones(seed, name):
+    motion = dance(name)
+    mine = body(motion.character)
+    added = slants(np.random.default_rng(seed), mine)
+    other = leaning(motion.character, added)
+    wanted = body(other).see(other.motion(motion.rotations, motion.root, motion.fps))
+    found = slanted(mine.see(motion), mine.turns(motion), added, mine)
+    np.testing.assert_allclose(found - found[:, :1], wanted - wanted[:, :1], atol=1e-9)
+    np.testing.assert_array_equal(found[:, 0], mine.see(motion)[:, 0])
+    template = mine.template + build(mine).chains @ added
+    np.testing.assert_allclose(template, body(other).template, atol=1e-9)
+
+
+@examples(20)
+@given(SEEDS)
+def test_slants_keep_lengths_and_are_mirror_images_and_leave_hanging_arms(seed):
+    mine = body(BODIES["one"])
+    added = slants(np.random.default_rng(seed), mine)
+    before = mine.template - mine.template[list(mine.parents)]
+    lengths = (np.linalg.norm(each, axis=1) for each in (before, before + added))
+    np.testing.assert_allclose(*lengths, atol=1e-12)
+    roles = [mine.character.roles[joint] or "" for joint in mine.joints]
+    for place, role in enumerate(roles):
+        if role.startswith("left_"):
+            other = roles.index(role.replace("left_", "right_"))
+            np.testing.assert_allclose(added[place] * [-1, 1, 1], added[other], atol=1e-9)
+        if role.endswith(("forearm", "hand")):
+            assert not added[place].any()
+
+
+def test_half_of_the_bodies_slant_by_some_degrees():
+    mine, numbers = body(BODIES["one"]), np.random.default_rng(0)
+    every = np.array([slants(numbers, mine) for _ in range(1000)])
+    assert 0.45 < every.any(axis=(1, 2)).mean() < 0.55
+    shin = [mine.character.roles[joint] for joint in mine.joints].index("left_foot")
+    length = np.linalg.norm(mine.template[shin] - mine.template[mine.parents[shin]])
+    moved = np.linalg.norm(every[every.any(axis=(1, 2))][:, shin], axis=1) / length
+    assert 5 < np.degrees(2 * np.arcsin(moved / 2)).mean() < 15
+
+
+def test_where_only_positions_are_known_no_bone_is_slanted():
+    motion = dance("one")
+    mine = body(motion.character)
+    assert not mine.turns(motion.character.positions(motion.positions, motion.fps)).any()
+
+
 @examples(20)
 @given(SEEDS)
 def test_both_sides_of_a_body_have_the_same_proportions(seed):
@@ -93,8 +160,9 @@ def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_s
 @given(SEEDS, st.sampled_from(sorted(THREE)))
 def test_a_limb_turns_as_one_piece_about_its_first_joint(seed, name):
     mine = body(BODIES[name])
-    places = mine.see(dance(name))
-    found = rotate_limbs(np.random.default_rng(seed), places, mine)
+    motion = dance(name)
+    places, turns = mine.see(motion), mine.turns(motion)
+    found, turned = rotate_limbs(np.random.default_rng(seed), places, turns, mine)
     lengths = (np.linalg.norm(bones(each, mine), axis=-1) for each in (found, places))
     np.testing.assert_allclose(*lengths, atol=1e-9)
     limbs = build(mine).limbs
@@ -105,6 +173,15 @@ def test_a_limb_turns_as_one_piece_about_its_first_joint(seed, name):
         np.testing.assert_allclose(one @ one.T, other @ other.T, atol=1e-9)  # one turn, for all frames
         cosines = (one * other).sum(1) / np.linalg.norm(one, axis=1).clip(1e-9) ** 2
         assert (cosines > np.cos(reach) - 1e-6).all()
+        bone, was, now = (
+            each[..., below, :]
+            for each in (mine.template - mine.template[list(mine.parents)], turns, turned)
+        )
+        swung = rotation.multiply(now, rotation.conjugate(was)).reshape(-1, 4)
+        np.testing.assert_allclose(np.abs(swung @ swung[0]), 1.0, atol=1e-9)
+        rigid = rotation.rotate(now, np.broadcast_to(bone, (*now.shape[:-1], 3)))
+        if "up_leg" in (mine.character.roles[mine.joints[joint]] or ""):
+            np.testing.assert_allclose(rigid, bones_to(found, mine)[:, below], atol=1e-9)
 
 
 def test_joints_without_roles_have_the_proportions_of_the_other_side():
@@ -153,7 +230,7 @@ def test_limbs_are_arms_and_legs():
 # ---------------------------------------------------------------------------------------- in training
 @pytest.fixture(scope="module")
 def drawn():
-    options = humot_material.PLAIN | {"sized": True, "varied": True}
+    options = humot_material.PLAIN | {"sized": True, "varied": True, "slanted": False}
     return humot_material.batch(
         humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
     )
@@ -175,6 +252,28 @@ def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_do
             lengths = np.linalg.norm(one, axis=-1) * np.linalg.norm(other, axis=-1)
             np.testing.assert_allclose((one * other).sum(-1), lengths, atol=1e-5)
         differ += not np.allclose(given["template"][row], asked["template"][row], atol=1e-3)
+    assert 35 < differ < 55  # but for a quarter
+
+
+def test_slanted_bodies_do_the_same_on_bones_of_the_same_lengths():
+    options = humot_material.PLAIN | {"slanted": True}
+    batch = humot_material.batch(
+        humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
+    )
+    given, asked = (
+        {key: each.double().numpy() for key, each in batch[side].items()} for side in ("given", "asked")
+    )
+    differ = 0
+    for row in range(60):
+        count = int(given["joints"][row].sum())
+        parents = given["parents"][row, 1:count].astype(int)
+        for side in (given, asked):
+            lengths = [
+                np.linalg.norm(side[key][row, ..., 1:count, :] - side[key][row][..., parents, :], axis=-1)
+                for key in ("places", "template")
+            ]
+            np.testing.assert_allclose(*np.broadcast_arrays(*lengths), atol=1e-5)
+        differ += not np.allclose(given["template"][row], asked["template"][row], atol=1e-4)
     assert 35 < differ < 55  # but for a quarter
 
 

@@ -30,6 +30,10 @@ LEAST = 16
 """Frames: shorter clips are lengthened, since convolutions mirror what is beyond the ends."""
 
 
+Assigned = tuple[str, LayoutBody]
+"""The key of a structure, and a body in its layout."""
+
+
 class Retargeter(Protocol):
     """What retargeting reads of a method; see ``SkeletalMethod``."""
 
@@ -41,7 +45,7 @@ class Retargeter(Protocol):
     @property
     def structures(self) -> Mapping[str, StructureNetworks]: ...
 
-    def assigned(self, character: Character) -> tuple[str, LayoutBody]: ...
+    def assigned(self, character: Character) -> Assigned: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,18 +69,18 @@ class Question:
 def retargeted(
     method: Retargeter,
     sources: Sequence[Motion],
-    targets: Sequence[Character],
+    bodies: Sequence[Assigned],
     contexts: Sequence[Context],
 ) -> list[Motion]:
-    """The motions of targets that the method supports.
+    """The motions of the bodies, each by the networks of the structure that stands before it.
 
     Cases of one length and one pair of structures go through the networks together.
     """
     features, structures = method.settings.features, method.structures
     groups: dict[tuple[str, str, int, str], list[int]] = {}
     questions = []
-    for number, (source, target, context) in enumerate(zip(sources, targets, contexts, strict=True)):
-        question = _question(method, source, target, context)
+    for number, (source, body, context) in enumerate(zip(sources, bodies, contexts, strict=True)):
+        question = _question(method, source, body, context)
         questions.append(question)
         key = (*question.structures, len(question.seen["edges"]), context.device)
         groups.setdefault(key, []).append(number)
@@ -102,8 +106,8 @@ def retargeted(
     return [found[number] for number in range(len(questions))]
 
 
-def _question(method: Retargeter, source: Motion, target: Character, context: Context) -> Question:
-    (here, actor), (there, body) = method.assigned(source.character), method.assigned(target)
+def _question(method: Retargeter, source: Motion, asked: Assigned, context: Context) -> Question:
+    (here, actor), (there, body) = method.assigned(source.character), asked
     shown = rates.at_thirty(source)
     assert isinstance(shown, Motion)
     ends = tips(shown, actor, body) if method.tips == "copied" else None

@@ -96,15 +96,22 @@ class SkeletalMethod(LearnedMethod):
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:
         """The motions of the targets; those of one length and one pair of structures together."""
-        from retarget_bench.training.layers.skeletal.inference import retargeted
-
-        motions = []
         for source, target in zip(sources, targets, strict=True):
             if why := self.supports(source.character, target):
                 raise NotSupported(why)
-            if not isinstance(source, Motion):
-                raise NotSupported(
-                    f"{self.card.name} reads rotations, and this source is known by positions only"
-                )
-            motions.append(source)
-        return retargeted(self, motions, targets, contexts)
+        return self._retargeted(sources, [self.assigned(target) for target in targets], contexts)
+
+    def _retargeted(
+        self,
+        sources: Sequence[Prediction],
+        bodies: Sequence[tuple[str, LayoutBody]],
+        contexts: Sequence[Context],
+    ) -> list[Motion]:
+        from retarget_bench.training.layers.skeletal.inference import retargeted
+
+        motions = [source for source in sources if isinstance(source, Motion)]
+        if len(motions) < len(sources):
+            raise NotSupported(
+                f"{self.card.name} reads rotations, and this source is known by positions only"
+            )
+        return retargeted(self, motions, bodies, contexts)
