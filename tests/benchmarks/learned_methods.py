@@ -24,15 +24,19 @@ from retarget_bench.python import known
 PROJECT = Path(__file__).parents[2]
 METHODS = (
     *("ik", "copy_rotations", "bone_directions", "paired"),
-    *("pan", "pan+footlock", "humot", "humot+fit+smooth+footlock"),
-    *("smrm", "smrm+smooth+footlock", "nkn", "nkn+smooth+footlock"),
-    *("r2et", "pmnet", "pmnet+smooth+footlock", "same"),
+    *("pan", "pan+residual", "pan+residual+footlock"),
+    *("humot", "humot+residual", "humot+residual+fit+footlock"),
+    *("smrm", "smrm+residual", "smrm+residual+footlock"),
+    *("nkn", "nkn+residual", "nkn+residual+footlock"),
+    *("pmnet", "pmnet+residual", "pmnet+residual+footlock"),
+    *("r2et", "r2et+residual", "same", "same+residual"),
     STILL := "rest_pose",
 )
 FEWEST = "san"
 OF_KNOWN_STRUCTURES = (
-    *(FEWEST, "san+smooth+footlock", "nkn_cross", "nkn_cross+smooth+footlock"),
-    *("pmnet_cross", "pmnet_cross+smooth+footlock"),
+    *(FEWEST, "san+residual", "san+residual+footlock"),
+    *("nkn_cross", "nkn_cross+residual", "nkn_cross+residual+footlock"),
+    *("pmnet_cross", "pmnet_cross+residual", "pmnet_cross+residual+footlock"),
 )
 """They know the structures of their training alone, and are compared on fewer cases."""
 BESIDE = ("ik", "copy_rotations", "nkn", "pmnet", STILL)
