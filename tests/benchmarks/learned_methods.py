@@ -2,9 +2,9 @@
 
     python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo
 
-Computes what is missing or outdated in --out (runs/learned). Writes ``results/learned.md``, and
-``methods/known.csv``, by which ``bench retarget`` and ``bench info`` warn. Methods without shipped
-weights are left out.
+Computes what is missing or outdated in --out (runs/learned). Writes ``results/learned.md``,
+``results/learned_curves.png`` from the cards of the weights, and ``methods/known.csv``, by which ``bench
+retarget`` and ``bench info`` warn. Methods without shipped weights are left out.
 """
 
 from __future__ import annotations
@@ -15,9 +15,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
+
 import retarget_bench as rb
 from retarget_bench import defaults
-from retarget_bench.files import write_csv, write_text
+from retarget_bench.figures import palette
+from retarget_bench.files import atomic, write_csv, write_text
 from retarget_bench.plugins import registry
 from retarget_bench.python import known
 
@@ -139,7 +142,8 @@ def page(results: dict[str, rb.Results], known_structures: rb.Results) -> str:
         "Shipped weights. After a plus stand post-processors ([docs/posts.md](../docs/posts.md)); such "
         "rows have the aims of the method. Means over clips on the cases that all methods answered, 95 % "
         "intervals over clips in brackets; below them the aim, and whether the mean reaches it. "
-        + f"{sizes}. What keeps the others from it: [docs/learned.md](../docs/learned.md).",
+        + f"{sizes}. Errors on validation over the last training of each: `learned_curves.png`. What keeps "
+        "the others from their aims: [docs/learned.md](../docs/learned.md).",
     ]
     for title, columns in TABLES.items():
         out += table(title, columns, METHODS, cells)
@@ -199,6 +203,30 @@ def cell(cells: Cells, method: str, column: Column) -> str:
     return f"{text}<br>{'≥' if more else '≤'} {aim:.2f}: {'yes' if reached else 'no'}"
 
 
+def curves(cards: dict[str, Any], path: Path) -> None:
+    """A panel for each method: errors on validation over the minutes of its last training, by its card."""
+    columns = 4
+    rows = -(-len(cards) // columns)
+    figure, panels = plt.subplots(rows, columns, figsize=(12, 2.6 * rows), layout="tight", squeeze=False)
+    for panel, (name, card) in zip(panels.flat, cards.items(), strict=False):
+        found = card["validation"]
+        for split, colour in zip(("self", "intra", "cross"), palette.COLOURS, strict=False):
+            errors = [each["scores"][split][ALIGNED] for each in found]
+            minutes = [each["seconds"] / 60 for each in found]
+            panel.plot(minutes, errors, marker=".", label=split, color=colour)
+        begun = " (from other weights)" if card["init"] else ""
+        panel.set_title(f"{name}{begun}", fontsize=10)
+        panel.set(xlim=(0, None), ylim=(0, 1.05 * panel.get_ylim()[1]))
+    for panel in panels.flat[len(cards) :]:
+        panel.axis("off")
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="lower right", frameon=False)
+    figure.supxlabel("minutes of training on one core")
+    figure.supylabel("MPJPE, root-aligned, % of height (validation)")
+    with atomic(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=110)
+    plt.close(figure)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--root", required=True, metavar="DIR", help="folder of the Mixamo clips")
@@ -219,6 +247,11 @@ def main() -> None:
         _trained((*OF_KNOWN_STRUCTURES, *BESIDE)), splits=SPLITS["puppets"], **sets["puppets"], **common
     )
     write(results, few)
+    learned = (name for name in _trained((*METHODS, *OF_KNOWN_STRUCTURES)) if "+" not in name)
+    with_cards = [
+        name for name in learned if getattr(registry.create("methods", name), "weights_card", None)
+    ]
+    curves(with_cards, PROJECT / "results" / "learned_curves.png")
 
 
 def _trained(methods: Iterable[str]) -> list[str]:
