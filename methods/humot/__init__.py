@@ -155,7 +155,8 @@ class HuMoT(LearnedMethod):
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         mine = body(motion.character)
-        return {"places": mine.see(motion), "turns": mine.turns(motion)}
+        turns = {"turns": mine.turns(motion)} if self.settings.slanted else {}
+        return {"places": mine.see(motion), **turns}
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> HumotTraining:
         from .training import HumotTraining

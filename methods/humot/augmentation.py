@@ -23,10 +23,12 @@ OWN = 0.5
 SWUNG = 0.25
 """How often a limb is turned."""
 SLANT = 0.25
-"""Radians: the largest deviation, of a body, of the turns of its bones; toes and collar bones turn by twice
-as much. On Mixamo's bodies bones of legs are 5 to 24 degrees from where generated bodies have them, collar
-bones and toes 24 to 43."""
-LOOSE = ("toe", "shoulder")
+"""Radians: the largest deviation, of a body, of the turns of its bones; those to toes, shoulders and upper
+arms turn by twice as much. On Mixamo's bodies bones of legs are 5 to 24 degrees from where generated bodies
+have them, these 9 to 43."""
+LOOSE = ("toe", "shoulder", "arm")
+FARTHEST = 0.9
+"""Radians: no bone turns farther."""
 ARMS = 1
 REACH = {"arm": np.radians(120.0), "up_leg": np.radians(40.0)}
 """Radians: how far, at most, by the role of the limb's first joint."""
@@ -109,9 +111,13 @@ def slants(numbers: np.random.Generator, body: HumotBody) -> np.ndarray:
             vectors[joint] = 0.0
         if kind in LOOSE:
             vectors[joint] *= 2.0
-        if role and role.startswith("right"):
+        if kind == role:  # in the plane that both sides mirror
+            vectors[joint, 1:] = 0.0
+        elif role and role.startswith("right"):
             vectors[joint, 1:] *= -1.0
-    return rotation.rotate(rotation.from_rotation_vector(vectors), bones) - bones
+    far = np.linalg.norm(vectors, axis=1, keepdims=True) / FARTHEST
+    turns = rotation.from_rotation_vector(vectors / far.clip(min=1.0))
+    return rotation.rotate(turns, bones) - bones
 
 
 def slanted(positions: np.ndarray, turns: np.ndarray, added: np.ndarray, body: HumotBody) -> np.ndarray:

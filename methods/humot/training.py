@@ -67,7 +67,8 @@ class HumotTraining:
         left_out = held_out if self._settings.split == "chunk" else None
         windows = self._material.draw(numbers, cast, self._frames, self._settings.hop, left_out)
         bodies = [self._bodies[name] for name in cast]
-        seen, turns = windows.arrays["places"], windows.arrays["turns"]
+        seen = windows.arrays["places"]
+        turns = windows.arrays.get("turns", np.zeros((*seen.shape[:3], 4)))
         pairs = [
             self._performed(
                 numbers, mine, *(each[row, :length, : len(mine.joints)] for each in (seen, turns))

@@ -216,7 +216,7 @@ class Pan(SkeletalMethod):
         assignment = self.assignment(character)
         return assignment.structure, assignment.body
 
-    def reconstructed(
+    def reconstruct_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:
         """The sources on their own bodies, decoded by the networks of each target's structure where it

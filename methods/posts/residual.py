@@ -1,5 +1,8 @@
 """Keeps of an answer what the method changes from one body to the other, and copies the rest."""
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 
 from retarget_bench.api import Context, Prediction
@@ -7,10 +10,13 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion import root_rules, rotation, transfer
 from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.planting.cuts import takes
+from retarget_bench.motion.roles import ancestors
 from retarget_bench.motion.smoothing import averaged
 from retarget_bench.plugins.post_processors import RECONSTRUCTION, PostCard
 
 RULE = "hip_height"
+_SHORT = 1e-3
+"""Heights: a bone of the source that is no longer says nothing of the target's."""
 
 
 class Residual:
@@ -32,30 +38,30 @@ class Residual:
     )
 
     def __init__(self, sigma: float = 0.1) -> None:
-        if not 0.0 <= sigma <= 10.0:
-            raise BenchError(f"residual: sigma is in seconds, from 0 to 10; got {sigma:g}")
+        if not 0.0 <= sigma <= 1.0:
+            raise BenchError(f"residual: sigma is in seconds, from 0 to 1; got {sigma:g}")
         self.sigma = sigma
 
     def supports(self, source: Character, target: Character) -> str | None:
         return transfer.reason(source, target) or root_rules.reason(RULE, source, target)
 
     def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Prediction:
-        own, ratio = context.reconstruction, root_rules.ratio(RULE, source.character, prediction.character)
-        width, pieces = self.sigma * prediction.fps, takes(source)
+        own, width, pieces = context.reconstruction, self.sigma * prediction.fps, takes(source)
         if isinstance(prediction, Motion):
-            if not (isinstance(source, Motion) and isinstance(own, Motion)):
+            if not isinstance(source, Motion):
                 raise NotSupported("residual needs a source with rotations for an answer with rotations")
-            return _turned(prediction, source, own, ratio, width, pieces)
+            if not isinstance(own, Motion):
+                raise NotSupported("residual needs rotations on the source's own body, too")
+            return _turned(prediction, source, own, width, pieces)
         assert isinstance(prediction, Positions)
         assert own is not None
-        return _placed(prediction, source, own, ratio, width, pieces)
+        return _placed(prediction, source, own, width, pieces)
 
 
-def _turned(
-    answer: Motion, source: Motion, own: Motion, ratio: float, width: float, pieces: list[slice]
-) -> Motion:
+def _turned(answer: Motion, source: Motion, own: Motion, width: float, pieces: list[slice]) -> Motion:
     """By orientations relative to the reference pose, a change as seen from the joint that it turns."""
     target = answer.character
+    ratio = root_rules.ratio(RULE, source.character, target)
     copied, kept = (transfer.orientations(each, target) for each in (source, own))
     changed = rotation.multiply(rotation.conjugate(kept), transfer.relative(answer))  # (frames, joints, 4)
     moved = transfer.hips(answer) - ratio * transfer.hips(own)
@@ -69,20 +75,66 @@ def _turned(
 
 
 def _placed(
-    answer: Positions, source: Prediction, own: Prediction, ratio: float, width: float, pieces: list[slice]
+    answer: Positions, source: Prediction, own: Prediction, width: float, pieces: list[slice]
 ) -> Positions:
-    """By positions; a joint that the source lacks is moved by as much as the one that it hangs from."""
-    target = answer.character
-    match = transfer.correspondence(source.character, target)
-    lost = ratio * (source.positions - own.positions)
-    given = transfer.shared_out(lost, match, target, np.zeros(3))  # (frames, joints, 3)
-    known = np.flatnonzero(match >= 0)
-    changed = answer.positions[:, known] - ratio * own.positions[:, match[known]]
+    """By bones: what each lacks in the answer on the source's own body, in the length of the target's."""
+    bones = _Bones.between(source.character, answer.character)
+    lacking = bones.carried(source.positions - own.positions)
+    changed = answer.positions - bones.carried(own.positions)  # (frames, joints, 3)
     trembling = np.concatenate([changed[piece] - averaged(changed[piece], width) for piece in pieces])
-    rank = np.full(len(match), transfer.FOLLOW)
-    rank[known] = np.arange(len(known))
-    given -= transfer.shared_out(trembling, rank, target, np.zeros(3))
-    return target.positions(answer.positions + given, answer.fps)
+    steady = trembling[:, bones.like]
+    return answer.character.positions(answer.positions + lacking - steady, answer.fps)
+
+
+@dataclass(frozen=True, eq=False)
+class _Bones:
+    """Which of the source's joints each of the target's ``(joints,)`` takes after.
+
+    like:  the joint itself where the source has a counterpart, else the nearest above that has one; the
+           hips for what is above them. match: that joint's counterpart.
+    above: the nearest such joint above; -1 for the hips and what is above them.
+    scale: length from ``above`` to ``like`` over the source's between the same; 0 where that has none. For
+           these the ratio of the hips' heights.
+    """
+
+    like: np.ndarray
+    match: np.ndarray
+    above: np.ndarray
+    scale: np.ndarray
+
+    @classmethod
+    def between(cls, source: Character, target: Character) -> Self:
+        answer, parents = transfer.correspondence(source, target), target.skeleton.parents.tolist()
+        hips = target.joint_of["hips"]
+        first = [hips, *ancestors(target.skeleton, hips)]
+        like = np.full(len(parents), hips)
+        for joint, parent in enumerate(parents):
+            if answer[joint] >= 0:
+                like[joint] = joint
+            elif joint not in first:
+                like[joint] = like[parent]
+        above = np.where(np.isin(like, first), -1, like[np.array(parents)[like]])
+        match = answer[like]
+        mine, theirs = target.reference_places, source.reference_places
+        length = np.linalg.norm(mine[like] - mine[above], axis=-1)
+        there = np.linalg.norm(theirs[match] - theirs[match[above]], axis=-1)
+        scale = np.divide(length, there, out=np.zeros_like(length), where=there > _SHORT * source.height)
+        scale[above < 0] = root_rules.ratio(RULE, source, target)
+        return cls(like, match, above, scale)
+
+    def carried(self, positions: np.ndarray) -> np.ndarray:
+        """``(frames, joints of the target, 3)``: displacements, or positions, ``(frames, joints of the
+        source, 3)`` added up along the target's bones."""
+        found = np.empty((len(positions), len(self.like), 3))
+        order = sorted(set(self.like.tolist()), key=lambda joint: (self.above[joint] >= 0, joint))
+        for joint in order:
+            above, here = self.above[joint], positions[:, self.match[joint]]
+            if above < 0:
+                found[:, joint] = self.scale[joint] * here
+            else:
+                bone = here - positions[:, self.match[above]]
+                found[:, joint] = found[:, above] + self.scale[joint] * bone
+        return found[:, self.like]
 
 
 plugin = Residual

@@ -183,7 +183,7 @@ def method_manifest(method: object) -> Manifest | None:
 
 @runtime_checkable
 class OffersReconstruction(Protocol):
-    def reconstructed(
+    def reconstruct_batch(
         self, sources: Sequence[Any], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> Sequence[Prediction]:
         """The sources on their own bodies, by the networks that answer for each target."""
@@ -197,7 +197,7 @@ def reconstructed(
     Most ask nothing of the target; one with networks for each kind of body takes the target's.
     """
     if isinstance(method, OffersReconstruction):
-        return method.reconstructed(sources, targets, contexts=contexts)
+        return method.reconstruct_batch(sources, targets, contexts=contexts)
     own = [source.character for source in sources]
     if takes_batches(method):
         return method.retarget_batch(sources, own, contexts=contexts)

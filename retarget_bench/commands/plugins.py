@@ -138,6 +138,8 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
     lines = [f"{entry}", *_wrapped(card.summary), ""]
     for attribute, title in FACTS:
         if value := getattr(card, attribute, None):
+            if (kind, attribute) == ("posts", "needs"):
+                title = "needs of the method, on the source's own body (twice the time)"
             text = value if isinstance(value, str) else ", ".join(map(str, value))
             lines += _wrapped(text, f"{title}: ")
     lines += [sentence for attribute, sentence in MARKS if getattr(card, attribute, False)]

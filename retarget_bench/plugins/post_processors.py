@@ -31,6 +31,8 @@ from retarget_bench.motion.motion import kind_of
 from retarget_bench.plugins.prediction_check import Invalid, verified
 
 RECONSTRUCTION = "reconstruction"
+OF_TARGET = {"reference", "second_reference", "target_motions", "other_clips"}
+"""Privileged inputs of methods that are about the target's body."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ class Composed:
         self.method = method
         self.posts = tuple(posts)
         self.card = _card(method, self.posts)
-        needing = [n for n, post in enumerate(self.posts, 1) if RECONSTRUCTION in _needs(post)]
+        needing = [n for n, post in enumerate(self.posts, 1) if RECONSTRUCTION in needs(post)]
         self._twice = self.posts[: max(needing, default=0)]
         if takes_batches(method):
             self.retarget_batch = partial(self._batch, method)
@@ -105,6 +107,12 @@ class Composed:
     def supports(self, source: Character, target: Character) -> str | None:
         asked = [(target, self.posts)]
         if self._twice:
+            post, seen = self._twice[-1].card.name, OF_TARGET & set(optional.method_card(self.method).needs)
+            if seen:
+                return (
+                    f"{post} asks for the source's own body, too, and {self.card.name.partition('+')[0]} "
+                    f"sees {', '.join(sorted(seen))} of the target"
+                )
             asked.append((source, self._twice))
         return next((why for body, posts in asked if (why := self._reason(source, body, posts))), None)
 
@@ -137,9 +145,11 @@ class Composed:
         bare = Context(context.seed, context.device, context.precision, context.ground)
         case, again = Case(_NO_CASE, source, target), Case(_NO_CASE, source, source.character)
         found, before = verified(answer, case), self.method.card.name
-        kept = verified(own, again) if self._twice else None
+        kept = _kept(own, again) if self._twice else None
         for number, post in enumerate(self.posts, 1):
-            given = replace(bare, reconstruction=kept) if RECONSTRUCTION in _needs(post) else bare
+            given = bare
+            if kept is not None and RECONSTRUCTION in needs(post):
+                given = replace(bare, reconstruction=kept.copy())
             found = _through(post, found, before, case, given)
             if kept is not None and number < len(self._twice):
                 kept = _through(post, kept, before, again, given)
@@ -174,9 +184,18 @@ def _through(post: Post, found: Prediction, before: str, case: Case, context: Co
         raise Invalid(f"{name} {error}") from error
 
 
-def _needs(post: Post) -> tuple[str, ...]:
-    """Cards of a plug-in's own class may leave it out."""
-    return tuple(getattr(post.card, "needs", ()))
+def _kept(own: object, case: Case) -> Prediction:
+    """The method's answer on the source's own body. Raises Invalid where it is none."""
+    try:
+        return verified(own, case)
+    except Invalid as error:
+        raise Invalid(f"asked for the source's own body, it {error}") from error
+
+
+def needs(post: Post) -> tuple[str, ...]:
+    """``PostCard.needs``; cards of a plug-in's own class may leave it out, or give one word."""
+    found = getattr(post.card, "needs", None) or ()
+    return (found,) if isinstance(found, str) else tuple(found)
 
 
 _NO_CASE = CaseInfo("", "retarget", "", "", "", "")

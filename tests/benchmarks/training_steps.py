@@ -1,13 +1,14 @@
 """Windows a second of whole training steps: by precision, rows of a batch, and ``torch.compile``.
 
     python tests/benchmarks/training_steps.py pan humot [--rows 16 32 64] [--rounds 3] [--compiled]
-        [--dataset puppets] [--preset default] [--threads 1] [--device cpu] [--steps 200]
+        [--dataset puppets] [--preset default] [--threads 1] [--device cpu] [--steps 200] [--shares]
 
 A step is one of ``bench train``: a batch drawn and moved to the device, losses, gradients and Adam of
 all phases. Contenders take turns with batches of the same seeds, and the median round counts: of processor
 time, on a GPU of wall time with the device waited for. ``--compiled`` adds contenders whose networks
 ``torch.compile`` has translated with its CPU backend; what that takes beforehand is printed too. With
-``--steps`` both precisions are trained from one beginning on the same batches, and losses are printed.
+``--steps`` both precisions are trained from one beginning on the same batches, and losses are printed. With
+``--shares`` the share of every phase, and of the forward passes of every class of network, is printed.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -81,6 +83,9 @@ def compare(name: str, asked: argparse.Namespace) -> None:
     if asked.steps:
         curves(name, method, data, asked)
         return
+    if asked.shares:
+        shares(name, method, data, asked)
+        return
     print(f"{name}, preset {asked.preset}: windows a second", flush=True)
     for rows in asked.rows:
         choices = [(kind, compiled) for compiled in asked.compiled for kind in ("float32", "bfloat16")]
@@ -111,6 +116,47 @@ def curves(name: str, method: Any, data: TrainingData, asked: argparse.Namespace
         print(f"{name}, {rows} rows, {asked.steps} steps, {kind}: {quarters}", flush=True)
 
 
+def shares(name: str, method: Any, data: TrainingData, asked: argparse.Namespace) -> None:
+    """Print which part of a step's processor time is drawing, every phase, and networks' forward passes."""
+    config = method.presets[asked.preset]
+    torch.manual_seed(0)
+    module = method.training_module(data, config)
+    phases = optimiser_phases(module, config, torch.device("cpu"))
+    names = [phase.name for phase in module.phases]
+    spent: Counter[str] = Counter()
+    clock, begun = time.process_time, {}
+
+    def before(part: nn.Module, _: Any) -> None:
+        begun[part] = clock()
+
+    def after(part: nn.Module, *_: Any) -> None:
+        spent[f"{type(part).__name__}, forward"] += clock() - begun[part]
+        spent[f"{type(part).__name__}, calls"] += 1
+
+    for part in module.modules.modules():
+        if type(part).__name__ in (*PARTS, "Discriminator"):
+            part.register_forward_pre_hook(before)
+            part.register_forward_hook(after)
+    for seed in range(asked.rounds + 1):
+        if seed == 1:
+            spent.clear()  # the first step is slower
+        torch.manual_seed(seed)
+        start, memory = clock(), {}
+        batch = to_device(module.draw(np.random.default_rng(seed), asked.rows[0]), torch.device("cpu"))
+        spent["drawing"] += clock() - start
+        for label, phase in zip(names, phases, strict=True):
+            start = clock()
+            phase(batch, memory, config.rate_at(seed, 0.0))
+            spent[f"phase {label}"] += clock() - start
+    whole = spent["drawing"] + sum(spent[f"phase {label}"] for label in names)
+    print(f"{name}, {asked.rows[0]} rows: {whole / asked.rounds:.2f} s a step")
+    for label, value in spent.items():
+        if label.endswith("calls"):
+            print(f"  {label}: {value / asked.rounds:g} a step")
+        else:
+            print(f"  {label}: {value / whole:.0%}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("methods", nargs="+")
@@ -121,6 +167,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--steps", type=int, default=0)
+    parser.add_argument("--shares", action="store_true")
     parser.add_argument("--compiled", action="store_const", const=(False, True), default=(False,))
     asked = parser.parse_args()
     torch.set_num_threads(asked.threads)

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.methods.humot.augmentation import (
+    FARTHEST,
     LIMITS,
     REACH,
     build,
@@ -35,6 +36,10 @@ def dance(name, frames=6):
 
 def bones(places, mine):
     return (places - places[..., list(mine.parents), :])[..., 1:, :]
+
+
+def lengths_of(bones):
+    return np.linalg.norm(bones, axis=1)
 
 
 def bones_to(places, mine):
@@ -116,6 +121,10 @@ def test_slants_keep_lengths_and_are_mirror_images_and_leave_hanging_arms(seed):
             np.testing.assert_allclose(added[place] * [-1, 1, 1], added[other], atol=1e-9)
         if role.endswith(("forearm", "hand")):
             assert not added[place].any()
+        if not role.startswith(("left_", "right_")):
+            assert added[place, 0] == pytest.approx(0.0, abs=1e-12)
+    cosines = ((before + added) * before).sum(1) / np.square(lengths_of(before)).clip(1e-12)
+    assert np.arccos(cosines[lengths_of(before) > 0].clip(-1, 1)).max() < FARTHEST + 1e-6
 
 
 def test_half_of_the_bodies_slant_by_some_degrees():

@@ -16,7 +16,7 @@ from retarget_bench.evaluation.tasks.points import PointsTask
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.post_processors import Composed, Post
+from retarget_bench.plugins.post_processors import RECONSTRUCTION, Composed, Post, needs
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
@@ -230,6 +230,8 @@ class PostTrial(Trial[Post]):
         card = self.plugin.card
         if not (card.summary and card.version and card.accepts):
             return "summary, version and accepts must not be empty"
+        if strange := set(needs(self.plugin)) - {RECONSTRUCTION}:
+            return f"needs {sorted(strange)}; known is {RECONSTRUCTION}"
         return self.card_fault(card, accepts=KINDS_OF_SOURCE)
 
     @demand("answers known by positions only are worked on, if the card accepts them")
