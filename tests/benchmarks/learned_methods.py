@@ -247,11 +247,14 @@ def main() -> None:
         _trained((*OF_KNOWN_STRUCTURES, *BESIDE)), splits=SPLITS["puppets"], **sets["puppets"], **common
     )
     write(results, few)
-    learned = (name for name in _trained((*METHODS, *OF_KNOWN_STRUCTURES)) if "+" not in name)
-    with_cards = [
-        name for name in learned if getattr(registry.create("methods", name), "weights_card", None)
-    ]
-    curves(with_cards, PROJECT / "results" / "learned_curves.png")
+    curves(cards(), PROJECT / "results" / "learned_curves.png")
+
+
+def cards() -> dict[str, Any]:
+    """Method -> the card of its weights."""
+    alone = (name for name in (*METHODS, *OF_KNOWN_STRUCTURES) if "+" not in name)
+    found = {name: getattr(registry.create("methods", name), "weights_card", None) for name in alone}
+    return {name: card for name, card in found.items() if card}
 
 
 def _trained(methods: Iterable[str]) -> list[str]:
