@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -195,7 +196,7 @@ def cell(cells: Cells, method: str, column: Column) -> str:
     if row is None or row.value != row.value:
         return "n/a"
     text = f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if row.low == row.low else "")
-    if (limit := AIMS.get(method.partition("+")[0], {}).get(column)) is None:
+    if (limit := AIMS.get(re.split(r"[\[+]", method)[0], {}).get(column)) is None:
         return text
     aim = limit if isinstance(limit, float) else limit[0] * cells[limit[1], column].value
     more = column[2] == RECALL
