@@ -26,10 +26,12 @@ from retarget_bench.plugins import registry
 from retarget_bench.python import known
 
 PROJECT = Path(__file__).parents[2]
+RIGS = "humot[slanted=true,weights=rigs]"
 METHODS = (
     *("ik", "copy_rotations", "bone_directions", "paired"),
     *("pan", "pan+residual", "pan+residual+footlock"),
     *("humot", "humot+residual", "humot+residual+fit+footlock"),
+    *(RIGS, f"{RIGS}+residual", f"{RIGS}+residual+fit+footlock"),
     *("smrm", "smrm+residual", "smrm+residual+footlock"),
     *("nkn", "nkn+residual", "nkn+residual+footlock"),
     *("pmnet", "pmnet+residual", "pmnet+residual+footlock"),
