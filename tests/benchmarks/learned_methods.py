@@ -115,7 +115,7 @@ def comparisons(results: rb.Results, bodies: str) -> Iterator[known.Comparison]:
                 *known.identity(method),
                 *(default, version, bodies, found.split, found.dataset.removesuffix(": people")),
                 *(str(one.cases), str(one.clips), *numbers[:2], *(numbers[2:-1] or ("", "")), numbers[-1]),
-                better={"first": method, "second": default}.get(one.verdict, ""),
+                better={"first": known.identity(method)[0], "second": default}.get(one.verdict, ""),
             )
 
 
@@ -218,11 +218,11 @@ def curves(cards: dict[str, Any], path: Path) -> None:
             minutes = [each["seconds"] / 60 for each in found]
             panel.plot(minutes, errors, marker=".", label=split, color=colour)
         begun = " (from other weights)" if card["init"] else ""
-        panel.set_title(f"{name}{begun}", fontsize=10)
+        panel.set_title(name.replace("[", "\n[") + begun, fontsize=9)
         panel.set(xlim=(0, None), ylim=(0, 1.05 * panel.get_ylim()[1]))
     for panel in panels.flat[len(cards) :]:
         panel.axis("off")
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="lower right", frameon=False)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="lower right", ncols=3, frameon=False)
     figure.supxlabel("minutes of training on one core")
     figure.supylabel("MPJPE, root-aligned, % of height (validation)")
     with atomic(path) as temporary:
