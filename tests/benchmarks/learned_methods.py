@@ -145,7 +145,8 @@ def page(results: dict[str, rb.Results], known_structures: rb.Results) -> str:
         "Shipped weights. After a plus stand post-processors ([docs/posts.md](../docs/posts.md)); such "
         "rows have the aims of the method. Means over clips on the cases that all methods answered, 95 % "
         "intervals over clips in brackets; below them the aim, and whether the mean reaches it. "
-        + f"{sizes}. Errors on validation over the last training of each: `learned_curves.png`. What keeps "
+        + f"{sizes}. Errors on validation over the last training of each, from random weights or (continued) "
+        "from others: `learned_curves.png`. What keeps "
         "the others from their aims: [docs/learned.md](../docs/learned.md).",
     ]
     for title, columns in TABLES.items():
@@ -217,7 +218,7 @@ def curves(cards: dict[str, Any], path: Path) -> None:
             errors = [each["scores"][split][ALIGNED] for each in found]
             minutes = [each["seconds"] / 60 for each in found]
             panel.plot(minutes, errors, marker=".", label=split, color=colour)
-        begun = " (from other weights)" if card["init"] else ""
+        begun = " (continued)" if card["init"] else ""  # from other weights
         panel.set_title(name.replace("[", "\n[") + begun, fontsize=9)
         panel.set(xlim=(0, None), ylim=(0, 1.05 * panel.get_ylim()[1]))
     for panel in panels.flat[len(cards) :]:
