@@ -19,6 +19,8 @@ METHODS = [entry.name for entry in registry.names("methods") if entry.origin == 
 METHODS.remove("external")  # a program is to be named: engine/test_environments.py
 SMALL = {"nearest_frame": "nearest_frame[poses=40]"}
 """Methods that take long by default, with parameters by which they do not."""
+LONG = ("correspondence_free",)
+"""Takes a minute; what it is composed of is tried on its own."""
 POSTS = [entry.name for entry in registry.names("posts") if entry.origin == registry.BUILT_IN]
 METRICS = [entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN]
 OF_MESHES = ("mesh_contact", "self_penetration", "vertex_error")
@@ -32,7 +34,10 @@ def _few_points(monkeypatch) -> None:
     monkeypatch.setattr(skr, "SPOTS", 128)
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in METHODS],
+)
 @pytest.mark.usefixtures("_few_points")
 def test_built_in_methods_keep_the_contract(name):
     if reason := getattr(registry.create("methods", name), "untrained", ""):

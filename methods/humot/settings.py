@@ -96,7 +96,6 @@ PUBLISHED: Mapping[str, str | int | float | bool] = {
     "facing": False,
     "sized": False,
     "varied": False,
-    "slanted": False,
     "mirrored": False,
     "root_rule": "leg_length",
 }
@@ -106,7 +105,6 @@ DIFFERS = {
     "facing": "facing ahead",
     "sized": "one size",
     "varied": "bodies varied",
-    "slanted": "bones slanted",
     "mirrored": "mirrored",
     "root_rule": "root rule hip_height",
 }

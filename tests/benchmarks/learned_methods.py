@@ -145,9 +145,9 @@ def page(results: dict[str, rb.Results], known_structures: rb.Results) -> str:
         "Shipped weights. After a plus stand post-processors ([docs/posts.md](../docs/posts.md)); such "
         "rows have the aims of the method. Means over clips on the cases that all methods answered, 95 % "
         "intervals over clips in brackets; below them the aim, and whether the mean reaches it. "
-        + f"{sizes}. Errors on validation over the last training of each, from random weights or (continued) "
-        "from others: `learned_curves.png`. What keeps "
-        "the others from their aims: [docs/learned.md](../docs/learned.md).",
+        + f"{sizes}. Errors on validation over the last training of each, from random weights or from "
+        "others (continued): `learned_curves.png`. What keeps methods from their aims: "
+        "[docs/learned.md](../docs/learned.md).",
     ]
     for title, columns in TABLES.items():
         out += table(title, columns, METHODS, cells)
