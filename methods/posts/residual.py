@@ -26,6 +26,8 @@ class Residual:
     source's own body, the right answer is known, and so is what was lost. The answer is given that back:
     onto the same body nothing is changed at all. What is left of the method, its difference between both
     bodies, is averaged over time with Gaussian weights, but not over the source's cuts.
+
+    Raises NotSupported for an answer with rotations where the source, or that on its own body, has none.
     """
 
     card = PostCard(
@@ -82,8 +84,8 @@ def _placed(
     lacking = bones.carried(source.positions - own.positions)
     changed = answer.positions - bones.carried(own.positions)  # (frames, joints, 3)
     trembling = np.concatenate([changed[piece] - averaged(changed[piece], width) for piece in pieces])
-    steady = trembling[:, bones.like]
-    return answer.character.positions(answer.positions + lacking - steady, answer.fps)
+    found = answer.positions + lacking - trembling[:, bones.like]
+    return answer.character.positions(found, answer.fps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +95,8 @@ class _Bones:
     like:  the joint itself where the source has a counterpart, else the nearest above that has one; the
            hips for what is above them. match: that joint's counterpart.
     above: the nearest such joint above; -1 for the hips and what is above them.
-    scale: length from ``above`` to ``like`` over the source's between the same; 0 where that has none. For
-           these the ratio of the hips' heights.
+    scale: length from ``above`` to ``like`` over the source's between the same, 0 where that has none; the
+           ratio of the heights of the hips where there is no ``above``.
     """
 
     like: np.ndarray

@@ -25,6 +25,7 @@ import numpy as np
 import torch
 from torch import nn
 
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.contract import LearnsFromPairs
@@ -172,7 +173,10 @@ def main() -> None:
     asked = parser.parse_args()
     torch.set_num_threads(asked.threads)
     for name in asked.methods:
-        compare(name, asked)
+        try:
+            compare(name, asked)
+        except BenchError as error:
+            raise SystemExit(str(error)) from None
 
 
 if __name__ == "__main__":
