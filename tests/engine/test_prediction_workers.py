@@ -16,8 +16,10 @@ from hypothesis import strategies as st
 from retarget_bench.api import Case, CaseInfo, Context
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.plan import dataset
-from retarget_bench.evaluation.predict import Inputs, context_for, predict
+from retarget_bench.evaluation.predict import Inputs, Outcome, context_for, predict
+from retarget_bench.evaluation.prediction import numpy_worker
 from retarget_bench.evaluation.prediction import question_files as files
+from retarget_bench.evaluation.prediction.answering import Desk
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
 from retarget_bench.evaluation.prediction.limits import LONGEST_LOG, PATIENCE, Limits
 from retarget_bench.evaluation.prediction.workers import Crew
@@ -267,6 +269,45 @@ def test_what_a_method_leaves_behind_ends_with_it(crew, case):
     assert there()
     crew.close()
     assert not there()
+
+
+def forking(path):
+    """A function that two processes come back from, and one that says in the file which came to write."""
+    children = []
+
+    def fork(*_):
+        if child := os.fork():
+            children.append(child)
+            os.waitpid(child, 0)  # so the child would write first
+        return {}
+
+    def write(*_):
+        with path.open("a") as file:
+            file.write(f"{os.getpid()}\n")
+
+    return fork, write
+
+
+def test_of_two_processes_that_come_back_one_writes_the_answer(tmp_path, monkeypatch):
+    fork, write = forking(tmp_path / "written")
+    ended = Outcome("ok", prediction=object())
+    monkeypatch.setattr(Desk, "_case", lambda *_: None)
+    monkeypatch.setattr(Desk, "_context", lambda *_: None)
+    monkeypatch.setattr(Desk, "_asked", lambda *_: [fork() or ended])
+    monkeypatch.setattr(files, "write_answer", write)
+    (said,) = Desk(None, None).answer([{"answer": "answer.npz"}])
+    assert said["status"] == "ok"
+    assert (tmp_path / "written").read_text().split() == [str(os.getpid())]
+
+
+def test_so_it_is_in_a_worker_that_has_numpy_alone(tmp_path, monkeypatch):
+    fork, write = forking(tmp_path / "written")
+    for name in ("motion", "body"):
+        monkeypatch.setattr(numpy_worker, name, lambda *_: {})
+    monkeypatch.setattr(numpy_worker, "write", write)
+    question = {"context": {}, "source": "", "source_character": "", "target_character": "", "answer": ""}
+    assert numpy_worker.answer(question, fork, {})["status"] == "ok"
+    assert (tmp_path / "written").read_text().split() == [str(os.getpid())]
 
 
 def test_time_limits_grow_with_the_frames(case):

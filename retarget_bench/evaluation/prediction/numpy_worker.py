@@ -87,14 +87,17 @@ def write(path: str, answer: dict[str, Any]) -> None:
 # ---------------------------------------------------------------------------------------------- the worker
 def answer(question: dict[str, Any], retarget: Callable, parameters: dict[str, Any]) -> dict[str, Any]:
     """How one question went: ``ok`` with the answer written, ``unsupported``, or ``failed``."""
-    start, status, message = time.perf_counter(), "ok", ""
+    start, status, message, mine = time.perf_counter(), "ok", "", os.getpid()
     try:
         context = {**question["context"], "parameters": parameters}
         for name in ("reference", "second_reference", "source_motion"):
             if context.get(name):
                 context[name] = motion(context[name]["motion"], context[name]["character"])
         source = motion(question["source"], question["source_character"])
-        write(question["answer"], retarget(source, body(question["target_character"]), context))
+        found = retarget(source, body(question["target_character"]), context)
+        if os.getpid() != mine:  # the method forked, and its child came back
+            os._exit(0)
+        write(question["answer"], found)
     except NotImplementedError as error:
         status, message = "unsupported", str(error)
     except Exception as error:
