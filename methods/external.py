@@ -10,11 +10,11 @@ from tempfile import TemporaryDirectory
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.predict import read_prediction
 from retarget_bench.evaluation.prediction.environments import files_hash, in_full
 from retarget_bench.exchange.case_export import CONVENTIONS, MANIFEST, SCHEMA, write_source, write_target
 from retarget_bench.files import write_text
 from retarget_bench.motion.character import Character
+from retarget_bench.results.predictions import read_prediction
 
 
 class External:

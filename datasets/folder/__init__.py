@@ -11,7 +11,7 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, Unusable
-from retarget_bench.evaluation.code_hash import code_hash, package_code
+from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
 from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some

@@ -182,6 +182,20 @@ def method_manifest(method: object) -> Manifest | None:
 
 
 @runtime_checkable
+class OffersWarmUp(Protocol):
+    def warm_up(self) -> None:
+        """Load what all answers need, such as weights. Called once, before the first question, in the
+        process
+        that those that answer are forked from: what is loaded later is loaded anew for every question."""
+
+
+def warm_up(method: object) -> None:
+    """Have a method load what it needs, where it offers that."""
+    if isinstance(method, OffersWarmUp):
+        method.warm_up()
+
+
+@runtime_checkable
 class OffersReconstruction(Protocol):
     def reconstruct_batch(
         self, sources: Sequence[Any], targets: Sequence[Character], *, contexts: Sequence[Context]

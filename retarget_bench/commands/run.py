@@ -74,10 +74,10 @@ overwrite_option = click.option(
 
 
 def _patterns(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
-    from retarget_bench.evaluation import quick_looks
+    from retarget_bench.evaluation import clips
 
     try:
-        return quick_looks.patterns(given)
+        return clips.patterns(given)
     except BenchError as error:
         raise click.BadParameter(str(error), ctx, param) from error
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.errors import BenchError
 from retarget_bench.python.progress import progress_bar
 
 
@@ -18,9 +19,10 @@ def command(plan: Path, shards: tuple[int, ...], jobs: int) -> None:
     PLAN is a folder RESULTS/.shards/ID of a run with --executor; its shards are numbered from 0. That run
     takes up what comes; where it has ended, its repetition does.
     """
-    from retarget_bench.evaluation.shards import ShardWorker
+    from retarget_bench.evaluation.executors.local import Local
 
-    with ShardWorker(plan, jobs) as worker:
-        for shard in shards:
-            with progress_bar(f"shard {shard}", "answers") as progress:
-                worker.carry_out(shard, progress)
+    with Local(jobs, check=True) as local, progress_bar("bench work", "shards") as progress:
+        for count, (shard, problem) in enumerate(local.run(plan, shards), 1):
+            if problem:
+                raise BenchError(f"shard {shard} is not complete: {problem}")
+            progress(count, len(shards))

@@ -9,15 +9,15 @@ from typing import Any, Literal
 from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, optional
 from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation import quick_looks
+from retarget_bench.evaluation import clips
 from retarget_bench.evaluation.batches import RULE, batches
-from retarget_bench.evaluation.code_hash import code_hash, folder_hash, imports, package_code, reached_code
 from retarget_bench.evaluation.prediction import environments
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
-from retarget_bench.files import digest, slug
+from retarget_bench.files import slug
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import assets, registry
+from retarget_bench.plugins.code_hash import code_hash, folder_hash, imports, package_code, reached_code
 from retarget_bench.plugins.parameters import class_card
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
@@ -49,7 +49,7 @@ class Plan:
     seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
     timeout:  seconds in which a method answers a case; 0: a minute, and a second for each frame.
     memory:   gigabytes that a method may take; 0: as the machine has.
-    clips:    patterns of the clips that are asked for, see ``quick_looks``; none: all.
+    clips:    patterns of the clips that are asked for, see ``clips.py``; none: all.
     limit:    at most so many clips of each split are asked for; 0: all.
     executor: where the missing cases are computed: ``local``, or one of ``evaluation/executors``.
     """
@@ -72,12 +72,6 @@ class Plan:
     limit: int = 0
     executor: str = "local"
     plugin_files: tuple[tuple[str, registry.Kind], ...] = field(default_factory=registry.files)
-
-    @property
-    def only(self) -> str:
-        """The options that make the run a quick look at some clips; "" where it is of all."""
-        clips = [f"--clips {','.join(self.clips)}"] if self.clips else []
-        return " ".join([*clips, *([f"--limit {self.limit}"] if self.limit else [])])
 
 
 def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
@@ -153,7 +147,7 @@ class EvaluationUnit:
     def asked(self) -> Sequence[CaseInfo]:
         """The cases of the clips that the plan asks for."""
         limits = self.plan.clips, self.plan.limit
-        return quick_looks.chosen(self.infos, *limits) if any(limits) else self.infos
+        return clips.chosen(self.infos, *limits) if any(limits) else self.infos
 
     @cached_property
     def built(self) -> Method:
@@ -173,7 +167,7 @@ class EvaluationUnit:
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:
-        """Facts that predictions depend on; ``case_key`` adds the case."""
+        """Facts that predictions depend on; ``store.case_key`` adds the case."""
         facts = {
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
@@ -232,10 +226,6 @@ class EvaluationUnit:
         targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
         ordered = sorted(targets.items())
         return {each.card.name: {name: _network(each, body) for name, body in ordered} for each in asked}
-
-    def case_key(self, case_id: str) -> str:
-        """The key of one case's prediction."""
-        return digest(f"{self.keys['prediction_key']}\n{case_id}", 16)
 
 
 def evaluation_units(plan: Plan) -> list[EvaluationUnit]:

@@ -1,132 +1,143 @@
-"""Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
+"""Carrying out a plan: which cases are missing, the shards, the journal, and the finished files."""
 
 import shutil
-from collections.abc import Collection, Iterable, Iterator, Mapping
+import time
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import executors, quick_looks, timing
-from retarget_bench.evaluation.answers import Progress, answers
-from retarget_bench.evaluation.executors import following
+from retarget_bench.evaluation import clips, executors, timing
+from retarget_bench.evaluation.executors import Engine
+from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
-from retarget_bench.evaluation.jobs import Jobs
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
 from retarget_bench.evaluation.prediction.workers import LEARNED
-from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
-from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
-from retarget_bench.evaluation.stored_plan import left_over, taken_over
-from retarget_bench.files import LOCK, locked, scratch_folder
+from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
+from retarget_bench.files import LOCK, locked
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
+
+PATIENCE = 60.0
+"""Seconds in which the answers of a shard that has ended must appear: shared file systems are slow."""
+LOOK = 0.5
+
+Progress = Callable[[int, int], None]
+"""Called with the number of answers done and of all that are to be asked."""
+Entries = dict[str, CaseResult]
 
 
 def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPaths]:
     """Compute what a plan lacks and return the paths of its results. timed: measure speeds, too.
 
-    Interrupted at any moment, it keeps what was finished; the next run goes on from there. Raises
-    BenchError where another run is writing to the same folder. A plan of some clips leaves results
-    unfinished, and their paths say so (``look``).
+    Interrupted at any moment, it keeps what was finished; the next run goes on from there. A plan of
+    some clips leaves results that are not finished. Raises BenchError where another run is writing to
+    the same folder.
     """
     busy = f"another run is writing to {plan.root}; wait until it has ended, or give another folder"
-    with nullcontext() if plan.redo == "never" else locked(plan.root / LOCK, busy):
-        return _run(plan, progress, timed)
+    with (
+        nullcontext() if plan.redo == "never" else locked(plan.root / LOCK, busy),
+        Local(plan.jobs) as local,
+    ):
+        engine = executors.engine(plan.executor, local)
+        wanted = _with_cases(plan, evaluation_units(plan))
+        for unit in wanted if plan.redo != "never" else ():
+            if case_metadata.damaged(unit.paths):
+                case_metadata.write(unit.paths, unit.data, unit.infos)
+        todo = [unit for unit in wanted if _lacks(unit)]
+        done = _begun(plan, todo)
+        _answer(plan, engine, done, progress)
+        if plan.stage != "predict":
+            whole = {unit: found for unit, found in done.items() if len(found) == len(unit.infos)}
+            _finish(plan, local, whole)
+            if timed and plan.redo != "never" and len(whole) == len(done):
+                _time(plan, local)
+    return [unit.paths for unit in wanted]
 
 
-def _run(plan: Plan, progress: Progress, timed: bool) -> list[ResultPaths]:
-    engine = executors.engine(plan.executor)
-    wanted = _with_cases(plan, evaluation_units(plan))
-    todo = {unit: cases for unit in wanted if (cases := _wanted_cases(unit))}
-    keep = plan.stage != "predict"
-    by_paths = {unit.paths: unit for unit in todo}
-    if keep and plan.redo == "missing":
+# --------------------------------------------------------------------------------------------- answers
+def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, Entries]:
+    """What interrupted runs left of each unit; the files are there that a table of unfinished results
+    needs."""
+    if plan.stage == "predict":
+        return {unit: {} for unit in units}
+    by_paths = {unit.paths: unit for unit in units}
+    if plan.redo == "missing":
         _take_over(plan.root, by_paths)
-    for unit in wanted if plan.redo != "never" else ():
-        if case_metadata.damaged(unit.paths):
-            case_metadata.write(unit.paths, unit.data, unit.infos)
-    done = {unit: _begun(unit) if keep else {} for unit in todo}
-    for unit in todo if keep else ():
+    found = {unit: _journalled(unit) for unit in by_paths.values()}
+    for unit in found:
         if not unit.paths.cases.exists():
             case_metadata.write(unit.paths, unit.data, unit.infos)
-        store.begin(unit.paths, replace(header_of(unit, ()), only=plan.only), unit.infos)
-    with scratch_folder() as scratch, LocalPool(plan.jobs) as pool:
-        preload = _preload(todo)
-        jobs = Jobs({unit: _not_asked(unit, entries) for unit, entries in done.items()}, scratch, preload)
-        if engine is None:
-            found = answers(pool, jobs, jobs.answers, progress)
-        else:
-            found = following.answers(engine, by_paths, pool, jobs, progress)
-        for paths, entry in found:
-            if keep:
-                store.append_journal(paths, entry)
-            done[by_paths[paths]][entry.case] = entry
-        partial = {unit for unit in done if keep and plan.only and len(done[unit]) < len(unit.infos)}
-        if keep:
-            _finish(pool, {unit: entries for unit, entries in done.items() if unit not in partial})
-        if timed and plan.redo != "never" and not plan.only:
-            timing.measure(plan, pool, scratch, preload)
-    return [replace(unit.paths, look=unit in partial) for unit in wanted]
+        store.begin(unit.paths, header_of(unit, ()), unit.infos)
+    return found
 
 
-def _not_asked(unit: EvaluationUnit, done: Mapping[str, CaseResult]) -> Collection[str]:
+def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], progress: Progress) -> None:
+    """Have everything answered that is lacking and asked for, and journal it. Raises BenchError."""
+    left = {unit: _not_asked(unit, entries) for unit, entries in done.items()}
+    if not any(len(unit.infos) > len(mine) for unit, mine in left.items()):
+        return
+    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left), preload=_preload(left))
+    by_paths = {unit.paths: unit for unit in done}
+    count, total = 0, sum(stored.facts["sizes"])
+    progress(0, total)
+    lost: dict[int, str] = {}
+    with engine:
+        for number, problem in engine.run(stored.folder, stored.shards):
+            answers = _complete(stored, number, wait=not problem)
+            if len(answers) < stored.facts["sizes"][number]:
+                lost[number] = problem or "it ended, but not all of its answers are to be seen here"
+            for paths, entry in answers:
+                if plan.stage != "predict":
+                    store.append_journal(paths, entry)
+                done[by_paths[paths]][entry.case] = entry
+            count += len(answers)
+            progress(count, total)
+    if lost:
+        number, problem = min(lost.items())
+        raise BenchError(
+            f"{len(lost)} of {len(stored.shards)} shards were lost; shard {number}: {problem}. What was "
+            "finished is kept; run again to continue"
+        )
+    stored.remove()
+
+
+def _complete(stored: StoredPlan, number: int, wait: bool) -> list[Answer]:
+    """The answers of a shard that has ended. wait: until all of them are to be seen."""
+    until = time.monotonic() + PATIENCE * wait
+    while True:
+        found = list(stored.answers(number))
+        if len(found) >= stored.facts["sizes"][number] or time.monotonic() >= until:
+            return found
+        time.sleep(LOOK)
+
+
+def _not_asked(unit: EvaluationUnit, done: Entries) -> Collection[str]:
     """The cases of a unit that are done, or not of the clips that are asked for."""
-    if not unit.plan.only:
+    if unit.asked is unit.infos:
         return done
     asked = {info.id for info in unit.asked}
     return {info.id for info in unit.infos if info.id in done or info.id not in asked}
 
 
-def _finish(pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]) -> None:
-    """Values of sets, then rows, then the header, which says that all is there."""
-    for unit in _with_sets(pool, done):
-        listed = [done[unit][info.id] for info in unit.infos]
-        case_metadata.write(unit.paths, unit.data, unit.infos)
-        store.write_results(unit.paths, header_of(unit, listed), listed, unit.infos)
-        shutil.rmtree(set_files.waiting_folder(unit.paths), ignore_errors=True)
-
-
-def _with_sets(
-    pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
-) -> Iterator[EvaluationUnit]:
-    """The units as the values of their sets are written; those of no metric of sets first."""
-    waiting = [unit for unit in done if set_metrics(unit.plan.metrics)]
-    for unit in done:
-        if unit not in waiting:
-            set_files.write(unit.paths, [])  # earlier results of other metrics may have left some
-            yield unit
-    jobs = []
-    for unit in waiting:
-        answered = tuple(info for info in unit.infos if done[unit][info.id].status == "ok")
-        jobs.append(SetJob(unit.plan, unit.dataset, unit.paths, answered))
-    for answer in pool.run(evaluate, jobs):
-        if answer.error:
-            raise BenchError(
-                f"the sets of {waiting[answer.job].paths.rows} could not be compared: {answer.error}"
-            )
-        set_files.write(waiting[answer.job].paths, answer.result)
-        yield waiting[answer.job]
-
-
-def _wanted_cases(unit: EvaluationUnit) -> list[str]:
-    """All cases of a unit, or none where its results are complete and up to date."""
-    wanted = [info.id for info in unit.infos]
+def _lacks(unit: EvaluationUnit) -> bool:
+    """Whether anything of a unit is to be computed: it is not complete, or not up to date."""
     redo = unit.plan.redo
     if redo == "never":
-        return []
+        return False
     if redo == "always" or unit.plan.stage == "predict":
-        return wanted
+        return True
     try:
         header = store.read_header(unit.paths.header)
         store.verify(unit.paths, header)
     except FileError:
-        return wanted
+        return True
     counts = header.counts
-    complete = header.keys == unit.keys and counts.asked == len(wanted) and not counts.missing
+    complete = header.keys == unit.keys and counts.asked == len(unit.infos) and not counts.missing
     again = redo == "failed" and counts.failed + counts.invalid
-    return [] if complete and not again else wanted
+    return not complete or bool(again)
 
 
 def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
@@ -142,7 +153,7 @@ def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
         stored.remove()
 
 
-def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
+def _journalled(unit: EvaluationUnit) -> Entries:
     """The entries that an interrupted run left, unless they are to be made anew."""
     found = store.open_journal(unit.paths, unit.keys, anew=unit.plan.redo != "missing")
     sets = bool(set_metrics(unit.plan.metrics))
@@ -172,8 +183,53 @@ def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]
         notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)
         splits = ", ".join(dict.fromkeys(unit.split for unit in found))
         raise BenchError(f"there is no case in {splits}. {notes}")
-    clips = dict.fromkeys(info.clip for unit in filled for info in unit.infos) if plan.clips else {}
+    there = dict.fromkeys(info.clip for unit in filled for info in unit.infos) if plan.clips else {}
     for pattern in plan.clips:
-        if not any(quick_looks.fits(clip, pattern) for clip in clips):
-            raise BenchError(f"no clip fits {pattern!r}; there are {some(list(clips), 5)}")
+        if not any(clips.fits(clip, pattern) for clip in there):
+            raise BenchError(f"no clip fits {pattern!r}; there are {some(list(there), 5)}")
     return [unit for unit in filled if unit.asked]
+
+
+# --------------------------------------------------------------------------------------------- finishing
+def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) -> None:
+    """Values of sets, then rows, then the header, which says that all is there."""
+    if set_metrics(plan.metrics):
+        answered = [
+            [each.case for each in found.values() if each.status == "ok"] for found in done.values()
+        ]
+        _units_by(plan, local, "sets", list(done), answered=answered)
+    else:
+        for unit in done:
+            set_files.write(unit.paths, [])  # earlier results of other metrics may have left some
+    for unit, found in done.items():
+        listed = [found[info.id] for info in unit.infos]
+        case_metadata.write(unit.paths, unit.data, unit.infos)
+        store.write_results(unit.paths, header_of(unit, listed), listed, unit.infos)
+        shutil.rmtree(set_files.waiting_folder(unit.paths), ignore_errors=True)
+
+
+def _time(plan: Plan, local: Local) -> None:
+    """Measure the speed of every method that has results but no times newer than them, one after the
+    other."""
+    units: dict[object, list[EvaluationUnit]] = {}
+    for unit in evaluation_units(plan) if plan.external is None else ():
+        if not unit.seed_number and unit.paths.header.exists():
+            units.setdefault((unit.dataset, unit.method), []).append(unit)
+    stale = timing.stale({mine[-1]: [unit.paths for unit in mine] for mine in units.values()})
+    _units_by(plan, local, "time", stale, jobs=1, preload=_preload(stale))
+
+
+def _units_by(
+    plan: Plan, local: Local, kind: str, units: list[EvaluationUnit], jobs: int = 0, **more: object
+) -> None:
+    """Have something done for every unit by processes of this machine. Raises BenchError where sets
+    fail."""
+    if not units:
+        return
+    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in units], (), **{"preload": (), **more})
+    try:
+        for number, problem in local.run(stored.folder, range(len(units)), kind, jobs):
+            if problem and kind == "sets":
+                raise BenchError(f"the sets of {units[number].paths.rows} could not be compared: {problem}")
+    finally:
+        stored.remove()

@@ -1,162 +1,355 @@
-"""Shards: the jobs of a plan, cut into pieces of a minute or so that any machine can carry out."""
+"""Shards: the only unit of work. A run is cut into them, and whoever carries them out, the results are
+the same.
 
-import platform
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import replace
+A shard is a few tasks in files, of which any machine can carry out a share. Under a results root lies,
+until the run is complete,
+
+    .shards/<id>/plan.json           the plan, its units, and what all machines must have in common
+    .shards/<id>/tasks/7.json        the tasks of shard 7
+    .shards/<id>/parts/7-<id>.jsonl  answers of shard 7, a line each as they are finished
+
+All is plain data, and no process changes what another one wrote. The results root is the one that the
+folder lies in, wherever a machine has it.
+"""
+
+import json
+import secrets
+import shutil
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
-from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.answers import Answer, Progress, answers, entries, size
-from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.stored_plan import StoredPlan, machine_facts
-from retarget_bench.evaluation.worker import CaseJob, Stop, register_plugins, work
-from retarget_bench.files import scratch_folder
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation.header_builder import versions
+from retarget_bench.evaluation.plan import (
+    EvaluationUnit,
+    Plan,
+    code_of,
+    dataset,
+    located,
+    located_data,
+    metric_versions,
+)
+from retarget_bench.evaluation.predict import Inputs
+from retarget_bench.files import write_text
+from retarget_bench.plugins.code_hash import folder_hash
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.store import CaseResult, ResultPaths
 
-SHORTEST, LONGEST = 30.0, 120.0
-"""Seconds of a shard, as far as they can be told; a single job may take longer."""
+FOLDER = ".shards"
 SHARDS = 64
-"""So many, where they are neither too short nor too long."""
-GROUPS = 8
-"""At most so many groups of jobs are timed, the largest ones; the others are taken for average."""
-FLUSH = 5.0
-"""Seconds after which finished answers are written."""
+"""So many, where that makes them no larger than ``LARGEST``."""
+LARGEST = 200_000
+"""Frames of the answers of a shard: minutes of one core for most methods."""
 
-Timed = tuple[float, list[Answer] | Stop]
+Answer = tuple[ResultPaths, CaseResult]
+Cases = Mapping[int, Sequence[str]]
+"""The number of a unit -> those of a task's cases that it lacks."""
 T = TypeVar("T")
 
 
-def unseen(done: int, total: int) -> None:
-    """Progress that nobody watches."""
-    del done, total
+@dataclass(frozen=True)
+class Task:
+    """Cases of one split that are loaded once, and what of them is lacking.
+
+    cases: all of a batch, which a method is given at once, because how it is composed decides how results
+    round. lacking: the units that lack some of them, all of one data set, split and seed.
+    """
+
+    cases: tuple[str, ...]
+    lacking: Cases
+
+    @property
+    def answers(self) -> int:
+        return sum(map(len, self.lacking.values()))
 
 
-# ------------------------------------------------------------------------------------- time and cutting
-def timed(jobs: Sequence[CaseJob]) -> list[Timed]:
-    """Carry out jobs one after the other in this process; the seconds and the result of each."""
+@dataclass(frozen=True)
+class Unit:
+    """What the process that carries out a shard needs to know of an ``EvaluationUnit``: it imports no
+    method.
+
+    method: with the paths of its files in full. seed: the base seed. seeded_as: the name that its seeds are
+    made from. inputs: what it is given beside source and target. lock: of the environment that it
+    answers in, if that is another one. keys: what its results are known by.
+    """
+
+    dataset: Spec
+    split: str
+    method: Spec
+    paths: ResultPaths
+    seed: int
+    seeded_as: str
+    inputs: Inputs
+    lock: str
+    keys: Mapping[str, str]
+
+    @classmethod
+    def of(cls, unit: EvaluationUnit) -> Self:
+        common = (located_data(unit.dataset), unit.split)
+        if unit.plan.external:
+            return cls(*common, unit.method, unit.paths, unit.plan.seed, "", Inputs(), "", unit.keys)
+        seeded_as = str(unit.known_as.alone)  # post-processors follow the very answers of the method alone
+        inputs = Inputs.of(unit.built)
+        method = located(unit.method)
+        return cls(*common, method, unit.paths, unit.plan.seed, seeded_as, inputs, unit.lock, unit.keys)
+
+
+# --------------------------------------------------------------------------------------------- cutting
+def cut(done: Mapping[EvaluationUnit, Collection[str]]) -> Iterator[list[Task]]:
+    """What units lack, as shards of nearly equal sizes; a unit's number is its place.
+
+    done: the cases of each that nobody is to be asked. There may be a million cases, so shards are made one
+    at a time.
+    """
+    asked = [sum(info.frames for info in unit.infos if info.id not in left) for unit, left in done.items()]
+    most = min(max(sum(asked) / SHARDS, 1.0), LARGEST)
+    shard: list[Task] = []
+    held = 0
+    for size, task in _tasks(list(done), [frozenset(left) for left in done.values()]):
+        if shard and held + size > most:
+            yield shard
+            shard, held = [], 0
+        shard.append(task)
+        held += size
+    if shard:
+        yield shard
+
+
+def _tasks(units: Sequence[EvaluationUnit], done: Sequence[frozenset[str]]) -> Iterator[tuple[int, Task]]:
+    """Tasks and the frames of their answers: every batch with all methods that are asked it and lack
+    any of it, the longest first; then every case with all methods that take one at a time."""
+    splits: dict[tuple[object, ...], list[int]] = {}
+    for number, unit in enumerate(units):
+        splits.setdefault((unit.dataset, unit.split, unit.plan.seed), []).append(number)
+    batches: list[tuple[int, Mapping[str, int], tuple[str, ...], tuple[int, ...]]] = []
+    for numbers in splits.values():
+        frames = {info.id: info.frames for info in units[numbers[0]].infos}
+        for batch, having in _owners(units, numbers):
+            length = sum(frames[case] for case in batch) if len(batch) > 1 else 0
+            batches.append((length, frames, batch, having))
+    batches.sort(key=lambda each: each[0], reverse=True)
+    for _, lengths, batch, having in batches:
+        wanted = {n: [case for case in batch if case not in done[n]] for n in having}
+        task = Task(batch, {number: cases for number, cases in wanted.items() if cases})
+        if task.lacking:
+            yield sum(lengths[case] for cases in task.lacking.values() for case in cases), task
+
+
+def _owners(
+    units: Sequence[EvaluationUnit], numbers: Sequence[int]
+) -> Iterator[tuple[tuple[str, ...], tuple[int, ...]]]:
+    """The batches of one split, and the units that have them."""
+    lists = {id(units[number].batches): units[number].batches for number in numbers}  # methods share them
+    owners: dict[tuple[str, ...], tuple[int, ...]] = {}
+    for name, batches in lists.items():
+        having = tuple(number for number in numbers if id(units[number].batches) == name)
+        for batch in batches:
+            owners[batch] = owners[batch] + having if batch in owners else having
+    yield from owners.items()
+
+
+# -------------------------------------------------------------------------------------------- in files
+class StoredPlan:
+    """A stored plan; its files are read when they are asked for. Raises FileError for damaged ones."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self.root = self.folder.parents[1]
+
+    @classmethod
+    def write(
+        cls, plan: Plan, units: Sequence[Unit], shards: Iterable[Sequence[Task]], **more: Any
+    ) -> Self:
+        """Store a plan; more: facts that those who carry it out need."""
+        stored = cls(plan.root / FOLDER / secrets.token_hex(6))
+        sizes = []
+        for number, shard in enumerate(shards):
+            _write(
+                stored.folder / "tasks" / f"{number}.json", [[task.cases, task.lacking] for task in shard]
+            )
+            sizes.append(sum(task.answers for task in shard))
+        data = {unit.dataset for unit in units}
+        facts = {
+            "plan": _plan_facts(plan, data),
+            "units": [_unit_facts(unit) for unit in units],
+            "common": machine_facts(plan, {unit.method for unit in units}, data),
+            "sizes": sizes,
+            **more,
+        }
+        _write(stored.folder / "plan.json", facts)
+        return stored
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        return dict(_read(self.folder / "plan.json"))
+
+    @cached_property
+    def plan(self) -> Plan:
+        return self._parsed(self._plan)
+
+    @cached_property
+    def units(self) -> list[Unit]:
+        return self._parsed(lambda: [_unit(facts, self.root) for facts in self.facts["units"]])
+
+    @property
+    def shards(self) -> range:
+        return range(len(self.facts["sizes"]))
+
+    def tasks(self, number: int) -> list[Task]:
+        """The tasks of a shard. Raises BenchError where there is none of this number."""
+        path = self.folder / "tasks" / f"{number}.json"
+        if not path.exists() and self.facts:
+            raise BenchError(f"{self.folder} has no shard {number}")
+        return [
+            Task(tuple(cases), {int(unit): mine for unit, mine in lacking.items()})
+            for cases, lacking in _read(path)
+        ]
+
+    def lacking(self, number: int) -> list[Task]:
+        """The tasks of a shard without what is answered."""
+        done = {(unit, entry.case) for unit, entry in self._entries(f"{number}-*.jsonl")}
+        found = []
+        for task in self.tasks(number):
+            left = {u: [case for case in mine if (u, case) not in done] for u, mine in task.lacking.items()}
+            if left := {unit: mine for unit, mine in left.items() if mine}:
+                found.append(replace(task, lacking=left))
+        return found
+
+    def writer(self, number: int) -> "PartWriter":
+        """Of answers of a shard, to a file of its own. Raises BenchError where the plan was removed."""
+        if not (self.folder / "plan.json").exists():
+            raise BenchError(f"{self.folder} is gone: its run has ended, or another one continued it")
+        return PartWriter(self.folder / "parts" / f"{number}-{secrets.token_hex(6)}.jsonl")
+
+    def answers(self, number: int | None = None) -> Iterator[Answer]:
+        """What is finished, each once, of one shard or of all."""
+        seen = set()
+        for unit, entry in self._entries("*.jsonl" if number is None else f"{number}-*.jsonl"):
+            if (unit, entry.case) not in seen:
+                seen.add((unit, entry.case))
+                yield self.units[unit].paths, entry
+
+    def _entries(self, pattern: str) -> Iterator[tuple[int, CaseResult]]:
+        for path in sorted((self.folder / "parts").glob(pattern)):
+            with path.open("rb") as file:
+                for line in file:
+                    with suppress(ValueError, TypeError):  # torn: its process was killed
+                        unit, entry = json.loads(line)
+                        yield unit, CaseResult(**entry)
+
+    def remove(self) -> None:
+        shutil.rmtree(self.folder, ignore_errors=True)
+        with suppress(OSError):  # it holds others
+            self.folder.parent.rmdir()
+
+    def _parsed(self, parse: Callable[[], T]) -> T:
+        try:
+            return parse()
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            problem = f"was stored by another version of retarget-bench ({error!r}); all machines need one"
+            raise FileError(self.folder / "plan.json", problem) from error
+
+    def _plan(self) -> Plan:
+        facts = self.facts["plan"]
+        typed: dict[str, Any] = {
+            each: tuple(map(Spec.parse, facts[each])) for each in ("methods", "datasets")
+        }
+        typed |= {each: tuple(facts[each]) for each in ("splits", "metrics", "clips")}
+        typed["plugin_files"] = tuple(map(tuple, facts["plugin_files"]))
+        typed["external"] = Path(facts["external"]) if facts["external"] else None
+        return Plan(**{**facts, **typed, "root": self.root})
+
+
+class PartWriter:
+    """A file that takes answers, a line each, written at once."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def write(self, unit: int, entry: CaseResult) -> None:
+        """Raises FileError."""
+        line = json.dumps([unit, vars(entry)], allow_nan=False) + "\n"
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with self._path.open("ab", buffering=0) as file:
+                file.write(line.encode())
+        except OSError as error:
+            raise FileError(self._path, f"cannot be written ({error.strerror})") from error
+
+
+def machine_facts(plan: Plan, methods: Iterable[Spec], data: Iterable[Spec]) -> dict[str, str]:
+    """Versions, code and data that results depend on: what all machines of a run must have in common."""
+    found = versions() | {f"metric {name}": code for name, code in metric_versions(plan.metrics).items()}
+    if plan.external:
+        found["the folder of predictions"] = folder_hash(plan.external)
+    else:
+        found |= {f"method {spec.names}": code_of(spec) for spec in methods}
+    return found | {f"data set {spec.name}": dataset(spec, plan.task).content for spec in data}
+
+
+def left_over(root: Path, keys: Mapping[ResultPaths, Mapping[str, str]]) -> list[StoredPlan]:
+    """Plans of runs that ended before they were complete, of any of these results."""
     found = []
-    for job in jobs:
-        start = time.perf_counter()
-        result = work(job)
-        found.append((time.perf_counter() - start, result))
+    for path in sorted((root / FOLDER).glob("*/plan.json")):
+        stored = StoredPlan(path.parent)
+        with suppress(FileError):
+            if {replace(unit.paths, root=root) for unit in stored.units} & keys.keys():
+                found.append(stored)
     return found
 
 
-class Sample:
-    """Two jobs of every large group of jobs, carried out here to learn how long the others take.
-
-    The first, the shortest, loads and starts what is needed; the second, of middle length, is timed.
-    frames: those of a job's cases. Jobs of a group ask the same methods for cases of the same data set.
-    """
-
-    def __init__(self, jobs: Sequence[CaseJob], frames: Callable[[CaseJob], int]) -> None:
-        self.jobs, self._frames = jobs, frames
-        groups: dict[object, list[int]] = {}
-        for number, job in enumerate(jobs):
-            groups.setdefault(_group(job), []).append(number)
-        self.left = set(range(len(jobs)))
-        self._rates: dict[object, float] = {}
-        self._chosen = []
-        for group in sorted(groups.values(), key=len, reverse=True)[:GROUPS]:
-            ordered = sorted(group, key=lambda number: frames(jobs[number]))
-            self._chosen.append(list(dict.fromkeys((ordered[0], ordered[len(ordered) // 2]))))
-
-    def answers(self, pool: LocalPool) -> Iterator[Answer]:
-        """Carry it out. Jobs that killed their process are left to those who can try them again."""
-        payloads = [[self.jobs[number] for number in numbers] for numbers in self._chosen]
-        for done in pool.run(timed, payloads):
-            numbers = self._chosen[done.job]
-            for number, (seconds, result) in zip(numbers, done.result or (), strict=False):
-                job = self.jobs[number]
-                self._rates[_group(job)] = seconds / max(self._frames(job), 1)
-                self.left.discard(number)
-                yield from entries(result)
-
-    def seconds(self, job: CaseJob) -> float:
-        """An estimate, in proportion to frames."""
-        average = sum(self._rates.values()) / max(len(self._rates), 1)
-        return self._rates.get(_group(job), average) * max(self._frames(job), 1)
-
-    def shards(self) -> list[list[int]]:
-        """The numbers of the jobs that are left, cut."""
-        return cut(sorted(self.left), lambda number: self.seconds(self.jobs[number]))
+def taken_over(
+    plans: Iterable[StoredPlan], keys: Mapping[ResultPaths, Mapping[str, str]], root: Path
+) -> Iterator[Answer]:
+    """Answers that such runs finished and that are answers of these results; none of damaged files."""
+    for stored in plans:
+        with suppress(FileError):
+            theirs = {unit.paths: unit.keys for unit in stored.units}
+            for paths, entry in stored.answers() if stored.plan.stage != "predict" else ():
+                here = replace(paths, root=root)
+                if keys.get(here) == theirs[paths]:
+                    yield here, entry
 
 
-def cut(jobs: Sequence[T], seconds: Callable[[T], float]) -> list[list[T]]:
-    """Jobs, or their numbers, in their order as shards of nearly equal times."""
-    times = [seconds(job) for job in jobs]
-    total = sum(times)
-    wanted = max(1, round(total / min(max(total / SHARDS, SHORTEST), LONGEST)))
-    shards: list[list[T]] = [[] for _ in range(wanted)]
-    spent = 0.0
-    for job, each in zip(jobs, times, strict=True):
-        middle = (spent + each / 2) / total if total else 0.0
-        shards[min(int(middle * wanted), wanted - 1)].append(job)
-        spent += each
-    return [shard for shard in shards if shard]
+def _plan_facts(plan: Plan, data: Iterable[Spec]) -> dict[str, Any]:
+    left_out = ("root", "executor")
+    facts = {name: value for name, value in vars(plan).items() if name not in left_out}
+    facts |= {"methods": list(map(str, plan.methods)), "datasets": list(map(str, data))}
+    return facts | {"external": str(plan.external.resolve()) if plan.external else None}
 
 
-def _group(job: CaseJob) -> object:
-    return job.dataset, tuple(part.method for part in job.parts), len(job.cases) > 1
+def _unit_facts(unit: Unit) -> dict[str, Any]:
+    paths = unit.paths
+    return {
+        **{name: value for name, value in vars(unit).items() if name != "paths"},
+        "dataset": str(unit.dataset),
+        "method": str(unit.method),
+        "inputs": vars(unit.inputs),
+        "place": [paths.dataset, paths.task, paths.split, paths.method],
+    }
 
 
-# -------------------------------------------------------------------------------------------- carrying out
-class ShardWorker:
-    """Processes that carry out shards of one plan; they serve all of them until the ``with`` block ends."""
-
-    def __init__(self, folder: Path, workers: int) -> None:
-        self.stored = StoredPlan(folder)
-        self._open = ExitStack()
-        self._scratch = self._open.enter_context(scratch_folder())
-        self._pool = self._open.enter_context(LocalPool(workers))
-        self._checked = False
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._open.close()
-
-    def carry_out(self, number: int, progress: Progress = unseen) -> None:
-        """Compute what a shard lacks, and write it as it is finished.
-
-        Interrupted at any moment, it is to be carried out again: what is written is not computed anew.
-        Raises BenchError, also where results of this machine would not be those of the others.
-        """
-        jobs = [replace(job, scratch=self._scratch) for job in self.stored.lacking(number)]
-        if jobs and not self._checked:
-            self._check()
-        found: list[Answer] = []
-        written = time.monotonic()
-        try:
-            for answer in answers(self._pool, jobs, sum(map(size, jobs)), progress):
-                found.append(answer)
-                if time.monotonic() - written > FLUSH:
-                    self.stored.write_part(number, found)
-                    found, written = [], time.monotonic()
-        finally:
-            if found:
-                self.stored.write_part(number, found)
-
-    def _check(self) -> None:
-        (done,) = self._pool.run(difference, [self.stored.folder])
-        if problem := done.error or done.result:
-            raise BenchError(problem)
-        self._checked = True
+def _unit(facts: Mapping[str, Any], root: Path) -> Unit:
+    inputs: dict[str, Any] = {n: tuple(v) if isinstance(v, list) else v for n, v in facts["inputs"].items()}
+    typed = {
+        "dataset": Spec.parse(facts["dataset"]),
+        "method": Spec.parse(facts["method"]),
+        "paths": ResultPaths(root, *facts["place"]),
+        "inputs": Inputs(**inputs),
+    }
+    return Unit(**{name: value for name, value in facts.items() if name != "place"} | typed)
 
 
-def difference(folder: Path) -> str:
-    """A sentence on what this machine has that the stored plan was not made with; "" where all agrees."""
-    stored = StoredPlan(folder)
-    register_plugins(stored.plan.plugin_files)
-    theirs: Mapping[str, Any] = stored.facts["common"]
-    mine = machine_facts(stored.plan, {unit.method for unit in stored.units}, stored.plan.datasets)
-    for name in sorted(theirs.keys() | mine.keys()):
-        if (here := mine.get(name, "none")) != (there := theirs.get(name, "none")):
-            return (
-                f"{platform.node()} has {name} {here} where the run was planned with {there}; all "
-                "machines need the same versions, code and data"
-            )
-    return ""
+def _write(path: Path, facts: Any) -> None:
+    write_text(path, json.dumps(facts, allow_nan=False) + "\n")
+
+
+def _read(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise FileError(path, f"is not part of a stored plan ({error}); run bench run again") from error

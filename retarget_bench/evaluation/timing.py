@@ -1,4 +1,4 @@
-"""Speed of methods: measured alone, in one process and one thread, after a warm-up, without files.
+"""Speed of methods: measured while no other is asked, one case at a time, after a warm-up.
 
 Times stand in files of their own, never in rows or keys: they differ from run to run and machine to
 machine, and rows must not. All that is told of speeds is read from there. Beside every time stands that of
@@ -9,31 +9,21 @@ machine, are not shown as if they were of a quiet one.
 import math
 import statistics
 import time
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import TypeVar
 
-from retarget_bench.api import SPLITS, CaseInfo
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import (
-    EvaluationUnit,
-    Plan,
-    dataset,
-    evaluation_units,
-    located,
-)
-from retarget_bench.evaluation.predict import Inputs, context_for
-from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.worker import prediction_worker, register_plugins
+from retarget_bench.evaluation.prediction.workers import Asked, PredictionWorker
 from retarget_bench.files import write_csv
-from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import ResultPaths, case_seed, read_cases, read_csv
+from retarget_bench.results.store import ResultPaths, read_cases, read_csv
+
+U = TypeVar("U")
 
 CASES = 5
 REPEATS = 3
 ENOUGH_SECONDS = 0.5
-TRIES = 3
-"""A case is timed so often at most, where the machine is busy meanwhile."""
 SLOWER = 1.5
 """Ratio of yardsticks from which times are not compared."""
 WORK = 60_000
@@ -51,52 +41,23 @@ class Time:
     yardstick: float = math.nan
 
 
-@dataclass(frozen=True)
-class TimingJob:
-    """A method that is to be timed on some cases of a data set; scratch, preload: as in ``CaseJob``."""
+def stale(units: Mapping[U, Sequence[ResultPaths]]) -> list[U]:
+    """Those without times newer than their results, or with times taken while the machine was busier
+    than now.
 
-    plan: Plan
-    dataset: Spec
-    method: Spec
-    inputs: Inputs
-    cases: tuple[CaseInfo, ...]
-    scratch: Path
-    preload: tuple[str, ...] = ()
-
-
-def measure(plan: Plan, pool: LocalPool, scratch: Path, preload: tuple[str, ...] = ()) -> None:
-    """Write times for every method of a plan that has results but no times newer than them, or such that
-    were taken while the machine was busier than now.
-
-    They are taken on the last split, one method after the other while the other workers have nothing to do,
-    and are those of the method on all splits.
+    units: a method on the split that it is timed on -> its results on all splits.
     """
-    units: dict[tuple[Spec, Spec], list[EvaluationUnit]] = {}
-    for unit in evaluation_units(plan) if plan.external is None else ():
-        if not unit.seed_number and unit.paths.header.exists():
-            units.setdefault((unit.dataset, unit.method), []).append(unit)
     now = yardstick()
-    wanted = [mine[-1] for mine in units.values() if _stale([unit.paths for unit in mine], now)]
-    jobs = [
-        TimingJob(
-            plan,
-            unit.dataset,
-            located(unit.method),
-            Inputs.of(unit.built),
-            spread(unit.infos),
-            scratch,
-            preload,
-        )
-        for unit in wanted
-    ]
-    for done in pool.run(time_method, jobs, workers=1):
-        if done.result is not None:
-            paths = wanted[done.job].paths
-            rows = [(t.case, t.frames, f"{t.seconds:.6g}", f"{t.yardstick:.6g}") for t in done.result]
-            write_csv(paths.timing, FIELDS, rows)
-            for other in _times(paths):
-                if other != paths:
-                    other.timing.unlink()
+    return [unit for unit, places in units.items() if _stale(places, now)]
+
+
+def write(paths: ResultPaths, times: Sequence[Time]) -> None:
+    """Write the times of a method, which are those on all splits."""
+    rows = [(t.case, t.frames, f"{t.seconds:.6g}", f"{t.yardstick:.6g}") for t in times]
+    write_csv(paths.timing, FIELDS, rows)
+    for other in _times(paths):
+        if other != paths:
+            other.timing.unlink()
 
 
 def spread(infos: Sequence[CaseInfo]) -> tuple[CaseInfo, ...]:
@@ -115,37 +76,46 @@ def yardstick() -> float:
     return sorted(taken)[1]
 
 
-def time_method(job: TimingJob) -> list[Time]:
-    """Median seconds for a few cases, the first of which was run once before."""
-    register_plugins(job.plan.plugin_files)
-    data = dataset(job.dataset, job.plan.task)
-    worker = prediction_worker(job.plan, job.method, job.scratch, job.preload)
-    worker.log = None
+def measured(
+    worker: PredictionWorker,
+    questions: Callable[[Sequence[Case]], list[Asked]],
+    data: Dataset,
+    infos: Sequence[CaseInfo],
+) -> list[Time]:
+    """Seconds for a few cases, by the clock of whoever asks, after the method has answered one before.
+
+    Every question is another one, so that nothing is gained by remembering: each is a case without its
+    first few frames. Handing over counts, as it does for all methods alike.
+    """
     times: list[Time] = []
-    spent, marks = 0.0, [yardstick()]
-    for info in job.cases:
+    spent = 0.0
+    for info in infos:
         if spent > ENOUGH_SECONDS:
             break
         try:
             case = data.load(info)
         except BenchError:
             continue
-        seed = case_seed(job.plan.seed, str(job.method), info.id)
-        asked = [(case, context_for(job.inputs, data, case, seed))]
-        if not times and worker.ask(asked)[0].prediction is None:
+        if not times and worker.ask_alone(questions([case]))[0][0].prediction is None:
             continue
         tries: list[Time] = []
-        for _ in range(TRIES):
-            (outcome,) = worker.ask(asked, REPEATS)
-            spent += REPEATS * worker.seconds
-            marks.append(yardstick())
+        for number in range(1, REPEATS + 1):
+            mark = yardstick()
+            view = _view(case, number)
+            (outcome,), seconds = worker.ask_alone(questions([view]))
+            spent += seconds
             if outcome.prediction is not None:
-                tries.append(Time(info.id, case.source.frames, worker.seconds, max(marks[-2:])))
-            if max(marks[-2:]) <= SLOWER * min(marks) or spent > ENOUGH_SECONDS:
-                break
+                tries.append(Time(info.id, view.source.frames, seconds, max(mark, yardstick())))
         if tries:
-            times.append(min(tries, key=lambda each: each.yardstick))
+            times.append(sorted(tries, key=lambda each: each.seconds / each.frames)[len(tries) // 2])
     return times
+
+
+def _view(case: Case, number: int) -> Case:
+    """A case without so many of its first frames, as far as there are others."""
+    kept = slice(min(number, case.source.frames - 1), None)
+    known = ("source", "reference", "alternative", "source_motion")
+    return replace(case, **{name: (each := getattr(case, name)) and each.at(kept) for name in known})
 
 
 def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:

@@ -100,6 +100,10 @@ class Composed:
     def stages(self) -> Mapping[str, Any]:
         return optional.stages(self.method)
 
+    def warm_up(self) -> None:
+        for each in (self.method, *self.posts):
+            optional.warm_up(each)
+
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
         return optional.method_manifest(self.method)

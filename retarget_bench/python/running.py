@@ -10,8 +10,9 @@ from types import ModuleType
 from retarget_bench import defaults
 from retarget_bench.api import SPLITS
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import clips as of_clips
 from retarget_bench.evaluation import plan as plans_
-from retarget_bench.evaluation import quick_looks, runner
+from retarget_bench.evaluation import runner
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import plans
@@ -99,12 +100,14 @@ def run(
         seeds=seeds,
         timeout=timeout or 0.0,
         memory=memory or 0.0,
-        clips=quick_looks.patterns((clips,) if isinstance(clips, str) else clips),
+        clips=of_clips.patterns((clips,) if isinstance(clips, str) else clips),
         limit=limit or 0,
     )
     with progress_bar("run", "answers", progress) as told:
         places = runner.run(plan, told, timed=timed)
-    return Results(plans.existing(places, plan.root), variants=bool(methods), looks=bool(plan.only))
+    return Results(
+        plans.existing(places, plan.root), variants=bool(methods), looks=bool(plan.clips or plan.limit)
+    )
 
 
 def _several(methods: Named | Sequence[Named]) -> Sequence[Named]:

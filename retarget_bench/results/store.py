@@ -61,6 +61,11 @@ def case_seed(base: int, method: str, case_id: str) -> int:
     return int(digest(f"{base}\n{method}\n{case_id}", 15), 16)
 
 
+def case_key(keys: Mapping[str, str], case_id: str) -> str:
+    """The key of one case's prediction. keys: of the results."""
+    return digest(f"{keys['prediction_key']}\n{case_id}", 16)
+
+
 # --------------------------------------------------------------------------------------------- journal
 def open_journal(
     paths: ResultPaths, keys: Mapping[str, str], *, anew: bool = False

@@ -5,7 +5,7 @@ from typing import Any
 
 from retarget_bench.api import Dataset, TrainingClips, optional
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.process_pool import Function, LocalPool
+from retarget_bench.parallel import carried_out
 from retarget_bench.plugins.registry import files as plugin_files
 
 Cast = Mapping[str, Mapping[str, TrainingClips]]
@@ -25,7 +25,11 @@ def training_clips(data: Dataset) -> Cast:
 
 
 def by_character(
-    task: Function, names: Sequence[str], common: Mapping[str, Any], jobs: int, progress: Progress
+    task: Callable[[Any], Any],
+    names: Sequence[str],
+    common: Mapping[str, Any],
+    jobs: int,
+    progress: Progress,
 ) -> dict[str, Any]:
     """Character -> what a task makes of it, in the order of the names.
 
@@ -35,10 +39,9 @@ def by_character(
     payloads = [{**common, "character": name, "plugins": plugin_files()} for name in names]
     found: dict[str, Any] = {}
     progress(0, len(names))
-    with LocalPool(jobs) as pool:
-        for done in pool.run(task, payloads):
-            if done.error:
-                raise NotSupported(f"{names[done.job]}: its training motion cannot be had: {done.error}")
-            found[names[done.job]] = done.result
-            progress(len(found), len(names))
+    for done in carried_out(task, payloads, jobs):
+        if done.error:
+            raise NotSupported(f"{names[done.number]}: its training motion cannot be had: {done.error}")
+        found[names[done.number]] = done.result
+        progress(len(found), len(names))
     return {name: found[name] for name in names}

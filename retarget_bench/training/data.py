@@ -15,10 +15,10 @@ import numpy as np
 from retarget_bench.api import Dataset, TrainingClips, optional
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import method
-from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.character import Character
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Progress, by_character, training_clips
 from retarget_bench.training.joint_datasets import dataset
@@ -285,7 +285,7 @@ def scratch() -> Iterator[Path]:
 def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
     """The clips of one character as arrays in files, the number of those left out since their body is
     another one, and those that cannot be used, each with the reason; what a worker process does."""
-    register_plugins(job["plugins"])
+    registry.know_files(job["plugins"])
     name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
     (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
     body = _bodies(data, {name: clips})[name]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -106,6 +107,16 @@ class LearnedMethod:
     def card_of(cls, weights: str) -> Mapping[str, Any]:
         """The card of shipped weights, or of those at a path. Raises FileError."""
         return bundles.read_card(cls.shipped().get(weights) or bundles.locate(weights))
+
+    def warm_up(self) -> None:
+        """Load the weights and all that is made of them once (``cached_property``), where there are any."""
+        if self.untrained:
+            return
+        for kind in type(self).__mro__:
+            for name, each in vars(kind).items():
+                if isinstance(each, cached_property):
+                    with suppress(BenchError):  # to be told where an answer needs it
+                        getattr(self, name)
 
     # ------------------------------------------------------------------------------------- tensors
     @cached_property

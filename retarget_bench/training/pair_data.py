@@ -6,10 +6,9 @@ from typing import Any
 from retarget_bench.api import optional
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.plan import method
-from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins.registry import files as plugin_files
+from retarget_bench.parallel import carried_out
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Progress
 from retarget_bench.training.data import ClipArrays, StoredClips, TrainingData, scratch
@@ -29,7 +28,13 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
     for number, part in enumerate(parts):
         pairs = optional.training_pairs(dataset(part))
         groups = range(0, len(pairs), pairs.together) if pairs is not None else range(0)
-        common = {"dataset": part, "part": number, "method": trainee, "fps": fps, "plugins": plugin_files()}
+        common = {
+            "dataset": part,
+            "part": number,
+            "method": trainee,
+            "fps": fps,
+            "plugins": registry.files(),
+        }
         payloads += [
             {**common, "groups": groups[first : first + _GROUPS]}
             for first in range(0, len(groups), _GROUPS)
@@ -38,14 +43,14 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
         raise NotSupported(f"{dataset(data).label} has no training pairs, which {trainee} learns from")
     clips: dict[str, list[ClipArrays]] = {}
     characters: dict[str, Character] = {}
-    with scratch() as folder, LocalPool(jobs) as pool:
+    with scratch() as folder:
         found: dict[int, tuple[StoredClips, dict[str, Character]]] = {}
         progress(0, len(payloads))
         numbered = [{**each, "file": folder / str(number)} for number, each in enumerate(payloads)]
-        for done in pool.run(performances, numbered):
+        for done in carried_out(performances, numbered, jobs):
             if done.error:
                 raise NotSupported(f"{data}: its training pairs cannot be had: {done.error}")
-            found[done.job] = done.result
+            found[done.number] = done.result
             progress(len(found), len(payloads))
         for _, (stored, bodies) in sorted(found.items()):
             characters |= bodies
@@ -56,7 +61,7 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
 
 def performances(job: Mapping[str, Any]) -> tuple[StoredClips, dict[str, Character]]:
     """Some performances as arrays in a file, and their characters: a worker's job."""
-    register_plugins(job["plugins"])
+    registry.know_files(job["plugins"])
     asked: Any = method(job["method"])
     pairs = optional.training_pairs(dataset(job["dataset"]))
     assert pairs is not None

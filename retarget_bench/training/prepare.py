@@ -6,9 +6,8 @@ from typing import Any
 from retarget_bench.api import optional
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.worker import register_plugins
-from retarget_bench.plugins.registry import files as plugin_files
+from retarget_bench.parallel import carried_out
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
 _PAIRS = 25
@@ -26,26 +25,25 @@ def prepare(data: Spec, jobs: int, unusable: list[str]) -> Iterator[tuple[int, i
     names = [name for mine in optional.training(built).values() for name in mine]
     pairs = optional.training_pairs(built)
     groups = range(0, len(pairs), pairs.together) if pairs is not None else range(0)
-    common = {"dataset": data, "plugins": plugin_files()}
+    common = {"dataset": data, "plugins": registry.files()}
     payloads: list[dict[str, Any]] = [{**common, "character": name} for name in names]
     payloads += [
         {**common, "pairs": groups[first : first + _PAIRS]} for first in range(0, len(groups), _PAIRS)
     ]
     weights = [len(payload.get("pairs", "1")) for payload in payloads]
     done = 0
-    with LocalPool(jobs) as pool:
-        for job in pool.run(make, payloads):
-            if job.error:
-                raise NotSupported(f"{data}: its training motion cannot be made: {job.error}")
-            done += weights[job.job]
-            unusable += job.result
-            yield done, sum(weights)
+    for each in carried_out(make, payloads, jobs):
+        if each.error:
+            raise NotSupported(f"{data}: its training motion cannot be made: {each.error}")
+        done += weights[each.number]
+        unusable += each.result
+        yield done, sum(weights)
 
 
 def make(job: Mapping[str, Any]) -> list[str]:
     """Make one body's clips, or some groups of pairs; what a worker process does. Gives clips that cannot
     be used, with the reason."""
-    register_plugins(job["plugins"])
+    registry.know_files(job["plugins"])
     data = plan.dataset(job["dataset"])
     if "pairs" in job:
         pairs = optional.training_pairs(data)

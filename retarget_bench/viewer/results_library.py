@@ -11,15 +11,14 @@ from retarget_bench import defaults
 from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import plan, predict
+from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.figures import method_order
-from retarget_bench.files import digest
 from retarget_bench.motion import files
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import store
+from retarget_bench.results import predictions, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
 
@@ -58,10 +57,12 @@ class StoredResults:
         path = self.place.prediction(case.info.id)
         if not path.exists():
             return Outcome("missing", "its prediction is not there any more; bench predict makes it again")
-        if self.key and predict.stored_key(path) != digest(f"{self.key}\n{case.info.id}", 16):
+        if self.key and predictions.stored_key(path) != store.case_key(
+            {"prediction_key": self.key}, case.info.id
+        ):
             return Outcome("missing", "the prediction that is there is not the one that was scored")
         try:
-            found: Prediction = predict.read_prediction(path, case.target, case.source.fps)
+            found: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
             return Outcome("ok", prediction=verified(found, case))
         except BenchError as error:
             return Outcome("invalid", str(error))

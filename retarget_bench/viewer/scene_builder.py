@@ -13,7 +13,7 @@ from retarget_bench.api import Case, CaseInfo, Dataset, Prediction
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.predict import Outcome, context_for, predict, read_prediction
+from retarget_bench.evaluation.predict import Outcome, context_for, predict
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.figures import method_order
 from retarget_bench.motion import importer
@@ -25,6 +25,7 @@ from retarget_bench.motion.motion import resampled_frames
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from retarget_bench.results.predictions import read_prediction
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import results_library
 from retarget_bench.viewer.flesh import lit

@@ -17,7 +17,7 @@ from retarget_bench import files
 from retarget_bench.commands.retargeting.job import Job, retarget
 from retarget_bench.commands.retargeting.records import Record, Records, file_hash, key
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.process_pool import LocalPool
+from retarget_bench.parallel import carried_out
 from retarget_bench.plugins import registry
 from retarget_bench.python.progress import progress_bar
 
@@ -98,9 +98,9 @@ def _answers(
 ) -> Iterator[tuple[int, Answer]]:
     """Number of a job and its answer, as they come, recorded and printed."""
     warned: set[str] = set()
-    with LocalPool(workers) as pool, progress_bar("retarget", "files tried", not quiet) as progress:
-        for count, done in enumerate(pool.run(work, orders), 1):
-            job = jobs[done.job]
+    with progress_bar("retarget", "files tried", not quiet) as progress:
+        for count, done in enumerate(carried_out(work, orders, workers), 1):
+            job = jobs[done.number]
             answer = done.result or Answer("failed", error=done.error)
             if answer.status == "done":
                 records.add(job.out, Record(answer.key, answer.verdict, file_hash(job.out)))
@@ -110,7 +110,7 @@ def _answers(
             with _beside_bar():
                 _print(answer, warned, quiet)
             progress(count, len(jobs))
-            yield done.job, answer
+            yield done.number, answer
 
 
 def _clear(jobs: Sequence[Job]) -> None:

@@ -17,12 +17,12 @@ from retarget_bench import __version__, defaults
 from retarget_bench.commands.retargeting.job import Job
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.code_hash import code_hash, package_code
 from retarget_bench.files import write_text
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.files.formats import BVH
 from retarget_bench.motion.files.listing import facts
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.python.plans import method_spec
 
 NAME = "retarget.jsonl"

@@ -1,15 +1,16 @@
-"""Where shards of a plan are carried out: on Ray or SLURM, by engines that exist, or by hand.
+"""Where shards of a plan are carried out: by processes of this machine, on Ray or SLURM, or by hand.
 
-An engine is given shards (``submit``), says which of them have ended (``ended``), and ends the others when
-its ``with`` block ends. What shards answer comes by files (``evaluation/stored_plan.py``), for all alike.
+An engine is given the shards of a stored plan and tells of each when it has ended. What they answered
+lies in files (``evaluation/shards.py``), for all engines alike.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Protocol, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.executors.by_hand import ByHand
+from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.executors.ray_tasks import RayTasks
 from retarget_bench.evaluation.executors.slurm_arrays import SlurmArrays
 from retarget_bench.plugins import parameters
@@ -19,24 +20,23 @@ LOCAL = "local"
 
 
 class Engine(Protocol):
-    """What runs shards. Raises BenchError where it cannot be reached or asks for what is not there."""
+    """What carries out shards. Raises BenchError where it cannot be reached or asks for what is not
+    there."""
 
     def __enter__(self) -> Self: ...
 
     def __exit__(self, *_: object) -> None: ...
 
-    def submit(self, folder: Path, shards: Sequence[int]) -> None:
-        """Have the shards of a stored plan carried out. Called once."""
-
-    def ended(self) -> Mapping[int, str]:
-        """The shards that have ended since the last call: "", or why before they were complete."""
+    def run(self, folder: Path, numbers: Sequence[int], /) -> Iterator[tuple[int, str]]:
+        """Carry out shards of a stored plan; each as it ends, with "" or why it was not completed. What
+        still runs ends when the iterator is closed, or the ``with`` block."""
 
 
 ENGINES: dict[str, Callable[..., Engine]] = {"ray": RayTasks, "slurm": SlurmArrays, "hand": ByHand}
 
 
-def engine(executor: str) -> Engine | None:
-    """The engine of ``ray[cpus=2]``; None for the local pool.
+def engine(executor: str, local: Local) -> Engine:
+    """The engine of ``ray[cpus=2]``; ``local`` for the processes of this machine.
 
     Raises BenchError for unknown ones and unknown parameters.
     """
@@ -46,6 +46,6 @@ def engine(executor: str) -> Engine | None:
     if spec.name == LOCAL:
         if spec.parameters:
             raise BenchError("the executor local takes no parameters; --jobs sets its processes")
-        return None
+        return local
     factory = ENGINES[spec.name]
     return factory(**parameters.fit(spec, factory).parameters)

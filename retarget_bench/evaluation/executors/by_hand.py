@@ -1,6 +1,6 @@
 """Shards that are stored and left to whoever carries them out with ``bench work``."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -16,11 +16,9 @@ class ByHand:
     def __exit__(self, *_: object) -> None:
         pass
 
-    def submit(self, folder: Path, shards: Sequence[int]) -> None:
+    def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
+        """Raises BenchError that says what to do."""
         raise BenchError(
-            f"the shards 0 to {shards[-1]} are to be carried out: bench work {folder} SHARD. Then run "
+            f"the shards 0 to {numbers[-1]} are to be carried out: bench work {folder} SHARD. Then run "
             "again to take up what they answered"
         )
-
-    def ended(self) -> Mapping[int, str]:
-        return {}

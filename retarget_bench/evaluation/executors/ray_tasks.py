@@ -4,34 +4,31 @@ import atexit
 import os
 import re
 import socket
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Self
 
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.prediction.launch import MARK
-from retarget_bench.evaluation.shards import ShardWorker
 
 
 class RayTasks:
-    """One task a shard. ``cpus``, ``memory`` (GB) and ``gpus`` (also fractions) are what a task takes;
+    """One task a shard, which takes one processor, ``memory`` (GB) and ``gpus`` (also fractions);
     ``retries``: so often it is begun again when its worker or its node has died.
 
     address: of a cluster; without one ``RAY_ADDRESS``, a Ray that runs here already, or else one that is
     started for the run.
     """
 
-    def __init__(
-        self, address: str = "", cpus: int = 1, memory: float = 0.0, gpus: float = 0.0, retries: int = 3
-    ) -> None:
+    def __init__(self, address: str = "", memory: float = 0.0, gpus: float = 0.0, retries: int = 3) -> None:
         if find_spec("ray") is None:
             raise BenchError("the executor ray needs the package ray: pip install 'retarget-bench[ray]'")
-        self._address, self._cpus = address, cpus
-        self._options: dict[str, Any] = {"num_cpus": cpus, "num_gpus": gpus, "max_retries": retries}
+        self._address = address
+        self._options: dict[str, Any] = {"num_cpus": 1, "num_gpus": gpus, "max_retries": retries}
         if memory:
             self._options["memory"] = int(memory * 2**30)
-        self._shards: dict[Any, int] = {}
         self._mine = False
 
     def __enter__(self) -> Self:
@@ -51,12 +48,10 @@ class RayTasks:
     def __exit__(self, *_: object) -> None:
         import ray
 
-        for task in self._shards:
-            ray.cancel(task, force=True)
         if self._mine:
             ray.shutdown()
 
-    def submit(self, folder: Path, shards: Sequence[int]) -> None:
+    def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
         import ray
 
         known = {name: text for name, text in os.environ.items() if name.startswith("RETARGET_BENCH_")}
@@ -64,15 +59,14 @@ class RayTasks:
         if "PYTHONPATH" in os.environ:
             known["PYTHONPATH"] = os.environ["PYTHONPATH"]
         task = ray.remote(carry_out).options(runtime_env={"env_vars": known}, **self._options)
-        for shard in shards:
-            self._shards[task.remote(str(folder), shard, self._cpus)] = shard
-
-    def ended(self) -> Mapping[int, str]:
-        import ray
-
-        tasks = list(self._shards)
-        done = ray.wait(tasks, num_returns=len(tasks), timeout=0)[0] if tasks else []
-        return {self._shards.pop(task): _outcome(task) for task in done}
+        shards = {task.remote(str(folder), number): number for number in numbers}
+        try:
+            while shards:
+                for each in ray.wait(list(shards))[0]:
+                    yield shards.pop(each), _outcome(each)
+        finally:
+            for each in shards:
+                ray.cancel(each, force=True)
 
 
 def _look_for(address: str) -> None:
@@ -97,26 +91,18 @@ def _first_line(error: BaseException) -> str:
 
 
 # ------------------------------------------------------------------------------------ in the worker of Ray
-_KEPT: dict[str, ShardWorker] = {}
-"""The processes of this worker, which serve all shards of a run that it is given."""
+_KEPT: list[Local] = []
+"""The process of this worker, which serves all shards of a run that it is given."""
 
 
-def carry_out(folder: str, shard: int, cpus: int) -> str:
+def carry_out(folder: str, shard: int) -> str:
     """Carry out a shard; why it ended before it was complete, or ""."""
+    if not _KEPT:
+        _KEPT.append(Local(1, check=True))
+        atexit.register(_KEPT[0].__exit__)
     try:
-        if folder not in _KEPT:
-            close()
-            _KEPT[folder] = ShardWorker(Path(folder), cpus)
-        _KEPT[folder].carry_out(shard)
+        for _, problem in _KEPT[0].run(Path(folder), [shard]):
+            return f"{problem} ({socket.gethostname()})" if problem else ""
     except BenchError as error:
         return f"{error} ({socket.gethostname()})"
     return ""
-
-
-def close() -> None:
-    """End the processes of this worker."""
-    while _KEPT:
-        _KEPT.popitem()[1].__exit__()
-
-
-atexit.register(close)

@@ -4,18 +4,21 @@ import re
 import shutil
 import socket
 import subprocess
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.shards import ShardWorker
+from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.plugins.spec import Scalar
 
 MINUTES = 60
 """Time limit of a job that has none of its own: many times what its shards should take."""
+LOOK = 0.5
+"""Seconds between two looks at which jobs have ended."""
 USUAL_ARRAY = 1000
 """Jobs of an array where the site does not say how many it allows: one less than SLURM's default."""
 
@@ -48,25 +51,38 @@ class SlurmArrays:
             raise BenchError("the executor slurm needs the command sbatch: run it where jobs are submitted")
         self._each, self._cpus, self._array, self._cluster = shards, cpus, array, cluster
         self._sbatch = {"time": MINUTES, "job_name": "retarget-bench", **sbatch}
-        self._jobs: list[tuple[Any, Sequence[int]]] = []
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for job, _shards in self._jobs:
-            with suppress(OSError, subprocess.SubprocessError):
-                job.cancel(check=False)
+        pass
 
-    def submit(self, folder: Path, shards: Sequence[int]) -> None:
-        batches = [list(shards[at : at + self._each]) for at in range(0, len(shards), self._each)]
+    def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
+        jobs: list[tuple[Any, Sequence[int]]] = []
+        try:
+            jobs += self._submitted(folder, numbers)
+            while jobs:
+                for each in [each for each in jobs if each[0].done()]:
+                    jobs.remove(each)
+                    job, shards = each
+                    yield from (_outcome(job) or dict.fromkeys(shards, _why(job))).items()
+                time.sleep(LOOK if jobs else 0.0)
+        finally:
+            for job, _shards in jobs:
+                with suppress(OSError, subprocess.SubprocessError):
+                    job.cancel(check=False)
+
+    def _submitted(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[Any, Sequence[int]]]:
+        """Jobs and their shards. Raises BenchError."""
+        batches = [list(numbers[at : at + self._each]) for at in range(0, len(numbers), self._each)]
         limit = self._array or array_limit()
         try:
             executor = self._executor(folder / "slurm")
             for at in range(0, len(batches), limit):
                 some = batches[at : at + limit]
                 jobs = executor.map_array(Carrying(self._cpus), [str(folder)] * len(some), some)
-                self._jobs += zip(jobs, some, strict=True)
+                yield from zip(jobs, some, strict=True)
         except Exception as error:  # submitit's errors have no class in common
             told = " ".join(str(error).split())[:500]
             raise BenchError(f"the jobs could not be submitted to SLURM: {told}") from error
@@ -81,15 +97,6 @@ class SlurmArrays:
         executor = submitit.SlurmExecutor(folder)
         executor.update_parameters(cpus_per_task=self._cpus, **self._sbatch)
         return executor
-
-    def ended(self) -> Mapping[int, str]:
-        found: dict[int, str] = {}
-        for pair in list(self._jobs):
-            job, shards = pair
-            if job.done():
-                self._jobs.remove(pair)
-                found |= _outcome(job) or dict.fromkeys(shards, _why(job))
-        return found
 
 
 def _outcome(job: Any) -> dict[int, str] | None:
@@ -122,13 +129,14 @@ class Carrying:
 
     def __call__(self, folder: str, shards: Sequence[int]) -> dict[int, str]:
         """Shard -> why it ended before it was complete, or ""."""
-        found = dict.fromkeys(shards, "")
-        with ShardWorker(Path(folder), self.cpus) as worker:
-            for shard in shards:
-                try:
-                    worker.carry_out(shard)
-                except BenchError as error:
-                    found[shard] = f"{error} ({socket.gethostname()})"
+        found: dict[int, str] = {}
+        try:
+            with Local(self.cpus, check=True) as local:
+                for shard, problem in local.run(Path(folder), shards):
+                    found[shard] = f"{problem} ({socket.gethostname()})" if problem else ""
+        except BenchError as error:
+            told = f"{error} ({socket.gethostname()})"
+            return {shard: found.get(shard, told) for shard in shards}
         return found
 
     def checkpoint(self, folder: str, shards: Sequence[int]) -> Any:

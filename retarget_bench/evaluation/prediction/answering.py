@@ -2,24 +2,24 @@
 
 A line asks for some cases, the answer to it says how each went:
 
-    {"ask": [question, ...], "repeat": 1}
-    {"answers": [{"status": "ok", "message": "", "seconds": 0.02}, ...]}
+    {"ask": [question, ...]}
+    {"answers": [{"status": "ok", "message": "", "digest": "0f3a..."}, ...]}
+    {"ended": ""}
 
-A question names the files of its source, of both bodies and of the answer, and gives the context. What is
-large or rarely used (clips of a card's ``needs``, training motion, meshes) is asked for when a method looks
-at it, with a line that is answered by the name of a file:
+A question names the files of its source, of both bodies and of the answer, and gives the context; the
+digest is that of the answer's file. A worker that said of itself that it ``forks`` answers by a process
+of its own (``apart.py``), and tells how that ended. What is large or rarely used (clips of a card's
+``needs``, training motion, meshes) is asked for when a method looks at it, with a line that is answered
+by the name of a file:
 
     {"give": "other_clips", "question": 0, "index": 3}
     {"motion": "...npz", "character": "...json"}
 """
 
-import json
 import os
-import sys
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
 from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.predict import Outcome, predict, predict_all
+from retarget_bench.evaluation.prediction import apart
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.channel import Channel
 from retarget_bench.motion.character import Character
@@ -41,58 +42,68 @@ MOTIONS = ("reference", "second_reference", "source_motion")
 class GivenClips(Sequence[Prediction]):
     """Motions that the asking process reads and hands over when they are indexed."""
 
-    def __init__(self, desk: "Desk", kind: str, question: int, indices: range) -> None:
-        self._desk, self._kind, self._question, self._indices = desk, kind, question, indices
+    def __init__(self, loop: "AnsweringLoop", kind: str, question: int, indices: range) -> None:
+        self._loop, self._kind, self._question, self._indices = loop, kind, question, indices
 
     def __len__(self) -> int:
         return len(self._indices)
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
-            return GivenClips(self._desk, self._kind, self._question, self._indices[index])
-        return self._desk.clip(self._kind, self._question, self._indices[index])
+            return GivenClips(self._loop, self._kind, self._question, self._indices[index])
+        return self._loop.clip(self._kind, self._question, self._indices[index])
 
 
 @dataclass(eq=False)
-class Desk:
-    """A method and the channel over which it is asked. Bodies and training motion are read once."""
+class AnsweringLoop:
+    """A method and the channel over which it is asked. Bodies are read once, and so is training motion.
+
+    folder: an empty one to work in.
+    """
 
     method: Method
     channel: Channel
+    folder: Path
 
     def __post_init__(self) -> None:
         self._bodies: dict[str, Character] = {}
-        self._process = os.getpid()
 
-    def serve(self) -> None:
-        """Answer until the channel closes."""
+    def serve(self, forks: bool) -> None:
+        """Answer until the channel closes. forks: in a process of its own for every line."""
         while True:
             asked = self.channel.receive()
             assert asked is not None
-            answers = self.answer(asked["ask"], asked.get("repeat", 1))
-            sys.stdout.flush()
-            sys.stderr.flush()
-            self.channel.send({"answers": answers})
+            questions = asked["ask"]
+            if not forks:
+                self._answer(questions)
+                continue
+            for question in questions:  # once for all processes to come
+                for kind in ("source_character", "target_character"):
+                    self.body(question[kind])
+            how = apart.carried_out(partial(self._answer, questions), self.folder, self.channel.reading)
+            self.channel.send({"ended": how})
 
-    def answer(self, questions: Sequence[Mapping[str, Any]], repeat: int = 1) -> list[dict[str, Any]]:
-        """How each question went; of predictions, the file is written. repeat: ask so many times, and give
-        the middle of the times."""
-        cases = [self._case(question) for question in questions]
-        contexts = [self._context(number, question) for number, question in enumerate(questions)]
-        taken = []
-        for _ in range(repeat):
-            start = time.perf_counter()
-            outcomes = self._asked(cases, contexts)
-            taken.append((time.perf_counter() - start) / len(cases))
-        if os.getpid() != self._process:  # a method forked, and its child came back: one of them answers
+    def _answer(self, questions: Sequence[Mapping[str, Any]]) -> None:
+        """Say how each question went; of predictions, the file is written."""
+        mine = os.getpid()
+        try:
+            cases = [self._case(question) for question in questions]
+            contexts = [self._context(number, question) for number, question in enumerate(questions)]
+        except files.Changed as error:
+            self.channel.send(
+                {"answers": [{"status": "changed", "message": str(error)} for _ in questions]}
+            )
+            return
+        outcomes = self._asked(cases, contexts)
+        if os.getpid() != mine:  # a method forked, and its child came back: one of them answers
             os._exit(0)
         found = []
         for question, outcome in zip(questions, outcomes, strict=True):
-            if outcome.prediction is not None:
-                files.write_answer(Path(question["answer"]), outcome.prediction)
             said = {"status": outcome.status, "message": outcome.message}
-            found.append(said | {"seconds": sorted(taken)[len(taken) // 2]})
-        return found
+            if outcome.prediction is not None:
+                said["digest"] = files.write_answer(Path(question["answer"]), outcome.prediction)
+            found.append(said)
+        self.channel.send({"answers": found})
 
     def _asked(self, cases: Sequence[Case], contexts: Sequence[Context]) -> list[Outcome]:
         if len(cases) == 1:
@@ -100,12 +111,12 @@ class Desk:
         return predict_all(self.method, cases, contexts)
 
     def _case(self, question: Mapping[str, Any]) -> Case:
-        source = files.read_source(Path(question["source"]), self._body(question["source_character"]))
+        source = files.read_source(Path(question["source"]), self.body(question["source_character"]))
         context = question["context"]
         return Case(
             NO_CASE,
             source,
-            self._body(question["target_character"]),
+            self.body(question["target_character"]),
             reference=self._motion(context.get("reference")),
             alternative=self._motion(context.get("second_reference")),
             source_motion=self._motion(context.get("source_motion")),  # type: ignore[arg-type]
@@ -132,8 +143,8 @@ class Desk:
 
     @cached_property
     def training(self) -> Cast | None:
-        folder = self._given({"give": "training", "question": 0})["folder"]
-        return files.read_training(Path(folder), self._body) if folder else None
+        index = self._given({"give": "training", "question": 0})["index"]
+        return files.read_training(Path(index), self.body) if index else None
 
     def _given(self, wish: dict[str, Any]) -> dict[str, Any]:
         self.channel.send(wish)
@@ -144,12 +155,12 @@ class Desk:
         return found
 
     def _motion(self, place: Mapping[str, str] | None) -> Prediction | None:
-        return place and files.read_motion(Path(place["motion"]), self._body(place["character"]))  # type: ignore[return-value]
+        return place and files.read_motion(Path(place["motion"]), self.body(place["character"]))  # type: ignore[return-value]
 
-    def _body(self, path: str) -> Character:
+    def body(self, path: str) -> Character:
+        """The body in a file. Raises Changed where it is not what was written."""
         if path not in self._bodies:
-            facts = json.loads(Path(path).read_text(encoding="utf-8"))
-            self._bodies[path] = files.character(facts, lambda: self._mesh(path))
+            self._bodies[path] = files.read_character(Path(path), lambda: self._mesh(path))
         return self._bodies[path]
 
     def _mesh(self, path: str) -> Mesh:

@@ -1,4 +1,4 @@
-"""Lines of JSON between two processes, read with a limit in time."""
+"""Lines of JSON between two processes, read with a limit in time and in length."""
 
 import json
 import os
@@ -9,7 +9,7 @@ from typing import Any
 
 from retarget_bench.errors import BenchError
 
-LONGEST = 64 * 2**20
+LONGEST = 8 * 2**20
 """Bytes of a line: of an answer to a batch a few thousand are usual."""
 
 
@@ -26,7 +26,7 @@ class Channel:
 
     def __init__(self, reading: int, writing: int) -> None:
         self.reading, self.writing = reading, writing
-        self._waiting = b""
+        self._waiting = bytearray()
 
     def send(self, message: dict[str, Any]) -> None:
         """Raises Closed."""
@@ -40,21 +40,20 @@ class Channel:
     def receive(self, seconds: float | None = None) -> dict[str, Any] | None:
         """The next line; None where none has come within so many seconds. Raises Closed, Nonsense."""
         until = None if seconds is None else time.monotonic() + seconds
-        while b"\n" not in self._waiting:
+        end = self._waiting.find(b"\n")
+        while end < 0:
             if until is not None:
                 left = max(0.0, until - time.monotonic())
                 if not select.select([self.reading], [], [], left)[0]:
                     return None
-            try:
-                piece = os.read(self.reading, 2**16)
-            except OSError as error:
-                raise Closed(f"it cannot be read from ({error.strerror})") from error
-            if not piece:
-                raise Closed("it has ended")
+            piece = self._read()
+            if b"\n" in piece:
+                end = len(self._waiting) + piece.index(b"\n")
             self._waiting += piece
-            if len(self._waiting) > LONGEST:
+            if end < 0 and len(self._waiting) > LONGEST:
                 raise Nonsense("it says lines of many megabytes")
-        line, self._waiting = self._waiting.split(b"\n", 1)
+        line = bytes(self._waiting[:end])
+        del self._waiting[: end + 1]
         try:
             said = json.loads(line)
         except (ValueError, RecursionError):
@@ -62,6 +61,15 @@ class Channel:
         if not isinstance(said, dict):
             raise Nonsense(f"it says {line[:80]!r} where an answer is due")
         return said
+
+    def _read(self) -> bytes:
+        try:
+            piece = os.read(self.reading, 2**16)
+        except OSError as error:
+            raise Closed(f"it cannot be read from ({error.strerror})") from error
+        if not piece:
+            raise Closed("it has ended")
+        return piece
 
     def close(self) -> None:
         for each in {self.reading, self.writing}:

@@ -21,7 +21,7 @@ NOT_INHERITED = ("PYTHONPATH", "PYTHONHOME", "__PYVENV_LAUNCHER__")
 FACTS = ("name", "lock", "python", "platform", "packages")
 
 
-class CannotStart(BenchError):
+class NoWorker(BenchError):
     """No worker answers to a command."""
 
 
@@ -40,7 +40,7 @@ def start(environment: str, log: Path, mark: str) -> tuple[launch.Spawned, Mappi
 
     environment: of ``in_full``. A Python is started with this package; a command that names a ``.py`` file
     is a worker of its own (``numpy_worker.py``). log: takes what it prints. mark: of ``launch.new_mark``.
-    Raises CannotStart.
+    Raises NoWorker.
     """
     words = shlex.split(environment)
     command = words if own_worker(environment) else [*words, str(BOOT)]
@@ -48,7 +48,7 @@ def start(environment: str, log: Path, mark: str) -> tuple[launch.Spawned, Mappi
     try:
         started = launch.Spawned(command, inherited, str(log), mark)
     except OSError as error:
-        raise CannotStart(f"no worker can be started by {environment!r} ({error.strerror})") from error
+        raise NoWorker(f"no worker can be started by {environment!r} ({error.strerror})") from error
     try:
         said = started.channel.receive(STARTING)
         why = f"nothing was said within {STARTING:g} s" if said is None else ""
@@ -63,7 +63,7 @@ def start(environment: str, log: Path, mark: str) -> tuple[launch.Spawned, Mappi
     launch.end(started)
     printed = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
     last = printed[-1].strip() if printed else why or "it does not tell its environment"
-    raise CannotStart(f"no worker can be started by {environment!r}: {last}")
+    raise NoWorker(f"no worker can be started by {environment!r}: {last}")
 
 
 def _sound(facts: Mapping[str, Any]) -> bool:
@@ -76,7 +76,7 @@ def _sound(facts: Mapping[str, Any]) -> bool:
 
 @cache
 def facts(environment: str) -> Mapping[str, Any]:
-    """Name, lock hash, interpreter, platform and packages of an environment. Raises CannotStart."""
+    """Name, lock hash, interpreter, platform and packages of an environment. Raises NoWorker."""
     with TemporaryDirectory(prefix="retarget-bench-", ignore_cleanup_errors=True) as folder:
         started, found = start(environment, Path(folder) / "printed.txt", launch.new_mark())
         launch.end(started)

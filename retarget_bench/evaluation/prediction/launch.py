@@ -1,10 +1,14 @@
 """Starting the processes that answer, and ending them with everything that they started."""
 
+import ctypes
 import json
 import os
+import select
+import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import count
@@ -14,11 +18,12 @@ from typing import Any, Protocol
 import psutil
 
 from retarget_bench.evaluation.prediction.channel import Channel
-from retarget_bench.evaluation.prediction.template import end_group, ending
 
 MARK = "RETARGET_BENCH_WORKER"
 """Environment variable by which workers and what they start are known as long as they live: the scoring
 process and a number."""
+ANSWERING = 60.0
+"""Seconds in which the fork server has imported what workers begin with, and in which it answers."""
 _NUMBERS = count()
 
 
@@ -31,8 +36,8 @@ class Started(Protocol):
     def ended(self) -> str: ...
 
 
-class Template:
-    """The process that workers are forked from (``template.py``), started when the first is asked for.
+class ForkServer:
+    """The process that workers are forked from (``fork_server.py``), started when the first is asked for.
 
     preload: modules that they begin with.
     """
@@ -41,7 +46,7 @@ class Template:
         mine, theirs = socket.socketpair()
         code = (
             f"import sys; sys.path[:] = {sys.path!r}\n"
-            "from retarget_bench.evaluation.prediction.template import main\n"
+            "from retarget_bench.evaluation.prediction.fork_server import main\n"
             f"main({theirs.fileno()}, {list(preload)!r})"
         )
         self._socket = mine
@@ -63,7 +68,7 @@ class Template:
         return self._process.poll() is None
 
     def start(self, start: Mapping[str, Any]) -> "Forked":
-        """A worker. Raises OSError where the template is gone."""
+        """A worker. Raises OSError where the server is gone or does not answer; it is ended then."""
         ours, theirs = socket.socketpair()
         with theirs:
             pid = self.ask({"start": start}, [theirs.fileno(), theirs.fileno()])["pid"]
@@ -71,14 +76,21 @@ class Template:
         return Forked(self, pid, Channel(descriptor, descriptor))
 
     def ask(self, request: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any]:
-        socket.send_fds(self._socket, [json.dumps(request).encode() + b"\n"], descriptors)
-        text = b""
-        while not text.endswith(b"\n"):
-            piece = self._socket.recv(2**16)
-            if not piece:
-                raise OSError("the process that workers are forked from is gone")
-            text += piece
-        return dict(json.loads(text))
+        until, text = time.monotonic() + ANSWERING, b""
+        try:
+            socket.send_fds(self._socket, [json.dumps(request).encode() + b"\n"], descriptors)
+            while not text.endswith(b"\n"):
+                left = max(0.0, until - time.monotonic())
+                if not select.select([self._socket], [], [], left)[0]:
+                    raise OSError("the process that workers are forked from does not answer")
+                piece = self._socket.recv(2**16)
+                if not piece:
+                    raise OSError("the process that workers are forked from is gone")
+                text += piece
+            return dict(json.loads(text))
+        except (OSError, ValueError):
+            self._process.kill()
+            raise
 
     def close(self) -> None:
         self._socket.close()  # it ends its workers, and itself
@@ -90,14 +102,14 @@ class Template:
 
 
 class Forked:
-    """A worker that a template forked."""
+    """A worker that a fork server forked."""
 
-    def __init__(self, template: Template, pid: int, channel: Channel) -> None:
-        self._template, self.pid, self.channel = template, pid, channel
+    def __init__(self, server: ForkServer, pid: int, channel: Channel) -> None:
+        self._server, self.pid, self.channel = server, pid, channel
 
     def ended(self) -> str:
         try:
-            return str(self._template.ask({"state": self.pid})["ended"])
+            return str(self._server.ask({"state": self.pid})["ended"])
         except OSError:
             return "it is gone"
 
@@ -128,16 +140,23 @@ class Spawned:
         return "" if code is None else ending(code)
 
 
+# ---------------------------------------------------------------------------------------------- ending
+def ending(code: int) -> str:
+    """An exit code in words; signals are negative, as in ``subprocess``."""
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+
+
+def end_group(pid: int) -> None:
+    """Kill a process and what it started, as far as that has not left its process group."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(pid, signal.SIGKILL)
+
+
 def end(started: Started) -> None:
     """Kill a process with its descendants, also those that have left its group."""
-    try:
-        family = psutil.Process(started.pid).children(recursive=True)
-    except psutil.Error:
-        family = []
+    family = _family(started.pid)
     if hasattr(os, "killpg"):
         end_group(started.pid)
-    with suppress(psutil.Error):
-        family.append(psutil.Process(started.pid))
     for each in family:
         with suppress(psutil.Error):
             each.kill()
@@ -145,20 +164,27 @@ def end(started: Started) -> None:
     started.ended()  # takes notice, so that no dead process stays in the system's list
 
 
+def adopt_orphans() -> None:
+    """Become the parent of what children leave behind, so that it is found; Linux alone has that."""
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(36, 1, 0, 0, 0)  # PR_SET_CHILD_SUBREAPER
+
+
 def new_mark() -> str:
-    """The value of ``MARK`` for the workers of one crew."""
+    """The value of ``MARK`` for the workers of one pool."""
     return f"{os.getpid()}-{next(_NUMBERS)}"
 
 
-def end_orphans(mark: str, workers: Sequence[int], template: int = 0) -> None:
+def end_orphans(mark: str, workers: Sequence[int], server: int = 0) -> None:
     """Kill what workers of this mark left behind.
 
-    workers: those that may live, with what they started. template: it lives, what it started may not.
+    workers: those that may live, with what they started. server: it lives, what it started may not.
     """
-    adopted = children(template) if template else []
+    adopted = children(server) if server else []
     for each in psutil.process_iter():
         with suppress(psutil.Error):
-            if each.pid in (*workers, template):
+            if each.pid in (*workers, server):
                 continue
             if each.pid not in adopted and each.environ().get(MARK) != mark:
                 continue
@@ -167,18 +193,34 @@ def end_orphans(mark: str, workers: Sequence[int], template: int = 0) -> None:
 
 
 def children(pid: int) -> list[int]:
-    """The processes that a process has started or, as a template does, taken over from those that ended."""
+    """The processes that a process has started or taken over from those that ended."""
     with suppress(psutil.Error):
         return [each.pid for each in psutil.Process(pid).children()]
     return []
 
 
 def memory_of(pids: Iterable[int]) -> int:
-    """Bytes that processes and their descendants hold."""
-    total = 0
-    for pid in pids:
-        with suppress(psutil.Error):
-            process = psutil.Process(pid)
-            for each in [process, *process.children(recursive=True)]:
-                total += each.memory_info().rss
-    return total
+    """Bytes that processes and their descendants hold; what they share counts once, where the system
+    tells."""
+    return sum(_held(each) for pid in pids for each in _family(pid))
+
+
+def _held(process: psutil.Process) -> int:
+    try:
+        for line in Path(f"/proc/{process.pid}/smaps_rollup").read_text().splitlines():
+            if line.startswith("Pss:"):
+                return int(line.split()[1]) * 1024
+    except (OSError, ValueError):
+        pass
+    with suppress(psutil.Error):
+        return int(process.memory_info().rss)
+    return 0
+
+
+def _family(pid: int) -> list[psutil.Process]:
+    """A process, if it lives, after its descendants."""
+    try:
+        mother = psutil.Process(pid)
+        return [*mother.children(recursive=True), mother]
+    except psutil.Error:
+        return []

@@ -1,8 +1,10 @@
-"""What a method may take, and what its answer may be: time, memory, prints, messages, files."""
+"""What a method may take, and what its answer may be: time, memory, disk, prints, messages, files."""
 
+import os
 import stat
 import zipfile
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,9 @@ BASE, PER_FRAME = 60.0, 1.0
 PATIENCE = 3
 """So many cases without an answer in time, one after the other, and a method is asked no more."""
 LOOK = 0.1
-"""Seconds between two looks at the memory of a process that is answering."""
+"""Seconds between two looks at what a process that is answering takes."""
+FOLDER = 2**30
+"""Bytes of the files that a method may have in its folder."""
 LONGEST_LOG = 2**20
 """Bytes that are kept of what a method prints in a run."""
 LONGEST_MESSAGE = 1000
@@ -36,20 +40,42 @@ class Limits:
 
 
 class Trouble(BenchError):
-    """A worker that did not answer: it ended, was too slow, or took too much memory."""
+    """A worker that did not answer. Each kind says what follows from it."""
 
 
 class Beyond(Trouble):
-    """A limit that would be passed again: time, memory, or an answer that makes no sense."""
+    """A limit that would be passed again: time, memory, disk, or an answer that makes no sense."""
 
 
 class Late(Beyond):
     """No answer in time."""
 
 
+class Disturbed(Trouble):
+    """Its process ended, or its files were changed, as others can bring about: it is asked again, alone."""
+
+
+class CannotStart(Trouble):
+    """There is no process to ask. That is no answer: the cases are missing, and a later run asks again."""
+
+
 def text(said: Any) -> str:
-    """A reason as it can be written: not too long, and of characters that there are."""
-    return str(said)[:LONGEST_MESSAGE].encode("utf-8", "replace").decode()
+    """A reason as it can be written: not too long, and of characters that can be shown."""
+    return "".join(each if each.isprintable() else " " for each in str(said)[:LONGEST_MESSAGE])
+
+
+def size_of(folder: Path) -> int:
+    """Bytes of the files in a folder, however deep; those that cannot be seen do not count."""
+    total, folders = 0, [str(folder)]
+    while folders:
+        with suppress(OSError), os.scandir(folders.pop()) as found:
+            for each in found:
+                with suppress(OSError):
+                    if each.is_dir(follow_symlinks=False):
+                        folders.append(each.path)
+                    else:
+                        total += each.stat(follow_symlinks=False).st_blocks * 512
+    return total
 
 
 def check_file(path: Path, case: Case) -> None:

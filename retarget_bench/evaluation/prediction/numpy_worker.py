@@ -11,6 +11,7 @@ from __future__ import annotations  # for Python 3.7 and 3.8
 import faulthandler
 import hashlib
 import importlib.util
+import io
 import json
 import os
 import platform
@@ -18,7 +19,6 @@ import select
 import signal
 import sys
 import threading
-import time
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -62,32 +62,47 @@ def _distributions() -> Iterator[tuple[str, str]]:
 
 
 # --------------------------------------------------------------------------------------------------- files
+def checked(path: str) -> bytes:
+    """What a file of a question holds; its name ends in a digest of that."""
+    data = Path(path).read_bytes()
+    if digest(data) != Path(path).stem.rpartition("-")[2]:
+        raise OSError(f"{path} was changed since it was written")
+    return data
+
+
+def digest(data: bytes) -> str:
+    """Hex digits that stand for the contents of a file."""
+    return hashlib.sha256(data).hexdigest()[:32]
+
+
 def body(path: str) -> dict[str, Any]:
     """A body; what is numbers is arrays."""
-    found = json.loads(Path(path).read_text(encoding="utf-8"))
+    found = json.loads(checked(path))
     return {**found, **{name: np.array(found[name]) for name in ("parents", "offsets", "reference_pose")}}
 
 
 def motion(path: str, character: str) -> dict[str, Any]:
     """A motion: ``rotations`` and ``root``, or ``positions``, or ``points`` of all frames in turn and their
     ``counts``; ``fps`` and its ``body``."""
-    with np.load(path) as file:
+    with np.load(io.BytesIO(checked(path))) as file:
         found = {name: file[name] for name in file.files}
     return {**found, "fps": float(found["fps"]), "body": body(character)}
 
 
-def write(path: str, answer: dict[str, Any]) -> None:
-    """The answer's ``rotations`` and ``root``, its ``positions`` or ``vertices``, in single precision."""
+def write(path: str, answer: dict[str, Any]) -> str:
+    """Write the answer's ``rotations`` and ``root``, its ``positions`` or ``vertices``, in single
+    precision; the digest of the file."""
     alone = [name for name in ("positions", "vertices") if name in answer]
     names = alone or ("rotations", "root")
     arrays: dict[str, Any] = {name: np.asarray(answer[name], dtype=np.float32) for name in names}
     np.savez(path, **arrays)
+    return digest(Path(path).read_bytes())
 
 
 # ---------------------------------------------------------------------------------------------- the worker
 def answer(question: dict[str, Any], retarget: Callable, parameters: dict[str, Any]) -> dict[str, Any]:
     """How one question went: ``ok`` with the answer written, ``unsupported``, or ``failed``."""
-    start, status, message, mine = time.perf_counter(), "ok", "", os.getpid()
+    mine = os.getpid()
     try:
         context = {**question["context"], "parameters": parameters}
         for name in ("reference", "second_reference", "source_motion"):
@@ -97,15 +112,14 @@ def answer(question: dict[str, Any], retarget: Callable, parameters: dict[str, A
         found = retarget(source, body(question["target_character"]), context)
         if os.getpid() != mine:  # the method forked, and its child came back
             os._exit(0)
-        write(question["answer"], found)
+        return {"status": "ok", "message": "", "digest": write(question["answer"], found)}
     except NotImplementedError as error:
-        status, message = "unsupported", str(error)
+        return {"status": "unsupported", "message": str(error)}
     except Exception as error:
         traceback.print_exc()
         where = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(where.filename).name}:{where.lineno}"
-        status, message = "failed", f"{type(error).__name__}: {error} ({place})"
-    return {"status": status, "message": message, "seconds": time.perf_counter() - start}
+        return {"status": "failed", "message": f"{type(error).__name__}: {error} ({place})"}
 
 
 def end_with(reading: int) -> None:
@@ -155,8 +169,7 @@ def main() -> None:
             parameters = said["start"]["parameters"]
             say({"ready": True})
         else:
-            rounds = [[answer(q, retarget, parameters) for q in said["ask"]] for _ in range(said["repeat"])]
-            say({"answers": rounds[-1]})
+            say({"answers": [answer(question, retarget, parameters) for question in said["ask"]]})
 
 
 if __name__ == "__main__":

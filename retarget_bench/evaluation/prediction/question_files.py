@@ -1,9 +1,14 @@
-"""Files of a question: bodies as JSON, motions as ``.npz`` in double precision, so that nothing is lost."""
+"""Files of a question: bodies as JSON, motions as ``.npz`` in double precision, so that nothing is lost.
+
+The name of a file is a random part, which no other process can guess, and a digest of what it holds, by
+which whoever reads it sees that nobody has changed it since.
+"""
 
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import lru_cache
+from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,7 +17,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from retarget_bench.api.datasets import Cast
-from retarget_bench.files import atomic, digest, write_text
+from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import Ground
 from retarget_bench.motion.measures import Measures
@@ -20,7 +25,37 @@ from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion, PointSets, Positions, Prediction, Source, Surface
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
-INDEX = "index.json"
+_DIGITS = 32
+
+
+class Changed(BenchError):
+    """A file is not what was written."""
+
+
+def checked(path: Path) -> bytes:
+    """What a file holds. Raises Changed where that is not what its name says."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise Changed(f"a file of the question cannot be read ({error.strerror})") from error
+    if digest_of(data) != path.stem.rpartition("-")[2]:
+        raise Changed("a file of the question was changed")
+    return data
+
+
+def digest_of(data: bytes) -> str:
+    """Hex digits that stand for the contents of a file."""
+    return sha256(data).hexdigest()[:_DIGITS]
+
+
+def _written(folder: Path, token: str, data: bytes, ending: str) -> Path:
+    """The file with these contents; written if it is not there."""
+    path = folder / f"{token}-{digest_of(data)}{ending}"
+    if not path.exists():
+        path.write_bytes(data)  # no rename: nobody is told of the file before it is whole
+    return path
+
+
 _GROUP = "group:"
 """Before the role of a vertex group, in the file of a mesh."""
 
@@ -63,18 +98,18 @@ def character(facts: Mapping[str, Any], skin: Callable[[], Mesh] | None = None) 
 
 
 @lru_cache(maxsize=1024)
-def _named_text(body: Character) -> tuple[str, str]:
-    text = json.dumps(character_facts(body))
-    return f"{digest(text, 24)}.json", text
+def _text_of(body: Character) -> bytes:
+    return json.dumps(character_facts(body)).encode()
 
 
-def write_character(folder: Path, body: Character) -> Path:
-    """The file of a body, named after what it holds; written if it is not there."""
-    name, text = _named_text(body)
-    path = folder / name
-    if not path.exists():
-        write_text(path, text)
-    return path
+def write_character(folder: Path, token: str, body: Character) -> Path:
+    """The file of a body, written if it is not there."""
+    return _written(folder, token, _text_of(body), ".json")
+
+
+def read_character(path: Path, skin: Callable[[], Mesh] | None = None) -> Character:
+    """Raises Changed."""
+    return character(json.loads(checked(path)), skin)
 
 
 # --------------------------------------------------------------------------------------------- motions
@@ -82,19 +117,20 @@ _PACKED: WeakKeyDictionary[Source, bytes] = WeakKeyDictionary()
 """A source is written for every method anew, so that none can change what another is asked."""
 
 
-def write_motion(path: Path, motion: Source) -> Path:
+def write_motion(folder: Path, token: str, motion: Source) -> Path:
     if motion not in _PACKED:
         if isinstance(motion, PointSets):
             _PACKED[motion] = _packed_points(motion)
         else:
             _PACKED[motion] = _packed(motion, np.float64)
-    path.write_bytes(_PACKED[motion])  # no rename: nobody is told of the file before it is whole
-    return path
+    return _written(folder, token, _PACKED[motion], ".npz")
 
 
-def write_answer(path: Path, answer: Prediction) -> None:
-    """In single precision, as predictions are stored."""
-    path.write_bytes(_packed(answer, np.float32))
+def write_answer(path: Path, answer: Prediction) -> str:
+    """Write it in single precision, as predictions are stored; the digest of the file."""
+    data = _packed(answer, np.float32)
+    path.write_bytes(data)
+    return digest_of(data)
 
 
 def _packed(motion: Prediction, kind: type[np.floating]) -> bytes:
@@ -115,37 +151,47 @@ def _file(fps: float, arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def read_source(path: Path, body: Character) -> Source:
-    with np.load(path) as file:
-        if "points" not in file.files:
-            return read_motion(path, body)
-        ends = np.cumsum(file["counts"])
-        points = np.split(file["points"], ends[:-1]) if len(ends) else []
-        return PointSets(body, tuple(points), float(file["fps"]))
+    """Raises Changed."""
+    arrays = _arrays(path)
+    if "points" not in arrays:
+        return _motion(arrays, body)
+    ends = np.cumsum(arrays["counts"])
+    points = np.split(arrays["points"], ends[:-1]) if len(ends) else []
+    return PointSets(body, tuple(points), float(arrays["fps"]))
 
 
 def read_motion(path: Path, body: Character) -> Prediction:
-    with np.load(path) as file:
-        fps = float(file["fps"])
-        if "rotations" in file.files:
-            return Motion(body, file["rotations"], file["root"], fps)
-        if "vertices" in file.files:
-            return Surface(body, file["vertices"], fps)
-        return Positions(body, file["positions"], fps)
+    """Raises Changed."""
+    return _motion(_arrays(path), body)
 
 
-def write_mesh(path: Path, mesh: Mesh) -> Path:
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(BytesIO(checked(path))) as file:
+        return {name: file[name] for name in file.files}
+
+
+def _motion(arrays: Mapping[str, np.ndarray], body: Character) -> Prediction:
+    fps = float(arrays["fps"])
+    if "rotations" in arrays:
+        return Motion(body, arrays["rotations"], arrays["root"], fps)
+    if "vertices" in arrays:
+        return Surface(body, arrays["vertices"], fps)
+    return Positions(body, arrays["positions"], fps)
+
+
+def write_mesh(folder: Path, token: str, mesh: Mesh) -> Path:
     arrays = {name: getattr(mesh, name) for name in ("vertices", "faces", "weights")}
     arrays |= {_GROUP + role: group for role, group in mesh.groups.items()}
     if mesh.pose is not None:
         arrays["pose"] = mesh.pose
-    with path.open("wb") as stream:
-        np.savez(stream, **arrays)
-    return path
+    stream = BytesIO()
+    np.savez(stream, **arrays)
+    return _written(folder, token, stream.getvalue(), ".npz")
 
 
 def read_mesh(path: Path) -> Mesh:
-    with np.load(path) as file:
-        arrays = {name: file[name] for name in file.files}
+    """Raises Changed."""
+    arrays = _arrays(path)
     groups = {
         name.removeprefix(_GROUP): arrays.pop(name) for name in list(arrays) if name.startswith(_GROUP)
     }
@@ -163,24 +209,16 @@ def ground(facts: Mapping[str, Any]) -> Ground:
 
 
 # -------------------------------------------------------------------------------------------- training
-def write_training(folder: Path, cast: Cast) -> Path:
-    """All training clips of a data set: a folder with a file for each, and an index."""
-    if (folder / INDEX).exists():
-        return folder
+def write_training(folder: Path, token: str, cast: Cast) -> Path:
+    """All training clips of a data set: a file for each, and their index, which is given back."""
     index: dict[str, dict[str, Any]] = {}
     for structure, members in cast.items():
         for name, clips in members.items():
             motions = [clips[number] for number in range(len(clips))]
-            bodies = [str(write_character(folder, motion.character)) for motion in motions]
-            files = []
-            for number, motion in enumerate(motions):
-                path = folder / f"{digest(f'{structure}/{name}/{number}', 24)}.npz"
-                with atomic(path) as temporary:
-                    write_motion(temporary, motion)
-                files.append(str(path))
+            bodies = [str(write_character(folder, token, motion.character)) for motion in motions]
+            files = [str(write_motion(folder, token, motion)) for motion in motions]
             index.setdefault(structure, {})[name] = [list(clips.names), bodies, files]
-    write_text(folder / INDEX, json.dumps(index))
-    return folder
+    return _written(folder, token, json.dumps(index).encode(), ".json")
 
 
 class StoredClips:
@@ -193,18 +231,18 @@ class StoredClips:
         return len(self._files)
 
     def __getitem__(self, index: int, /) -> Motion:
+        """Raises Changed."""
         motion = read_motion(Path(self._files[index]), self._bodies[index])
         assert isinstance(motion, Motion)
         return motion
 
 
-def read_training(folder: Path, body_of: Callable[[str], Character]) -> Cast:
-    """What ``write_training`` wrote. body_of: the body in a file."""
-    index = json.loads((folder / INDEX).read_text(encoding="utf-8"))
+def read_training(index: Path, body_of: Callable[[str], Character]) -> Cast:
+    """What ``write_training`` wrote. body_of: the body in a file. Raises Changed."""
     return {
         structure: {
             name: StoredClips(names, [body_of(body) for body in bodies], files)
             for name, (names, bodies, files) in members.items()
         }
-        for structure, members in index.items()
+        for structure, members in json.loads(checked(index)).items()
     }

@@ -6,11 +6,15 @@ import signal
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
+from retarget_bench.api import optional
 from retarget_bench.errors import BenchError, one_line
-from retarget_bench.evaluation.prediction.answering import Desk
+from retarget_bench.evaluation.prediction import apart
+from retarget_bench.evaluation.prediction.answering import AnsweringLoop
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
+from retarget_bench.evaluation.prediction.launch import adopt_orphans
 from retarget_bench.evaluation.prediction.numpy_worker import end_with
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -23,10 +27,10 @@ def begin(start: Mapping[str, Any], reading: int, writing: int) -> None:
     work in) and ``log`` (the file that takes what is printed).
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    adopt_orphans()
     with suppress(AttributeError, PermissionError):  # where there is none, or it leads a group already
         os.setsid()  # whoever ends this process ends what it started
     _print_into(start["log"])
-    end_with(reading)
     channel = Channel(reading, writing)
     with suppress(Closed):
         channel.send(_ready(start, channel))
@@ -34,13 +38,18 @@ def begin(start: Mapping[str, Any], reading: int, writing: int) -> None:
 
 
 def _ready(start: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
-    """Serve; what keeps the method from that, as a line."""
+    """Load the method and serve; what keeps it from that, as a line."""
     try:
         registry.know_files(start["plugins"])
         method = registry.create("methods", Spec.parse(start["method"]))
         os.chdir(start["folder"])  # what a method writes or deletes by relative paths is its own
-        channel.send({"ready": True})
-        Desk(method, channel).serve()
+        optional.warm_up(method)
+        # fitting to training motion takes long, and is to be done once
+        forks = apart.possible() and "training" not in optional.method_card(method).uses
+        if not forks:
+            end_with(channel.reading)
+        channel.send({"ready": True, "forks": forks})
+        AnsweringLoop(method, channel, Path(start["folder"])).serve(forks)
     except Closed:
         return {}
     except BenchError as error:

@@ -1,36 +1,46 @@
-"""Prediction workers as the scoring side sees them: asked by files, limited in time and memory, ended."""
+"""Prediction workers as the scoring side sees them: asked by files, limited in what they take, ended."""
 
 import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from errno import ENOSPC
+from dataclasses import dataclass
+from errno import EDQUOT, ENOSPC
 from itertools import count
 from pathlib import Path
 from secrets import token_hex
+from shutil import rmtree
 from typing import Any
 
-from retarget_bench.api import Case, Context
+import numpy as np
+
+from retarget_bench.api import Case, Context, Prediction
 from retarget_bench.errors import FileError, NotSupported
-from retarget_bench.evaluation.predict import Outcome, read_prediction
+from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.evaluation.prediction import environments, launch
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
 from retarget_bench.evaluation.prediction.limits import (
+    FOLDER,
     LONGEST_LOG,
     LOOK,
     PATIENCE,
     STARTING,
     Beyond,
+    CannotStart,
+    Disturbed,
     Late,
     Limits,
     Trouble,
     check_file,
+    size_of,
     text,
 )
+from retarget_bench.evaluation.prediction.turns import Turns
+from retarget_bench.files import digest
 from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.predictions import read_prediction
 
 NONSENSE = "the method's process does not answer as it should"
 PRELOAD = (
@@ -47,63 +57,77 @@ LEARNED = (
     "retarget_bench.motion.aligned",
 )
 """What is added where a method of the plan has weights."""
+STARTS = 3
+"""So often a worker is started before its cases count as missing."""
+AGAIN = 10
+"""Of a method that answers all questions in one process, every tenth is asked again, in a fresh one."""
+APART = 1e-3
+"""Shares of the height by which the two answers may differ: networks round."""
+UNLIKE = "another answer when it was asked alone, in a fresh process: it depends on what was asked before"
 
 Asked = tuple[Case, Context]
 
 
-class Crew:
+class WorkerPool:
     """The workers of one scoring process, one for every method, and the process that they are forked from.
 
-    folder: of their questions and answers. preload: modules that all of them begin with.
+    folder: of their questions and answers. shared: a folder of all scoring processes of the run on this
+    machine. preload: modules that all workers begin with.
     """
 
     def __init__(
-        self, folder: Path, plugins: Sequence[tuple[str, str]], limits: Limits, preload: Sequence[str] = ()
+        self,
+        folder: Path,
+        shared: Path,
+        plugins: Sequence[tuple[str, str]],
+        limits: Limits,
+        preload: Sequence[str] = (),
     ) -> None:
         self.folder, self.plugins, self.limits = folder, plugins, limits
+        self.turns = Turns(shared)
         self._preload, self._mark = (*PRELOAD, *preload), launch.new_mark()
-        self._template: launch.Template | None = None
+        self._server: launch.ForkServer | None = None
         self._workers: dict[Spec, PredictionWorker] = {}
 
     def worker(self, method: Spec) -> "PredictionWorker":
         if method not in self._workers:
-            folder = self.folder / str(len(self._workers))
-            self._workers[method] = PredictionWorker(method, self, folder)
+            self._workers[method] = PredictionWorker(method, self, self.folder / token_hex(8))
         return self._workers[method]
 
     def start(self, start: Mapping[str, Any], environment: str, lock: str) -> launch.Started:
-        """Raises OSError and CannotStart."""
+        """Raises OSError and NoWorker."""
         if environment:
             started, facts = environments.start(environment, Path(start["log"]), self._mark)
             if lock not in ("", facts["lock"]):
                 launch.end(started)
-                raise environments.CannotStart(
+                raise environments.NoWorker(
                     f"{environment!r} is not the environment that the run began with ({lock}); run again"
                 )
             started.channel.send({"start": start})
             return started
-        if self._template is None or not self._template.living:
-            self._template = launch.Template(self._preload, self._mark)
-        return self._template.start(start)
+        if self._server is None or not self._server.living:
+            self._server = launch.ForkServer(self._preload, self._mark)
+        return self._server.start(start)
 
     def end_orphans(self) -> None:
         """Kill what workers that have ended left behind."""
         living = [each.pid for each in self._workers.values() if each.pid]
-        launch.end_orphans(self._mark, living, self._template.pid if self._template else 0)
+        launch.end_orphans(self._mark, living, self._server.pid if self._server else 0)
 
     def memory_of(self, pid: int) -> int:
         """Bytes of a worker that is answering, with all that it started."""
         living = {each.pid for each in self._workers.values()}
-        adopted = launch.children(self._template.pid) if self._template else []
+        adopted = launch.children(self._server.pid) if self._server else []
         return launch.memory_of([pid, *(each for each in adopted if each not in living)])
 
     def close(self) -> None:
         for each in self._workers.values():
             each.end()
-        if self._template is not None:
-            self._template.close()
-        self._workers, self._template = {}, None
+        if self._server is not None:
+            self._server.close()
+        self._workers, self._server = {}, None
         self.end_orphans()
+        self.turns.close()
 
 
 @dataclass(eq=False)
@@ -115,96 +139,134 @@ class PredictionWorker:
     """
 
     method: Spec
-    crew: Crew
+    pool: WorkerPool
     folder: Path
     log: Path | None = None
     lock: str = ""
-    seconds: float = field(default=0.0, init=False)
-    """Of the last answer, as the worker measured it, for each case."""
 
     def __post_init__(self) -> None:
-        self.limits = self.crew.limits
+        self.limits = self.pool.limits
         self._started: launch.Started | None = None
+        self._forks = False
         self._hopeless = ""
         self._late = 0  # cases in a row without an answer in time
-        self._starts = 0  # attempts in a row that ended before the method was built
         self._given_up = ""
         self._questions: Sequence[Asked] = ()
         self._written: list[Path] = []  # files of what is being asked
-        self._folders = (self.folder / str(number) for number in count())
+        self._folders = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count())
         self._own_folder()
 
     def _own_folder(self) -> None:
-        """A new folder for questions, answers and what the method writes."""
+        """A new folder for questions, answers and what the method writes, and no other."""
+        rmtree(self.folder, ignore_errors=True)
         self.folder = next(self._folders)
         (self.folder / "work").mkdir(parents=True)
+        self._token = token_hex(8)
         self._printed = self.folder / "printed.txt"
 
-    def _new_path(self) -> Path:
-        """Of a file that the method cannot have put something else in the place of beforehand, and that is
-        removed when the question is answered."""
-        self._written.append(self.folder / f"{token_hex(8)}.npz")
-        return self._written[-1]
-
-    def ask(self, asked: Sequence[Asked], repeat: int = 1) -> list[Outcome]:
+    # ------------------------------------------------------------------------------------ asking
+    def ask(self, asked: Sequence[Asked]) -> list[Outcome]:
         """The verified outcome of every case; never an exception but OSError, where the disk is full.
-        After too many cases without an answer in time it is ``missing``: another run may ask again.
 
-        A process that ends is asked once more, since somebody else may have killed it. Where several are
-        asked together and that ends badly, each is asked on its own.
+        What was disturbed is asked once more while no other method is asked, since one may have
+        disturbed it. Where several are asked together and that ends badly, each is asked on its own.
+        Cases that nobody was asked are ``missing``, as are those after too many without an answer in
+        time.
         """
-        trouble: Trouble | None = None
-        for _ in range(2):
-            if self._given_up:
-                return [Outcome("missing", self._given_up) for _ in asked]
-            if self._hopeless:
-                return [Outcome("failed", self._hopeless) for _ in asked]
+        try:
+            with self.pool.turns.together():
+                outcomes = self._answers(asked)
+            return self._ranked(asked, outcomes)
+        except Disturbed:
+            pass
+        except Trouble as trouble:
+            return self._apart(asked, trouble)
+        try:
+            with self.pool.turns.alone():
+                return self._answers(asked)
+        except Trouble as trouble:
+            return self._apart(asked, trouble)
+
+    def ask_alone(self, asked: Sequence[Asked]) -> tuple[list[Outcome], float]:
+        """The same while no other method of the run is asked, and the seconds that it took."""
+        with self.pool.turns.alone():
+            begun = time.perf_counter()
             try:
-                outcomes = self._exchange(asked, repeat)
-            except OSError as error:
-                self.end()
-                if error.errno == ENOSPC:
-                    raise
-                self._own_folder()
-                trouble = Beyond(f"the folder of its questions was changed ({error.strerror})")
-                break
-            except Trouble as error:
-                trouble = error
-                self.end()
-                self._keep_log()
-                if isinstance(error, Beyond):
-                    break
-            except BaseException:  # what its process says from now on would answer other questions
-                self.end()
-                raise
-            else:
-                self._late = 0
-                self._keep_log()
-                return outcomes
+                outcomes = self._answers(asked)
+            except Trouble as trouble:
+                outcomes = [Outcome("failed", str(trouble)) for _ in asked]
+            return outcomes, time.perf_counter() - begun
+
+    def _apart(self, asked: Sequence[Asked], trouble: Trouble) -> list[Outcome]:
+        if isinstance(trouble, CannotStart):
+            return [Outcome("missing", str(trouble)) for _ in asked]
         if len(asked) > 1 and not self._hopeless and not self._given_up:
-            return [outcome for each in asked for outcome in self.ask([each], repeat)]
+            return [outcome for each in asked for outcome in self.ask([each])]
         return [Outcome("failed", str(trouble)) for _ in asked]
+
+    def _ranked(self, asked: Sequence[Asked], outcomes: list[Outcome]) -> list[Outcome]:
+        """The outcomes, where every question had a process of its own. Else some are asked again, alone
+        and in a fresh process; one that is answered otherwise then is no answer to its question."""
+        if self._forks or self._started is None:
+            return outcomes
+        found = list(outcomes)
+        for number, (case, _) in enumerate(asked):
+            before = outcomes[number].prediction
+            if before is None or int(digest(case.info.id, 8), 16) % AGAIN:
+                continue
+            self.end()
+            with self.pool.turns.together():
+                (again,) = self._answers([asked[number]])
+            if again.prediction is None or _differ(before, again.prediction, case):
+                found[number] = Outcome("invalid", UNLIKE)
+        return found
 
     def end(self) -> None:
         if self._started is not None:
             launch.end(self._started)
             self._started = None
-            self.crew.end_orphans()
+            self.pool.end_orphans()
 
     @property
     def pid(self) -> int:
         """Of the process; 0 while there is none."""
         return self._started.pid if self._started else 0
 
-    # ------------------------------------------------------------------------------------ asking
-    def _exchange(self, asked: Sequence[Asked], repeat: int) -> list[Outcome]:
+    # ------------------------------------------------------------------------------------ one exchange
+    def _answers(self, asked: Sequence[Asked]) -> list[Outcome]:
+        """Raises Trouble, after which there is no process any more, and OSError."""
+        if self._given_up:
+            return [Outcome("missing", self._given_up) for _ in asked]
+        if self._hopeless:
+            return [Outcome("failed", self._hopeless) for _ in asked]
+        try:
+            outcomes = self._exchange(asked)
+        except OSError as error:
+            self.end()
+            self._own_folder()  # what filled the disk may have been the method
+            if error.errno in (ENOSPC, EDQUOT):
+                raise
+            raise Disturbed(f"the folder of its questions was changed ({error.strerror})") from error
+        except Trouble:
+            self.end()
+            self._keep_log()
+            self._own_folder()
+            raise
+        except BaseException:  # what its process says from now on would answer other questions
+            self.end()
+            raise
+        self._late = 0
+        self._keep_log()
+        return outcomes
+
+    def _exchange(self, asked: Sequence[Asked]) -> list[Outcome]:
         if self._started is None:
             self._start()
         self._questions, cases = asked, [case for case, _ in asked]
         try:
             questions = [self._question(*each) for each in asked]
-            self._send({"ask": questions, "repeat": repeat})
-            said = self._reply(repeat * self.limits.seconds(cases), len(cases))["answers"]
+            self._send({"ask": questions})
+            said = self._reply(self.limits.seconds(cases), len(cases))
             if not isinstance(said, list) or len(said) != len(cases):
                 raise Beyond(NONSENSE)
             paths = [Path(question["answer"]) for question in questions]
@@ -216,41 +278,54 @@ class PredictionWorker:
             self._written.clear()
 
     def _start(self) -> None:
+        """Raises Beyond where the method cannot be built, CannotStart where no process comes to be."""
         start = {
             "method": str(self.method.here),
             "parameters": dict(self.method.parameters),
-            "plugins": list(self.crew.plugins),
+            "plugins": list(self.pool.plugins),
             "folder": str(self.folder / "work"),
             "log": str(self._printed),
         }
-        try:
-            self._started = self.crew.start(start, self.method.environment, self.lock)
-        except environments.CannotStart as error:
-            self._hopeless = str(error)
-            raise Trouble(self._hopeless) from error
-        except (OSError, Closed) as error:
-            raise Trouble(f"the method's process cannot be started ({error})") from error
-        try:
-            said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
-        except Trouble as trouble:
-            self._starts += 1
-            if isinstance(trouble, Beyond) or self._starts > 1:
+        for number in range(STARTS):
+            try:
+                self._started = self.pool.start(start, self.method.environment, self.lock)
+                said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
+                break
+            except environments.NoWorker as error:
+                self._hopeless = str(error)
+                raise Beyond(self._hopeless) from error
+            except Beyond as trouble:
                 self._hopeless = str(trouble)
-            raise
-        self._starts = 0
+                raise
+            except (OSError, Closed, Disturbed) as error:
+                self.end()
+                if isinstance(error, Disturbed) and number:  # it ends whenever it is built
+                    self._hopeless = str(error)
+                    raise Beyond(self._hopeless) from error
+                if number == STARTS - 1:
+                    raise CannotStart(f"the method's process cannot be started ({error})") from error
+        self._forks = bool(said.get("forks"))
         if "ready" not in said:
             self._hopeless = text(said.get("broken", NONSENSE))
             raise Beyond(self._hopeless)
 
     def _question(self, case: Case, context: Context) -> dict[str, Any]:
-        source = files.write_motion(self._new_path(), case.source)
+        self._written.append(self.folder / f"{token_hex(8)}.npz")
         return {
-            "source": str(source),
-            "source_character": str(files.write_character(self.folder, case.source.character)),
-            "target_character": str(files.write_character(self.folder, case.target)),
-            "answer": str(self._new_path()),
+            "answer": str(self._written[-1]),
+            "source": str(self._motion(case.source)),
+            "source_character": str(self._body(case.source.character)),
+            "target_character": str(self._body(case.target)),
             "context": self._context(context),
         }
+
+    def _motion(self, motion: Any) -> Path:
+        """Its file, which is removed when the question is answered."""
+        self._written.append(files.write_motion(self.folder, token_hex(8), motion))
+        return self._written[-1]
+
+    def _body(self, body: Any) -> Path:
+        return files.write_character(self.folder, self._token, body)
 
     def _context(self, context: Context) -> dict[str, Any]:
         """What a method may know, as JSON; clips and training motion are handed over when asked for."""
@@ -272,14 +347,14 @@ class PredictionWorker:
         return said
 
     def _place(self, motion: Any) -> dict[str, str]:
-        body = files.write_character(self.folder, motion.character)
-        return {"motion": str(files.write_motion(self._new_path(), motion)), "character": str(body)}
+        return {"motion": str(self._motion(motion)), "character": str(self._body(motion.character))}
 
     # ---------------------------------------------------------------------------------- answers
-    def _reply(self, seconds: float, cases: int) -> dict[str, Any]:
-        """The line with the answers; until it comes, what the method looks at is handed over."""
+    def _reply(self, seconds: float, cases: int) -> Any:
+        """What is said of the answers; until that comes, what the method looks at is handed over."""
         until = time.monotonic() + seconds
         late = f"no answer within {seconds / cases:g} s a case (--timeout sets the limit)"
+        answers = None
         while True:
             try:
                 said = self._receive(until - time.monotonic(), late)
@@ -289,29 +364,33 @@ class PredictionWorker:
                     self._given_up = f"not asked: {PATIENCE} cases before this got {late}"
                 raise
             if "answers" in said:
-                return said
-            if "broken" in said:
+                answers = said["answers"]
+            elif "ended" in said:
+                if answers is None:
+                    how = text(said["ended"] or "without an answer")
+                    raise Disturbed(f"the method's process ended ({how})")
+            elif "broken" in said:
                 raise Beyond(text(said["broken"]))
-            self._send(self._given(said))
+            else:
+                self._send(self._given(said))
+            if answers is not None and ("ended" in said or not self._forks):
+                return answers
 
     def _given(self, wish: Mapping[str, Any]) -> dict[str, Any]:
         try:
             kind, (case, context) = wish["give"], self._questions[int(wish.get("question", 0))]
             if kind == "training":
-                if context.training is None:
-                    return {"folder": None}
-                return {"folder": str(files.write_training(self.folder / "training", context.training))}
+                training = context.training
+                return {"index": training and str(files.write_training(self.folder, self._token, training))}
             if kind == "mesh":
                 moved = (case.source, context.source_motion, context.reference, context.second_reference)
                 bodies = (case.target, *(each.character for each in moved if each is not None))
-                here = {str(files.write_character(self.folder, body)): body for body in bodies}
-                mesh = here[wish["character"]].mesh
+                mesh = {str(self._body(body)): body for body in bodies}[wish["character"]].mesh
                 assert mesh is not None
-                return {"mesh": str(files.write_mesh(self._new_path(), mesh))}
+                return {"mesh": str(files.write_mesh(self.folder, self._token, mesh))}
             if kind not in ("other_clips", "target_motions"):
                 raise KeyError(kind)
-            clip = getattr(context, kind)[int(wish["index"])]
-            return self._place(clip)
+            return self._place(getattr(context, kind)[int(wish["index"])])
         except NotSupported as error:
             return {"why": str(error)}
         except (KeyError, IndexError, TypeError, ValueError, AssertionError, OverflowError) as error:
@@ -321,14 +400,18 @@ class PredictionWorker:
         """The answer in a file, if it is a motion that fits the case."""
         try:
             status, message = str(said["status"]), text(said["message"])
-            self.seconds = float(said["seconds"])
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError):
             raise Beyond(NONSENSE) from None
+        if status == "changed":
+            raise Disturbed(message)
         if status != "ok":
-            known = status if status in ("unsupported", "invalid") else "failed"
-            return Outcome(known, message)
+            return Outcome(status if status in ("unsupported", "invalid") else "failed", message)
         try:
             check_file(path, case)
+            if "digest" not in said:
+                return Outcome("invalid", "the method's process does not tell the digest of its answer")
+            if files.digest_of(path.read_bytes()) != said["digest"]:
+                raise Disturbed("the answer was changed after it was written")
             return Outcome(
                 "ok", prediction=verified(read_prediction(path, case.target, case.source.fps), case)
             )
@@ -352,23 +435,28 @@ class PredictionWorker:
             except Nonsense as error:
                 raise Beyond(f"the method's process cannot be understood: {error}") from error
             except Closed as error:
-                raise Trouble(self._how(started, str(error))) from error
+                raise Disturbed(self._how(started, str(error))) from error
             if said is not None:
                 return said
             if how := started.ended():
                 with suppress(Closed):  # its last words
                     if (said := started.channel.receive(0.0)) is not None:
                         return said
-                raise Trouble(f"the method's process ended ({how})")
-            if self._printed_much():
-                self._keep_log()
-            if self.limits.memory and self.crew.memory_of(started.pid) > self.limits.memory:
-                allowed = self.limits.memory / 2**30
-                raise Beyond(
-                    f"the method took more than {allowed:.3g} GB of memory (--memory sets the limit)"
-                )
+                raise Disturbed(f"the method's process ended ({how})")
+            self._look(started)
             if left <= 0:
                 raise Late(late)
+
+    def _look(self, started: launch.Started) -> None:
+        """Raises Beyond where the method takes more than it may."""
+        with suppress(OSError):
+            if self._printed.stat().st_size > LONGEST_LOG:
+                self._keep_log()
+        if size_of(self.folder / "work") > FOLDER:
+            raise Beyond(f"the method wrote more than {FOLDER / 2**30:.3g} GB of files")
+        if self.limits.memory and self.pool.memory_of(started.pid) > self.limits.memory:
+            allowed = self.limits.memory / 2**30
+            raise Beyond(f"the method took more than {allowed:.3g} GB of memory (--memory sets the limit)")
 
     @staticmethod
     def _how(started: launch.Started, closed: str) -> str:
@@ -377,11 +465,6 @@ class PredictionWorker:
                 return f"the method's process ended ({how})"
             time.sleep(0.05)
         return f"the method's process cannot be talked to: {closed}"
-
-    def _printed_much(self) -> bool:
-        with suppress(OSError):
-            return self._printed.stat().st_size > LONGEST_LOG
-        return False
 
     def _keep_log(self) -> None:
         """Bring what was printed to the log, up to its limit."""
@@ -396,3 +479,14 @@ class PredictionWorker:
                     if length > LONGEST_LOG - kept:
                         log.write(b"\n... what came after this is not kept\n")
             os.truncate(self._printed, 0)
+
+
+def _differ(first: Prediction, second: Prediction, case: Case) -> bool:
+    """Whether two answers to a case are not the same motion."""
+    apart = [
+        np.asarray(each.vertices if hasattr(each, "vertices") else each.positions)
+        for each in (first, second)
+    ]
+    return apart[0].shape != apart[1].shape or float(np.abs(apart[0] - apart[1]).max(initial=0.0)) > (
+        APART * case.target.height
+    )

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import cast
 
@@ -15,7 +15,6 @@ from retarget_bench.evaluation.plan import Plan, dataset, set_metrics
 from retarget_bench.evaluation.set_metrics import files
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
 from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays, SetValue
-from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
@@ -23,27 +22,18 @@ Halves = tuple[Sample, Sample]
 NO_REAL = "the data set has no real motion of bodies of structure {} in this part"
 
 
-@dataclass(frozen=True)
-class SetJob:
-    """A finished unit whose sets are to be compared. infos: of the cases that have features."""
+def evaluate(plan: Plan, data: Spec, paths: ResultPaths, infos: Sequence[CaseInfo]) -> list[SetValue]:
+    """Gather the features of a unit, whose cases are all answered, and compute its values.
 
-    plan: Plan
-    dataset: Spec
-    paths: ResultPaths
-    infos: tuple[CaseInfo, ...]
-
-
-def evaluate(job: SetJob) -> list[SetValue]:
-    """Gather the features of a finished unit and compute its values, in a worker process."""
-    plan = job.plan
-    register_plugins(plan.plugin_files)
-    infos = {info.id: info for info in job.infos}
-    arrays = files.gather(job.paths, infos)
+    infos: of the cases that have features.
+    """
+    by_id = {info.id: info for info in infos}
+    arrays = files.gather(paths, by_id)
     return [
         value
         for metric in set_metrics(plan.metrics)
-        for structure, mine in sorted(_sets(metric, infos, arrays).items())
-        for value in _values(job, metric, structure, mine, arrays)
+        for structure, mine in sorted(_sets(metric, by_id, arrays).items())
+        for value in _values(plan, data, metric, structure, mine, arrays)
     ]
 
 
@@ -59,7 +49,12 @@ def _sets(
 
 
 def _values(
-    job: SetJob, metric: SetMetric, structure: str, infos: Mapping[str, CaseInfo], arrays: Arrays
+    plan: Plan,
+    data: Spec,
+    metric: SetMetric,
+    structure: str,
+    infos: Mapping[str, CaseInfo],
+    arrays: Arrays,
 ) -> list[SetValue]:
     """All values of a metric on one structure, or on one of its own sets."""
     name, ids = metric.card.name, [value.id for value in metric.card.values]
@@ -73,7 +68,7 @@ def _values(
         stretches = metric.stretches if isinstance(metric, OwnSets) else None
         return _drawn(metric, bare, draw(features, infos, stretches))
     # cases without references: their answers against other real motion, also of the same kind alone
-    real, real_infos = real_set(job.dataset, job.plan.metrics, name, job.plan.task, structure)
+    real, real_infos = real_set(data, plan.metrics, name, plan.task, structure)
     found = []
     for kind in ("", *sorted({info.kind for info in infos.values()} - {""})):
         mine = {case: info for case, info in infos.items() if kind in ("", info.kind)}

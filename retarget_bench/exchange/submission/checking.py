@@ -15,8 +15,8 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.plan import Plan, dataset, metric_versions, metrics
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
+from retarget_bench.evaluation.shard_work import elsewhere
 from retarget_bench.evaluation.timing import spread
-from retarget_bench.evaluation.worker import elsewhere
 from retarget_bench.exchange.submission import numbers
 from retarget_bench.exchange.submission.folder import faults
 from retarget_bench.exchange.submission.making import FILL_IN

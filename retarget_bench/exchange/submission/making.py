@@ -2,21 +2,23 @@
 
 import shutil
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from retarget_bench.analysis import pairwise
 from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import MethodCard, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import timing
-from retarget_bench.evaluation.plan import Plan, dataset, located, method
-from retarget_bench.evaluation.predict import Inputs, context_for, predict
-from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.timing import TimingJob, spread, time_method
-from retarget_bench.evaluation.worker import end_predictions, register_plugins
+from retarget_bench.evaluation.plan import dataset, method
+from retarget_bench.evaluation.predict import context_for, predict
+from retarget_bench.evaluation.timing import spread
 from retarget_bench.exchange.submission.manifest import CARD, CARD_SECTIONS, ROWS, write
-from retarget_bench.files import scratch_folder, write_text
+from retarget_bench.files import write_text
+from retarget_bench.parallel import carried_out
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import dataset_names, store
 from retarget_bench.results.store import ResultPaths, case_seed
@@ -117,35 +119,28 @@ def _measured(asked: Spec, data: Spec, known: float | None) -> tuple[float, floa
     known: its frames per second where its results have them, which are then taken.
     Raises BenchError where the method answers none of them.
     """
-    plan = Plan(methods=(asked,), datasets=(data,))
-    with LocalPool(1) as pool:
-        (done,) = pool.run(of_process, [(plan, asked, data, known)])
+    (done,) = carried_out(of_process, [(registry.files(), asked, data, known)], 1)
     if done.error or done.result is None:
         raise BenchError(f"the cost of {asked} cannot be measured: {done.error or 'it answers no case'}")
     megabytes, rate = done.result
     return round(megabytes, 1), float(f"{rate:.3g}")
 
 
-def of_process(job: tuple[Plan, Spec, Spec, float | None]) -> tuple[float, float] | None:
+def of_process(job: tuple[Any, Spec, Spec, float | None]) -> tuple[float, float] | None:
     """(megabytes, frames per second), or None where no case is answered."""
-    plan, asked, spec, known = job
-    register_plugins(plan.plugin_files)
+    plugins, asked, spec, known = job
+    registry.know_files(plugins)
     data = dataset(spec)
     infos = [info for split in data.card.splits for info in data.cases("retarget", split)]
     cases = [(info, data.load(info)) for info in spread(infos)]
     before = _peak_mb()
     built = method(asked)
+    frames, begun = 0, time.perf_counter()
     for info, case in cases:
-        predict(built, case, context_for(built, data, case, case_seed(0, str(asked), info.id)))
-    grown = _peak_mb() - before
-    if known is not None:
-        return grown, known
-    with scratch_folder() as folder:
-        few = tuple(info for info, _ in cases)
-        times = time_method(TimingJob(plan, spec, located(asked), Inputs.of(built), few, folder))
-        end_predictions()
-    rate = timing.rate(times)
-    return None if rate is None else (grown, rate)
+        outcome = predict(built, case, context_for(built, data, case, case_seed(0, str(asked), info.id)))
+        frames += case.source.frames if outcome.prediction is not None else 0
+    rate = frames / (time.perf_counter() - begun) if known is None else known
+    return (_peak_mb() - before, rate) if rate else None
 
 
 def _peak_mb() -> float:

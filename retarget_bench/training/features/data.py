@@ -19,10 +19,10 @@ from retarget_bench.api import TWO_LEGS, Dataset, TrainingClips
 from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import dataset
-from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import ESSENTIAL
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Cast, Progress, by_character, training_clips
 from retarget_bench.training.features import network, windows
@@ -105,7 +105,7 @@ def gather(spec: Spec, source: Source, jobs: int, progress: Progress) -> dict[st
 
 def clips_of(job: Mapping[str, Any]) -> Clips:
     """The clips of one character that are long enough, as channels; what a worker process does."""
-    register_plugins(job["plugins"])
+    registry.know_files(job["plugins"])
     source, character = job["source"], job["character"]
     clips = performers(dataset(job["dataset"]), source)[character]
     found = {}

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Value
-from retarget_bench.evaluation.code_hash import code_hash, package_code
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.files import digest
+from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
 from retarget_bench.results.header import DeclaredValue

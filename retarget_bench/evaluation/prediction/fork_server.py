@@ -3,14 +3,12 @@
 It holds no data set, no reference and no method, and imports none: what it forks begins as empty as it is.
 """
 
-import ctypes
 import gc
 import importlib
 import json
 import os
 import signal
 import socket
-import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -18,31 +16,33 @@ from typing import Any
 import psutil
 
 from retarget_bench.evaluation.prediction import starting
+from retarget_bench.evaluation.prediction.launch import adopt_orphans, end_group, ending
 
 
 def main(descriptor: int, preload: Sequence[str]) -> None:
     """Fork workers as asked over a socket until it closes; then end them with all that they started."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the asking process decides
-    _adopt()
+    adopt_orphans()
     for module in preload:
         with suppress(ImportError):
             importlib.import_module(module)
     gc.freeze()  # the memory of what is imported stays shared
-    living: set[int] = set()
+    workers: dict[int, str] = {}
     with socket.socket(fileno=descriptor) as asking:
         while (asked := _received(asking)) is not None:
             request, descriptors = asked
+            _reap(workers)
             if "start" in request:
                 pid = _forked(asking, request["start"], descriptors)
-                living.add(pid)
+                workers[pid] = ""
                 reply: dict[str, Any] = {"pid": pid}
             else:
-                reply = {"ended": _ended(request["state"], living)}
+                reply = {"ended": workers.get(request["state"], "it is gone")}
             try:
                 asking.sendall(json.dumps(reply).encode() + b"\n")
             except OSError:  # nobody waits for it any more
                 break
-    for pid in living:
+    for pid in workers:
         end_group(pid)
     while left := psutil.Process().children(recursive=True):  # also what has left its worker's group
         for each in left:
@@ -50,13 +50,6 @@ def main(descriptor: int, preload: Sequence[str]) -> None:
                 each.kill()
         with suppress(ChildProcessError):
             os.waitpid(-1, 0)  # so that their processor time counts as ours
-
-
-def _adopt() -> None:
-    """Become the parent of whatever workers leave behind, so that it is found; Linux alone has that."""
-    if sys.platform == "linux":
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(36, 1, 0, 0, 0)  # PR_SET_CHILD_SUBREAPER
 
 
 def _received(asking: socket.socket) -> tuple[dict[str, Any], list[int]] | None:
@@ -81,29 +74,17 @@ def _forked(asking: socket.socket, start: Mapping[str, Any], descriptors: list[i
             asking.close()
             starting.begin(start, *descriptors)
         finally:
-            os._exit(1)  # never back into the loop of the template
+            os._exit(1)  # never back into the loop of the server
     for each in descriptors:
         os.close(each)
     return pid
 
 
-def _ended(pid: int, living: set[int]) -> str:
-    """How a worker ended; "" while it lives."""
-    if pid not in living:
-        return "it is gone"
-    found, status = os.waitpid(pid, os.WNOHANG)
-    if not found:
-        return ""
-    living.discard(pid)
-    return ending(os.waitstatus_to_exitcode(status))
-
-
-def ending(code: int) -> str:
-    """An exit code in words; signals are negative, as in ``subprocess``."""
-    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-
-
-def end_group(pid: int) -> None:
-    """Kill a worker and what it started, as far as that has not left its process group."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(pid, signal.SIGKILL)
+def _reap(workers: dict[int, str]) -> None:
+    """Take notice of all that have ended, those left behind by workers included; ``workers``: how each
+    ended."""
+    with suppress(ChildProcessError):
+        while (found := os.waitpid(-1, os.WNOHANG))[0]:
+            pid, status = found
+            if pid in workers:
+                workers[pid] = ending(os.waitstatus_to_exitcode(status))

@@ -1,7 +1,7 @@
-"""Quick looks: runs of some clips, which leave results unfinished as an interrupted run does.
+"""Which clips of a split a run is asked for.
 
-Keys and seeds of cases do not depend on which others are asked for, so that a later run of all clips goes
-on from there.
+Keys and seeds of cases do not depend on which others are asked for, so that a later run of all clips
+goes on from there.
 """
 
 from collections.abc import Sequence

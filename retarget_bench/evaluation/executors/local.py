@@ -1,0 +1,219 @@
+"""Shards carried out by processes of this machine."""
+
+import os
+import select
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.prediction.channel import Channel, Closed
+from retarget_bench.evaluation.prediction.launch import ending
+from retarget_bench.evaluation.shards import StoredPlan
+from retarget_bench.files import scratch_folder
+from retarget_bench.results.store import CaseResult
+
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+SILENCE = 60.0
+"""Seconds without a sign of life after which a process is taken for dead."""
+LOOK = 1.0
+ENDED = "the process that scores ended twice at this ({})"
+
+
+class Local:
+    """``jobs`` processes, one thread each; they serve all shards until the ``with`` block ends.
+
+    A shard whose process ended is carried out again at the end, while no other is, since what ended it
+    may have been another method. What a process ends at twice costs that one answer, or that one value.
+
+    check: whether the plan may have been made by another machine.
+    """
+
+    def __init__(self, jobs: int, check: bool = False) -> None:
+        self.jobs, self._check = max(1, jobs), check
+        self._open = ExitStack()
+        self._processes: list[_Process] = []
+        self._scratch: Path | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for each in self._processes:
+            each.end()
+        self._processes.clear()
+        self._open.close()
+
+    def run(
+        self, folder: Path, numbers: Sequence[int], kind: str = "shard", jobs: int = 0
+    ) -> Iterator[tuple[int, str]]:
+        """Carry out shards of a stored plan; each as it ends, with "" or why it was not completed.
+
+        kind: ``shard``, or ``sets`` or ``time`` with numbers of units. jobs: at most so many at once.
+        Raises BenchError where the run must end.
+        """
+        waiting, lost = deque(_Work(kind, number) for number in numbers), deque[_Work]()
+        self._ready(folder, min(jobs or self.jobs, len(waiting)))
+        crew = self._processes[: jobs or self.jobs]
+        try:
+            while waiting or lost or any(each.work for each in crew):
+                for each in crew:
+                    if each.work is None and waiting:
+                        each.give(waiting.popleft())
+                if lost and not waiting and not any(each.work for each in crew):
+                    crew[0].give(lost.popleft())
+                for each in _spoken([each for each in crew if each.work]):
+                    for said in each.said():
+                        if "done" in said:
+                            yield each.finished().number, _problem(said)
+                    if each.how:
+                        work = each.finished()
+                        if problem := work.ended(folder, each.how):
+                            yield work.number, problem
+                        else:
+                            lost.append(work)
+        finally:
+            for each in [each for each in crew if each.work]:
+                each.end()
+                self._processes.remove(each)
+
+    def _ready(self, folder: Path, count: int) -> None:
+        """Have so many processes that know this plan."""
+        if self._scratch is None:
+            self._scratch = self._open.enter_context(scratch_folder())
+        for each in [each for each in self._processes if each.folder != folder]:
+            each.end()
+            self._processes.remove(each)
+        while len(self._processes) < count:
+            self._processes.append(_Process(folder, self._scratch, self._check))
+
+
+@dataclass
+class _Work:
+    """Something that a process is to do, and how that went so far.
+
+    without: unit, case and metric of what is to be left out. at: what the process is at; before: what
+    an earlier one was at when it ended.
+    """
+
+    kind: str
+    number: int
+    without: list[list[Any]] = field(default_factory=list)
+    at: list[Any] | None = None
+    before: list[Any] | None = None
+    again: bool = False
+
+    def ended(self, folder: Path, how: str) -> str:
+        """Take notice that a process ended at this; why it cannot be completed, or ""."""
+        first, self.again = not self.again, True
+        if self.kind != "shard" or self.at is None:
+            return "" if first else f"its process ended twice ({how})"
+        if self.at != self.before:
+            self.before = self.at
+            return ""
+        unit, cases, metric = self.at
+        if metric:
+            self.without += [[unit, case, metric] for case in cases]
+        else:
+            part = StoredPlan(folder).writer(self.number)
+            for case in cases:
+                part.write(unit, CaseResult(case, "failed", ENDED.format(how)))
+        self.before = None
+        return ""
+
+
+class _Process:
+    """A process and what it is doing; where it ended, the next work gets a new one.
+
+    how: it ended, in words; "" while it lives.
+    """
+
+    def __init__(self, folder: Path, scratch: Path, check: bool) -> None:
+        self.folder, self._scratch, self._check = folder, scratch, check
+        self.work: _Work | None = None
+        self._start()
+
+    def _start(self) -> None:
+        code = (
+            f"import sys; sys.path[:] = {sys.path!r}\n"
+            "from retarget_bench.evaluation.shard_process import main\n"
+            f"main({str(self.folder)!r}, {str(self._scratch)!r}, {self._check})"
+        )
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", code],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=os.environ | dict.fromkeys(THREAD_VARIABLES, "1"),
+            start_new_session=True,  # Ctrl-C is for who asks
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self.channel = Channel(self._process.stdout.fileno(), self._process.stdin.fileno())
+        self._heard, self.how = time.monotonic(), ""
+
+    def give(self, work: _Work) -> None:
+        if self.how or self._process.poll() is not None:
+            self._close()
+            self._start()
+        self.work, work.at = work, None
+        self._heard = time.monotonic()
+        asked = {"kind": work.kind, "number": work.number, "again": work.again, "without": work.without}
+        with suppress(Closed):  # said() will see that it ended
+            self.channel.send(asked)
+
+    @property
+    def silent(self) -> bool:
+        return time.monotonic() - self._heard > SILENCE
+
+    def said(self) -> Iterator[dict[str, Any]]:
+        """What it has to say; ``how`` tells where it has ended."""
+        try:
+            while self.work is not None and (said := self.channel.receive(0.0)) is not None:
+                self._heard = time.monotonic()
+                if "at" in said:
+                    self.work.at = said["at"]
+                yield said
+            if not self.silent:
+                return
+        except Closed:
+            pass
+        self._process.kill()
+        self.how = ending(self._process.wait())
+
+    def finished(self) -> _Work:
+        """What it was doing, which it is no longer."""
+        assert self.work is not None
+        work, self.work = self.work, None
+        return work
+
+    def end(self) -> None:
+        if self.work is not None:
+            self._process.kill()
+        self._close()
+        self._process.wait()
+
+    def _close(self) -> None:
+        """At the end of its input it ends, with its workers."""
+        for pipe in (self._process.stdin, self._process.stdout):
+            assert pipe is not None
+            with suppress(OSError):
+                pipe.close()
+
+
+def _spoken(processes: Sequence[_Process]) -> list[_Process]:
+    """Those that have something to say, or have said nothing for too long."""
+    found = select.select([each.channel.reading for each in processes], [], [], LOOK)[0]
+    return [each for each in processes if each.channel.reading in found or each.silent]
+
+
+def _problem(said: dict[str, Any]) -> str:
+    """Why work was not completed, or "". Raises BenchError where the run must end."""
+    if said["stop"]:
+        raise BenchError(f"stopped: {said['done']}. What was finished is kept; run again to continue")
+    return str(said["done"])

@@ -1,0 +1,122 @@
+"""A process of its own for every question, forked from the loaded method and gone afterwards.
+
+So an answer depends on its question alone: what a method keeps of a question, in memory or in files,
+ends with the process that was asked it. The worker that forks never asks the method anything itself.
+"""
+
+import os
+import resource
+import select
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+
+import psutil
+
+from retarget_bench.evaluation.prediction.launch import end_group, ending
+from retarget_bench.evaluation.prediction.limits import FOLDER
+
+FAREWELL = 0.5
+"""Seconds in which Python's own helper may remove the shared memory that a method has left."""
+_NUMBERS = count()
+
+
+def possible() -> bool:
+    """True where this process can be forked as it is: no other thread runs in it, and it uses no GPU."""
+    if not hasattr(os, "pidfd_open") or len(list(Path("/proc/self/task").iterdir())) > 1:
+        return False
+    torch = sys.modules.get("torch")
+    return torch is None or not torch.cuda.is_initialized()
+
+
+def carried_out(work: Callable[[], None], folder: Path, asking: int) -> str:
+    """Do some work in a child in a folder of its own, and end it with all that it started and wrote.
+
+    How it ended, in words; "" where it did the work. asking: a descriptor that hangs up when nobody
+    waits for the work any more, at which this process ends, too.
+    """
+    place = folder / str(next(_NUMBERS))
+    pid = os.fork()
+    if not pid:
+        _child(work, place)
+    code = _end_of(pid, asking)
+    end_family(pid)
+    if place.exists():
+        shutil.rmtree(place, ignore_errors=True)
+    return "" if code == 0 else ending(code)
+
+
+def _child(work: Callable[[], None], place: Path) -> None:
+    """The child's part; never returns."""
+    code, mine = 1, os.getpid()
+    try:
+        os.setsid()  # whoever ends this process ends what it started
+        place.mkdir()
+        os.chdir(place)  # what a method writes or deletes by relative paths is its own
+        os.environ["TMPDIR"] = tempfile.tempdir = str(place)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (FOLDER, FOLDER))
+        work()
+        code = 0
+    finally:
+        with suppress(Exception):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code if os.getpid() == mine else 0)
+
+
+def _end_of(pid: int, asking: int) -> int:
+    """The exit code of a child when it has ended; signals are negative."""
+    ended = os.pidfd_open(pid)
+    poll = select.poll()
+    poll.register(ended, select.POLLIN)
+    poll.register(asking, 0)  # hang-ups are told in any case
+    try:
+        if ended not in (descriptor for descriptor, _ in poll.poll()):
+            end_family(pid)
+            os._exit(1)
+    finally:
+        os.close(ended)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+def end_family(pid: int) -> None:
+    """Kill what a child of this process has started, which is this process's own when the child has
+    ended."""
+    end_group(pid)
+    until = time.monotonic() + FAREWELL
+    while left := children():
+        late = time.monotonic() > until
+        for each in left:
+            if late or not _tidies(each):
+                with suppress(OSError):
+                    os.kill(each, signal.SIGKILL)
+        with suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG)[0]:
+                pass
+        if children():
+            time.sleep(0.005)
+
+
+def children() -> list[int]:
+    """The living and dead children of this process, which is told of those of children that have ended."""
+    try:
+        found = [
+            int(each) for each in Path("/proc/self/task", str(os.getpid()), "children").read_text().split()
+        ]
+    except OSError:
+        found = [each.pid for each in psutil.Process().children()]
+    return found
+
+
+def _tidies(pid: int) -> bool:
+    """True for the process by which Python's multiprocessing removes shared memory that was left."""
+    try:
+        return b"multiprocessing.resource_tracker" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False

@@ -1,0 +1,77 @@
+"""A process that carries out shards for a ``Local`` engine, as lines on its standard input ask it to.
+
+{"kind": "shard", "number": 7, "again": false, "without": []}
+{"at": [2, ["puppets/ada>boulder/sit-001"], ""]}    what it is at, for whoever finds it dead
+{"alive": true}                                     every other second
+{"done": "", "stop": false}                         or why it was not completed; stop: the run must end
+"""
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from retarget_bench.errors import BenchError, one_line
+from retarget_bench.evaluation.prediction.channel import Channel, Closed
+from retarget_bench.evaluation.prediction.launch import adopt_orphans
+from retarget_bench.evaluation.shard_work import CannotStore, ShardWork
+
+BEAT = 2.0
+"""Seconds between two signs of life."""
+
+
+def main(folder: str, scratch: str, check: bool) -> None:
+    """Carry out shards until the standard input ends. check: whether this may be another machine than
+    the one that planned the run."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asks decides
+    adopt_orphans()
+    channel = Channel(os.dup(0), os.dup(1))
+    os.dup2(2, 1)  # what plug-ins print is no answer
+    speaking = threading.Lock()
+
+    def say(message: dict[str, object]) -> None:
+        with speaking:
+            try:
+                channel.send(message)
+            except Closed:
+                os._exit(1)
+
+    def beat() -> None:
+        while not ended.wait(BEAT):
+            say({"alive": True})
+
+    def at(unit: int, cases: Sequence[str], metric: str) -> None:
+        say({"at": [unit, list(cases), metric]})
+
+    ended = threading.Event()
+    threading.Thread(target=beat, daemon=True).start()
+    work, problem = None, ""
+    try:
+        work = ShardWork(Path(folder), Path(scratch), at)
+        if check:
+            work.check()
+    except BenchError as error:
+        problem = str(error)
+    with suppress(Closed):
+        while True:
+            asked = channel.receive()
+            assert asked is not None
+            done, stop = problem, False
+            if work is not None and not problem:
+                try:
+                    work.do(asked)
+                except BenchError as error:
+                    done, stop = str(error), isinstance(error, CannotStore)
+                except Exception as error:  # of a plug-in, where nothing else told of it
+                    done = one_line(error)
+            say({"done": done, "stop": stop})
+    ended.set()
+    if work is not None:
+        work.close()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], sys.argv[3] == "check")

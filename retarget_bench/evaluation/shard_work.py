@@ -1,0 +1,266 @@
+"""Carrying out shards in one process: cases are loaded, methods asked, answers stored and scored.
+
+It holds data sets and right answers, and imports no method: each is asked in a process of its own
+(``prediction/``).
+"""
+
+import json
+import os
+import platform
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import timing
+from retarget_bench.evaluation.plan import dataset, metrics, set_metrics
+from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
+from retarget_bench.evaluation.prediction.limits import Limits
+from retarget_bench.evaluation.prediction.workers import Asked, WorkerPool
+from retarget_bench.evaluation.score import score
+from retarget_bench.evaluation.set_metrics import files as set_files
+from retarget_bench.evaluation.set_metrics.evaluate import evaluate
+from retarget_bench.evaluation.shards import StoredPlan, Task, Unit, machine_facts
+from retarget_bench.files import write_text
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.prediction_check import Invalid, verified
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import predictions, store
+from retarget_bench.results.store import CaseResult, ResultPaths
+
+MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
+
+At = Callable[[int, Sequence[str], str], None]
+"""Called with a unit, cases of it and a metric before they are worked on, so that whoever looks on can
+tell what a process was at when it ended. The metric is "" while a method is asked."""
+
+
+def unseen(unit: int, cases: Sequence[str], metric: str) -> None:
+    """Nobody looks on."""
+    del unit, cases, metric
+
+
+class CannotStore(BenchError):
+    """The disk is full, or a folder of results cannot be written to: the run must end."""
+
+
+class ShardWork:
+    """Carries out shards of a stored plan, one after the other; it is closed at the end.
+
+    scratch: a folder for questions and answers, which the processes of a run share on a machine.
+    """
+
+    def __init__(self, folder: Path, scratch: Path, at: At = unseen) -> None:
+        self.stored, self.at = StoredPlan(folder), at
+        self.plan = self.stored.plan
+        registry.know_files(self.plan.plugin_files)
+        limits = Limits(self.plan.timeout, int(self.plan.memory * 2**30))
+        preload = self.stored.facts["preload"]
+        place = scratch / str(os.getpid())
+        self.pool = WorkerPool(place, scratch, self.plan.plugin_files, limits, preload)
+
+    def close(self) -> None:
+        """End all prediction workers."""
+        self.pool.close()
+
+    def check(self) -> None:
+        """Raises BenchError with what this machine has that the stored plan was not made with."""
+        theirs: Mapping[str, Any] = self.stored.facts["common"]
+        methods = {unit.method for unit in self.stored.units}
+        mine = machine_facts(self.plan, methods, self.plan.datasets)
+        for name in sorted(theirs.keys() | mine.keys()):
+            if (here := mine.get(name, "none")) != (there := theirs.get(name, "none")):
+                raise BenchError(
+                    f"{platform.node()} has {name} {here} where the run was planned with {there}; all "
+                    "machines need the same versions, code and data"
+                )
+
+    # ------------------------------------------------------------------------------------- kinds of work
+    def do(self, asked: Mapping[str, Any]) -> None:
+        """Do what a line asks for (``shard_process.py``). Raises BenchError."""
+        if asked["kind"] == "shard":
+            self.again = asked["again"]
+            self.carry_out(asked["number"], asked["without"])
+        else:
+            {"sets": self.sets, "time": self.time}[asked["kind"]](asked["number"])
+
+    def carry_out(self, number: int, without: Sequence[Sequence[Any]] = ()) -> None:
+        """Compute what a shard lacks, and write every answer as it is finished.
+
+        without: unit, case and metric of what ended the process before. Interrupted at any moment, it
+        is to be
+        carried out again: what is written is not computed anew. Raises BenchError.
+        """
+        part = self.stored.writer(number)
+        skipped = {(unit, case): metric for unit, case, metric in without}
+        for task in self.stored.lacking(number):
+            for unit, entry in self._entries(task, skipped):
+                part.write(unit, entry)
+
+    def sets(self, number: int) -> None:
+        """Compute and write the values of a unit's sets, whose cases are all answered."""
+        unit = self.stored.units[number]
+        self.at(number, (), "sets")
+        answered = frozenset(self.stored.facts["answered"][number])
+        infos = [info for info in self._infos(unit).values() if info.id in answered]
+        set_files.write(unit.paths, evaluate(self.plan, unit.dataset, unit.paths, infos))
+
+    def time(self, number: int) -> None:
+        """Measure and write how long a unit's method takes."""
+        unit = self.stored.units[number]
+        self.at(number, (), "")
+        timing.write(unit.paths, self._times(unit))
+
+    # -------------------------------------------------------------------------------------------- answers
+    def _entries(
+        self, task: Task, skipped: Mapping[tuple[int, str], str]
+    ) -> Iterator[tuple[int, CaseResult]]:
+        units = self.stored.units
+        first = units[next(iter(task.lacking))]
+        data = dataset(first.dataset, self.plan.task)
+        cases: dict[str, Case] = {}
+        for each in task.cases:
+            try:
+                cases[each] = data.load(self._infos(first)[each])
+            except BenchError as error:
+                lost = CaseResult(each, "failed", str(error))
+                yield from ((unit, lost) for unit, mine in task.lacking.items() if each in mine)
+        outcomes = {unit: self._outcomes(unit, task, cases) for unit in task.lacking}
+        for (
+            name,
+            case,
+        ) in cases.items():  # all methods of one case in turn: metrics keep its reference's features
+            for unit in task.lacking:
+                if name in outcomes[unit]:
+                    left_out = skipped.get((unit, name), "")
+                    yield unit, self._scored(unit, case, outcomes[unit][name], left_out)
+
+    def _scored(self, unit: int, case: Case, outcome: Outcome, left_out: str) -> CaseResult:
+        """The scored case; its features for metrics of sets wait in a file until the unit is complete.
+
+        Raises CannotStore.
+        """
+        if outcome.prediction is None or self.plan.stage == "predict":
+            return CaseResult(case.info.id, outcome.status, outcome.message)
+        paths, asked = self.stored.units[unit].paths, set_metrics(self.plan.metrics)
+        scored = as_scored(outcome.prediction)
+        if asked:
+            real = isinstance(dataset(self.stored.units[unit].dataset, self.plan.task), RealDataset)
+            try:
+                arrays = set_files.collect(asked, case, scored, real)
+                set_files.write_waiting(set_files.case_features(paths, case.info.id), arrays)
+            except FileError as error:
+                raise CannotStore(str(error)) from error
+        self.at(unit, (case.info.id,), left_out)
+        return CaseResult(case.info.id, "ok", values=score(metrics(self.plan.metrics), case, scored))
+
+    def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
+        """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,
+        which is then stored. The method is given all ``cases`` where any is new."""
+        paths, wanted = self.stored.units[unit].paths, task.lacking[unit]
+        keys = {
+            case: store.case_key(self.stored.units[unit].keys, case) for case in wanted if case in cases
+        }
+        found = {case: self._kept(paths, key, cases[case]) for case, key in keys.items()}
+        new = [case for case, outcome in found.items() if outcome is None]
+        made = self._predicted(unit, cases) if new else {}
+        for case in new:
+            if made[case].status != "missing":
+                _store(paths, keys[case], cases[case], made[case])
+        return {case: outcome or made[case] for case, outcome in found.items()}
+
+    def _kept(self, paths: ResultPaths, key: str, case: Case) -> Outcome | None:
+        """The outcome where the method need not or must not be asked; None where it is to be."""
+        if self.plan.external is not None:
+            return elsewhere(self.plan.external, case)
+        stored = None if self.plan.redo == "always" else _stored(paths, key, case)
+        retry = self.plan.redo == "failed" and stored is not None and stored.status in ("failed", "invalid")
+        if stored is not None and not retry:
+            return stored
+        return MISSING if self.plan.stage == "score" else None
+
+    def _predicted(self, unit: int, cases: Mapping[str, Case]) -> dict[str, Outcome]:
+        known = self.stored.units[unit]
+        worker = self.pool.worker(known.method)
+        worker.log, worker.lock = known.paths.log, known.lock
+        self.at(unit, list(cases), "")
+        try:
+            return dict(zip(cases, worker.ask(self._asked(known, list(cases.values()))), strict=True))
+        except OSError as error:
+            raise CannotStore(f"{self.pool.folder}: cannot be written ({error.strerror})") from error
+
+    def _asked(self, unit: Unit, cases: Sequence[Case]) -> list[Asked]:
+        data = dataset(unit.dataset, self.plan.task)
+        seeds = [store.case_seed(unit.seed, unit.seeded_as, case.info.id) for case in cases]
+        return [
+            (case, context_for(unit.inputs, data, case, seed))
+            for case, seed in zip(cases, seeds, strict=True)
+        ]
+
+    def _times(self, unit: Unit) -> list[timing.Time]:
+        data: Dataset = dataset(unit.dataset, self.plan.task)
+        worker = self.pool.worker(unit.method)
+        worker.log, worker.lock = None, unit.lock
+        infos = timing.spread(list(self._infos(unit).values()))
+        return timing.measured(worker, lambda cases: self._asked(unit, cases), data, infos)
+
+    def _infos(self, unit: Unit) -> dict[str, CaseInfo]:
+        return _infos(unit.dataset, self.plan.task, unit.split)
+
+
+# ------------------------------------------------------------------------------------- stored outcomes
+def _store(paths: ResultPaths, key: str, case: Case, outcome: Outcome) -> None:
+    """A prediction as ``.npz``, a refusal or failure as ``.json``; never both. Raises CannotStore."""
+    path = paths.prediction(case.info.id)
+    note = path.with_suffix(".json")
+    facts = {"key": key, "status": outcome.status, "message": outcome.message}
+    try:
+        if outcome.prediction is not None:
+            predictions.write_prediction(path, outcome.prediction, key)
+            note.unlink(missing_ok=True)
+        else:
+            write_text(note, json.dumps(facts, ensure_ascii=False) + "\n")
+            path.unlink(missing_ok=True)
+    except FileError as error:
+        raise CannotStore(str(error)) from error
+    except OSError as error:
+        raise CannotStore(f"{path}: cannot be replaced ({error.strerror})") from error
+
+
+def _stored(paths: ResultPaths, key: str, case: Case) -> Outcome | None:
+    """The outcome that an earlier run stored under this key, or None."""
+    path = paths.prediction(case.info.id)
+    if path.exists():
+        if predictions.stored_key(path) != key:
+            return None
+        return _checked(path, case)
+    try:
+        facts = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+        return Outcome(facts["status"], facts["message"]) if facts["key"] == key else None
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def elsewhere(folder: Path, case: Case) -> Outcome:
+    """A prediction made by somebody else, found by the case's file name."""
+    stem = store.case_file(case.info.id)
+    found = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
+    if len(found) == 2:
+        return Outcome("invalid", f"{folder} has both {stem}.npz and {stem}.bvh; remove one")
+    return _checked(found[0], case) if found else Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
+
+
+def _checked(path: Path, case: Case) -> Outcome:
+    try:
+        found: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
+        return Outcome("ok", prediction=verified(found, case))
+    except (Invalid, FileError) as error:
+        return Outcome("invalid", str(error))
+
+
+@lru_cache(maxsize=8)
+def _infos(data: Spec, task: str, split: str) -> dict[str, CaseInfo]:
+    listed = dataset(data, task).cases(Spec.parse(task).name, split)
+    return {info.id: info for info in listed}
