@@ -1,6 +1,7 @@
 """Batches of cases for methods that take several at once."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import groupby
 
 from retarget_bench.api import CaseInfo
@@ -10,7 +11,7 @@ CASES = 16
 """The most cases of a batch."""
 FRAMES = 28_800
 """The most frames of a batch with all clips as long as its longest: 16 of a minute at 30 per second."""
-RULE = {"cases": CASES, "frames": FRAMES}
+RULE = {"cases": CASES, "frames": FRAMES, "apart": True}
 """Part of what such a method's predictions are known by: in other batches they round otherwise."""
 
 
@@ -18,7 +19,9 @@ def batches(infos: Sequence[CaseInfo], cast: Mapping[str, Character]) -> list[tu
     """The ids of all cases of a split, in batches of one pair of structures and of similar lengths.
 
     They depend on the full list alone, never on what is missing, so that a run that was interrupted asks
-    the same questions again. A clip of more than ``FRAMES`` frames is a batch of its own.
+    the same questions again. A clip of more than ``FRAMES`` frames is a batch of its own. No batch
+    shows as a
+    source what another of its cases asks for, the target performing the clip: that may be the right answer.
     """
     structure = {name: body.structure for name, body in cast.items()}
 
@@ -26,12 +29,38 @@ def batches(infos: Sequence[CaseInfo], cast: Mapping[str, Character]) -> list[tu
         return structure.get(info.source, ""), structure.get(info.target, "")
 
     ordered = sorted(infos, key=lambda info: (structures(info), info.frames))
-    found: list[list[str]] = []
+    found: list[_Batch] = []
     for _, alike in groupby(ordered, key=structures):
-        found.append([])
+        open_ones: list[_Batch] = []
         for info in alike:
-            last = len(found[-1])
-            if last and (last == CASES or (last + 1) * info.frames > FRAMES):
-                found.append([])
-            found[-1].append(info.id)
-    return [tuple(batch) for batch in found]
+            open_ones = [each for each in open_ones if each.has_room(info)]
+            batch = next((each for each in open_ones if each.takes(info)), None)
+            if batch is None:
+                batch = _Batch()
+                open_ones.append(batch)
+                found.append(batch)
+            batch.add(info)
+    return [tuple(batch.cases) for batch in found]
+
+
+@dataclass
+class _Batch:
+    """Cases in order of their lengths; shown, wanted: bodies and clips that are sources, and that are
+    asked for."""
+
+    cases: list[str] = field(default_factory=list)
+    shown: set[tuple[str, str]] = field(default_factory=set)
+    wanted: set[tuple[str, str]] = field(default_factory=set)
+
+    def has_room(self, info: CaseInfo) -> bool:
+        count = len(self.cases)
+        return not count or (count < CASES and (count + 1) * info.frames <= FRAMES)
+
+    def takes(self, info: CaseInfo) -> bool:
+        return (info.source, info.clip) not in self.wanted and (info.target, info.clip) not in self.shown
+
+    def add(self, info: CaseInfo) -> None:
+        self.cases.append(info.id)
+        if info.source != info.target:
+            self.shown.add((info.source, info.clip))
+            self.wanted.add((info.target, info.clip))
