@@ -73,7 +73,7 @@ def _done(future: Future[Any], number: int) -> Done:
         return Done(number, future.result())
     except BrokenProcessPool:
         return Done(number, error=DIED)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         return Done(number, error=f"{type(error).__name__}: {error}")
 
 

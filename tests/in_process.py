@@ -1,4 +1,4 @@
-"""Runs without worker processes, for tests in which the process itself is not the point."""
+"""Runs without other processes, for tests in which the process itself is not the point."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from typing import Any
 import pytest
 
 from retarget_bench.api import Case, Context
-from retarget_bench.evaluation import plan, runner, timing, worker
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import plan, runner, shard_work
 from retarget_bench.evaluation.predict import Outcome, predict_all
-from retarget_bench.evaluation.process_pool import Done
+from retarget_bench.parallel import Done
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
 
 class InThisProcess:
-    """An executor that does each job here, on a copy of what a worker would be sent."""
+    """An engine that carries out each shard here."""
 
-    def __init__(self, workers: int = 1) -> None:
-        del workers
+    def __init__(self, jobs: int = 1, check: bool = False) -> None:
+        del jobs, check
 
     def __enter__(self) -> InThisProcess:
         return self
@@ -32,35 +33,51 @@ class InThisProcess:
         pass
 
     def run(
-        self, function: Callable[[Any], Any], payloads: Sequence[Any], workers: int | None = None
-    ) -> Iterator[Done]:
-        del workers
-        for number, payload in enumerate(payloads):
+        self, folder: Path, numbers: Sequence[int], kind: str = "shard", jobs: int = 0
+    ) -> Iterator[tuple[int, str]]:
+        del jobs
+        work = shard_work.ShardWork(folder, folder)
+        for number in numbers:
             try:
-                yield Done(number, function(pickle.loads(pickle.dumps(payload))))
+                work.do({"kind": kind, "number": number, "again": False, "without": []})
+                yield number, ""
+            except shard_work.CannotStore as error:
+                raise BenchError(f"stopped: {error}") from error
             except Exception as error:
-                yield Done(number, error=f"{type(error).__name__}: {error}")
+                yield number, f"{type(error).__name__}: {error}"
 
 
 class AskedHere:
     """A prediction worker that asks its method here."""
 
-    def __init__(self, plan_: plan.Plan, method: Spec, scratch: Path, preload: Sequence[str]) -> None:
-        del plan_, scratch, preload
-        self.method, self.seconds = method, 0.0
+    def __init__(self, method: Spec) -> None:
+        self.method = method
 
-    def ask(self, asked: Sequence[tuple[Case, Context]], repeat: int = 1) -> list[Outcome]:
+    def ask(self, asked: Sequence[tuple[Case, Context]]) -> list[Outcome]:
+        return predict_all(plan.method(self.method), *map(list, zip(*asked, strict=True)))
+
+    def ask_alone(self, asked: Sequence[tuple[Case, Context]]) -> tuple[list[Outcome], float]:
         start = time.perf_counter()
-        for _ in range(repeat):
-            found = predict_all(plan.method(self.method), *map(list, zip(*asked, strict=True)))
-        self.seconds = (time.perf_counter() - start) / repeat / len(asked)
-        return found
+        return self.ask(asked), time.perf_counter() - start
+
+
+class PoolHere:
+    """A pool of such workers."""
+
+    def __init__(self, *_: object) -> None:
+        self.folder = Path()
+
+    def worker(self, method: Spec) -> AskedHere:
+        return AskedHere(method)
+
+    def close(self) -> None:
+        pass
 
 
 @contextmanager
 def without_processes() -> Iterator[None]:
     """Runs in here start no process, and know no plug-in from before, as a new process would not."""
-    for module in (plan, worker):
+    for module in (plan, shard_work):
         for each in vars(module).values():
             if hasattr(each, "cache_clear"):
                 each.cache_clear()
@@ -77,13 +94,22 @@ def in_process(request: pytest.FixtureRequest) -> Iterator[None]:
 
 
 def run_here(wanted: plan.Plan) -> list[ResultPaths]:
-    """The results of a run without worker processes."""
+    """The results of a run without other processes."""
     with pytest.MonkeyPatch.context() as patch:
         _patch(patch)
         return runner.run(wanted, lambda done, total: None)
 
 
 def _patch(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(runner, "LocalPool", InThisProcess)
-    for module in (worker, timing):
-        patch.setattr(module, "prediction_worker", AskedHere)
+    patch.setattr(runner, "Local", InThisProcess)
+    patch.setattr(shard_work, "WorkerPool", PoolHere)
+
+
+def carried_out_here(function: Callable[[Any], Any], payloads: Sequence[Any], jobs: int) -> Iterator[Done]:
+    """``parallel.carried_out`` in this process, on copies of what others would be sent."""
+    del jobs
+    for number, payload in enumerate(payloads):
+        try:
+            yield Done(number, function(pickle.loads(pickle.dumps(payload))))
+        except Exception as error:
+            yield Done(number, error=f"{type(error).__name__}: {error}")

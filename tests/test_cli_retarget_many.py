@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from retarget_bench.commands.retargeting import batch, records, role_maps, runs
-from retarget_bench.evaluation.process_pool import Done
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.roles import load_overrides
+from retarget_bench.parallel import Done
 from retarget_bench.plugins import registry
 from tests.bench_command import bowing
-from tests.in_process import InThisProcess
+from tests.in_process import carried_out_here
 from tests.motion.gltf_files import person
 
 
@@ -29,7 +29,7 @@ def _elsewhere(request, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(registry, "_FILES", {})
     if not request.node.get_closest_marker("processes"):
-        monkeypatch.setattr(batch, "LocalPool", InThisProcess)
+        monkeypatch.setattr(batch, "carried_out", carried_out_here)
 
 
 @pytest.fixture
@@ -123,15 +123,14 @@ def test_a_bad_file_costs_its_own_line_and_the_exit_code(bench, folders):
 
 
 def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
-    class Interrupted(InThisProcess):
-        def run(self, function, payloads, workers=None):
-            for number, done in enumerate(super().run(function, payloads, workers)):
-                if number == 1:
-                    raise KeyboardInterrupt
-                yield done
+    def interrupted(function, payloads, jobs):
+        for number, done in enumerate(carried_out_here(function, payloads, jobs)):
+            if number == 1:
+                raise KeyboardInterrupt
+            yield done
 
     asked = ("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
-    monkeypatch.setattr(batch, "LocalPool", Interrupted)
+    monkeypatch.setattr(batch, "carried_out", interrupted)
     assert bench(*asked)[0] == 130
     with Path("out", records.NAME).open("a") as file:
         file.write('{"result": "bow.bvh", "ke')  # cut off while it was written
@@ -139,7 +138,7 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     left.write_text("half")
     other = Path("out/.0123456789ab.notes.txt")
     other.write_text("whose?")
-    monkeypatch.setattr(batch, "LocalPool", InThisProcess)
+    monkeypatch.setattr(batch, "carried_out", carried_out_here)
     assert "1 retargeted, 1 up to date" in bench(*asked)[1]
     assert not left.exists()
     assert other.exists()
@@ -147,12 +146,11 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
 
 
 def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
-    class Died(InThisProcess):
-        def run(self, function, payloads, workers=None):
-            for done in super().run(function, payloads, workers):
-                yield done if done.job else Done(0, error="the worker process died")
+    def died(function, payloads, jobs):
+        for done in carried_out_here(function, payloads, jobs):
+            yield done if done.number else Done(0, error="the worker process died")
 
-    monkeypatch.setattr(batch, "LocalPool", Died)
+    monkeypatch.setattr(batch, "carried_out", died)
     code, out, err = bench("retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", *COPY)
     assert code == 2
     assert "out/back.bvh was not made: the worker process died" in err

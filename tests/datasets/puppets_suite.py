@@ -11,7 +11,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from retarget_bench.evaluation.code_hash import code_hash, relative_to
+from retarget_bench.plugins.code_hash import code_hash, relative_to
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

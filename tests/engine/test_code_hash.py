@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.code_hash import (
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.code_hash import (
     code_hash,
     imports,
     package_code,
@@ -17,7 +18,6 @@ from retarget_bench.evaluation.code_hash import (
     relative_to,
     statements,
 )
-from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
 SOURCE = '''"""A method."""

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import predict, runner
+from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan, dataset
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import store
+from retarget_bench.results import predictions, store
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -46,7 +46,7 @@ def test_references_as_npz_or_bvh_score_nothing(tmp_path, cases):
     for number, case in enumerate(cases):
         stem = folder / store.case_file(case.info.id)
         if number % 3 == 0:
-            predict.write_prediction(stem.with_suffix(".npz"), case.reference, "")
+            predictions.write_prediction(stem.with_suffix(".npz"), case.reference, "")
         elif number % 3 == 1:
             order = np.random.default_rng(number).permutation(len(case.target.skeleton))
             names = np.array(case.target.skeleton.names)[order]
@@ -67,7 +67,7 @@ def test_a_root_above_the_hips_is_folded_away(tmp_path, cases):
     carried = "HIERARCHY\nROOT Carrier\n{\nOFFSET 0 0 0\nCHANNELS 0\n" + inner + "}\n"
     (tmp_path / "carried.bvh").write_text(carried + "MOTION" + body)
     plain, folded = (
-        predict.read_prediction(tmp_path / f"{name}.bvh", cases[0].target, 30.0)
+        predictions.read_prediction(tmp_path / f"{name}.bvh", cases[0].target, 30.0)
         for name in ("plain", "carried")
     )
     assert np.abs(plain.positions - cases[0].reference.positions).max() < 1e-5
@@ -82,7 +82,7 @@ def test_what_does_not_fit_is_named(tmp_path, cases):
     np.savez(paths[1], rotations=np.zeros((12, 3, 4)), root=np.zeros((12, 3)))
     np.savez(paths[2], positions=np.zeros((12, 2, 3)), joints=np.array(["Hips", "Head"]))
     np.savez(paths[3], positions=np.full((12, 9, 3), np.nan))
-    predict.write_prediction(paths[4], cases[4].reference.at(slice(0, 5)), "")
+    predictions.write_prediction(paths[4], cases[4].reference.at(slice(0, 5)), "")
     messages = {entry.case: entry.message for entry in score(folder, tmp_path / "runs").entries}
     wanted = [
         "not a readable .npz",
@@ -106,7 +106,7 @@ def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
     np.savez(paths[2], rotations=rotations[..., :3], root=root)
     np.savez(paths[3], rotations=rotations, root=root, fps="fast")
     np.savez(paths[4], rotations=rotations, root=root, joints=7)
-    predict.write_prediction(paths[5], cases[5].reference, "")
+    predictions.write_prediction(paths[5], cases[5].reference, "")
     bvh.write(paths[5].with_suffix(".bvh"), cases[5].reference)
     messages = {entry.case: entry.message for entry in score(folder, tmp_path / "runs").entries}
     wanted = ["not unit", "not unit", "(12, 9, 4)", "fps is", "lacks the joints", "remove one"]
@@ -116,17 +116,17 @@ def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
 
 
 def test_changed_files_are_scored_again(tmp_path, cases):
-    from retarget_bench.evaluation.code_hash import folder_hash
+    from retarget_bench.plugins.code_hash import folder_hash
 
     folder = tmp_path / "theirs"
     folder.mkdir()
     for case in cases:
         path = folder / f"{store.case_file(case.info.id)}.npz"
-        predict.write_prediction(path, case.reference, "")
+        predictions.write_prediction(path, case.reference, "")
     first = score(folder, tmp_path / "runs")
     assert max(entry.values["mpjpe_h.world"] for entry in first.entries) < 1e-3
     moved = replace(cases[0].reference, root=cases[0].reference.root + np.array([1.0, 0, 0]))
-    predict.write_prediction(folder / f"{store.case_file(cases[0].info.id)}.npz", moved, "")
+    predictions.write_prediction(folder / f"{store.case_file(cases[0].info.id)}.npz", moved, "")
     folder_hash.cache_clear()
     after = score(folder, tmp_path / "runs")
     worst = max(entry.values["mpjpe_h.world"] for entry in after.entries)
@@ -144,9 +144,9 @@ def test_another_body_is_refused(tmp_path, cases):
     names = tuple(f"{name}_x" for name in tall.skeleton.names)
     renamed = replace(tall, skeleton=replace(tall.skeleton, names=names))
     with pytest.raises(FileError, match="lacks the joints"):
-        predict.read_prediction(tmp_path / "small.bvh", renamed, 30.0)
+        predictions.read_prediction(tmp_path / "small.bvh", renamed, 30.0)
     offsets = np.array(tall.skeleton.offsets)
     offsets[4] *= 1.2
     long_leg = replace(tall, skeleton=replace(tall.skeleton, offsets=offsets))
     with pytest.raises(FileError, match="the bone of 'LeftLeg' differs"):
-        predict.read_prediction(tmp_path / "small.bvh", long_leg, 30.0)
+        predictions.read_prediction(tmp_path / "small.bvh", long_leg, 30.0)

@@ -19,7 +19,7 @@ from retarget_bench.evaluation import predict, runner
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.post_processors import Composed
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import store
+from retarget_bench.results import predictions, store
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -279,7 +279,7 @@ def test_a_folder_made_elsewhere_may_be_called_so(tmp_path):
         answer = registry.create("methods", "toy_method").retarget(
             data.load(info).source, data.load(info).target, context=Context()
         )
-        predict.write_prediction(folder / f"{store.case_file(info.id)}.npz", answer, "")
+        predictions.write_prediction(folder / f"{store.case_file(info.id)}.npz", answer, "")
     (results,) = carry_out(tmp_path, "pan+their_own[n=2]", stage="score", external=folder)
     header = json.loads(results.paths.header.read_text())
     assert header["counts"]["ok"] == 6

@@ -17,11 +17,11 @@ from small_plans import asked, carry_out
 
 from retarget_bench import files
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import predict, runner
+from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import dataset_slug
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import case_metadata, store
+from retarget_bench.results import case_metadata, predictions, store
 from retarget_bench.results.header import Counts
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -236,7 +236,7 @@ def test_a_damaged_prediction_is_made_again(tmp_path):
     first.paths.header.unlink()
     (again,) = carry_out(tmp_path, "toy_method")
     assert again.paths.rows.read_bytes() == wanted
-    assert predict.stored_key(victim)
+    assert predictions.stored_key(victim)
 
 
 def test_a_torn_journal_line_is_dropped(tmp_path):

@@ -21,7 +21,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import pair_data
 from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.pair_data import gather_pairs
-from tests.in_process import InThisProcess
+from tests.in_process import carried_out_here
 
 PUPPETS = Spec.parse("puppets")
 Row = dict[str, dict[str, Tensor]]
@@ -198,7 +198,7 @@ def test_a_row_is_one_performance_by_two_bodies(training: PairedTraining, materi
 
 
 def test_pairs_are_gathered_by_performance(material: TrainingData, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pair_data, "LocalPool", InThisProcess)
+    monkeypatch.setattr(pair_data, "carried_out", carried_out_here)
     found = gather_pairs(PUPPETS, Spec.parse("paired"), 30.0, 1, lambda done, total: None)
     lengths: dict[str, set[int]] = {}
     bodies: dict[str, int] = {}

@@ -8,9 +8,9 @@ import pytest
 
 from retarget_bench.api import Case, Dataset
 from retarget_bench.evaluation import predict, score
-from retarget_bench.evaluation.worker import elsewhere
+from retarget_bench.evaluation.shard_work import elsewhere
 from retarget_bench.plugins import registry
-from retarget_bench.results import store
+from retarget_bench.results import predictions, store
 
 
 def built_in(kind: registry.Kind) -> list[str]:
@@ -89,6 +89,6 @@ def test_a_batch_goes_on_without_cases_of_no_frames(data: Dataset, case: Case):
 def test_answers_from_elsewhere_to_no_frames_are_not_scored(tmp_path, case: Case):
     empty = cut(case, 0)
     place = tmp_path / (store.case_file(empty.info.id) + ".npz")
-    predict.write_prediction(place, empty.reference, "")
+    predictions.write_prediction(place, empty.reference, "")
     outcome = elsewhere(tmp_path, empty)
     assert (outcome.status, outcome.message) == ("invalid", predict.EMPTY)

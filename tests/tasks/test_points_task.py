@@ -27,7 +27,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.plans import default_methods, default_metrics
-from retarget_bench.results import store
+from retarget_bench.results import predictions, store
 
 TOYS = Path(__file__).parent / "toys"
 PUPPETS = Spec.parse("puppets[size=tiny]")
@@ -162,9 +162,9 @@ def test_a_stored_skin_is_what_was_scored(tmp_path, case):
     skin = predict.as_scored(
         case.target.surface(case.target.mesh.skinned(case.reference), case.reference.fps)
     )
-    predict.write_prediction(tmp_path / "p.npz", skin, "key")
+    predictions.write_prediction(tmp_path / "p.npz", skin, "key")
     check_file(tmp_path / "p.npz", case)
-    again = predict.read_prediction(tmp_path / "p.npz", case.target, 1.0)
+    again = predictions.read_prediction(tmp_path / "p.npz", case.target, 1.0)
     assert np.array_equal(again.vertices, skin.vertices)
     assert np.array_equal(again.positions, skin.positions)
 

@@ -11,7 +11,7 @@ import pytest
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, train
-from tests.in_process import InThisProcess
+from tests.in_process import carried_out_here
 
 TOYS = Path(__file__).parent / "toys"
 
@@ -55,7 +55,7 @@ def toy_run(
     toy_plugins: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., tuple[Any, Silent]]:
     """Train in this process: options by name; ``stop``, the step after which it is interrupted."""
-    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
+    monkeypatch.setattr(clips, "carried_out", carried_out_here)
     monkeypatch.setattr(train.log, "draw", lambda *_: None)  # takes longer than all the rest
 
     def run(

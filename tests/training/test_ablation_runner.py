@@ -17,7 +17,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import ablation_runner, train
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
-from tests.in_process import InThisProcess
+from tests.in_process import carried_out_here
 from tests.training.conftest import TOYS, Silent
 
 TOY = Ablation(
@@ -47,7 +47,7 @@ def info(pair: str, clip: str, split: str) -> CaseInfo:
 def asked(toy_plugins: None, in_process: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingOptions:
     from retarget_bench.training import clips
 
-    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
+    monkeypatch.setattr(clips, "carried_out", carried_out_here)
     monkeypatch.setattr(train.log, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
     return train.TrainingOptions(SPEC, DATA, "quick", "4it", 0, device="cpu")

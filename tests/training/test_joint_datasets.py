@@ -18,7 +18,7 @@ from retarget_bench.training import clips, joint_datasets, request
 from retarget_bench.training.card import manifest
 from retarget_bench.training.data import clips_of, gather
 from retarget_bench.training.joint_datasets import JointDataset, canonical, joint_spec
-from tests.in_process import InThisProcess
+from tests.in_process import carried_out_here
 
 ONE, TWO = Spec("toy_walks"), Spec("toy_walks", {"content": "two"})
 BOTH = joint_spec([ONE, TWO])
@@ -31,7 +31,7 @@ def both(toy_plugins):
 
 @pytest.fixture
 def gathered(toy_plugins, monkeypatch):
-    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
+    monkeypatch.setattr(clips, "carried_out", carried_out_here)
 
     def gather_(data, method="toy_trainee"):
         return gather(Spec.parse(data), Spec.parse(method), 30.0, 1, lambda done, total: None)

@@ -17,7 +17,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, clips, log, weights
 from retarget_bench.training.data import gather
-from tests.in_process import InThisProcess
+from tests.in_process import carried_out_here
 
 TOYS = Path(__file__).parent / "toys"
 TRAIN = [
@@ -124,7 +124,7 @@ def test_every_process_has_the_same_parameters_in_every_step(pair, name):
 
 def test_the_gradient_is_the_mean_over_the_batches_of_all_processes(pair, toy_plugins, monkeypatch):
     """The first step by hand: Adam's first step is the sign of the mean gradient, nearly."""
-    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
+    monkeypatch.setattr(clips, "carried_out", carried_out_here)
     built = registry.create("methods", "toy_trainee")
     config = built.presets["default"]
     training_data = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)

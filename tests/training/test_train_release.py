@@ -17,7 +17,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, prepare, train, weights
-from tests.in_process import InThisProcess, without_processes
+from tests.in_process import carried_out_here, without_processes
 from tools import train_release as release
 
 TOYS = Path(__file__).parent / "toys"
@@ -31,7 +31,7 @@ def released(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     for file in (toy, TOYS / "toy_walks.py"):
         registry.add_file(Path(file))
     for module in (clips, prepare):
-        monkeypatch.setattr(module, "LocalPool", InThisProcess)
+        monkeypatch.setattr(module, "carried_out", carried_out_here)
     monkeypatch.setattr(train.log, "draw", lambda *_: None)
     monkeypatch.setattr(release, "TRAININGS", (release.Training("toy_trainee", 1, 1),))
     monkeypatch.setattr(release, "TINY", "toy_walks")

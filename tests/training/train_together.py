@@ -15,13 +15,13 @@ from torch.distributed.launcher.api import LaunchConfig, elastic_launch
 
 from retarget_bench.cli import main
 from retarget_bench.training import clips, log
-from tests.in_process import InThisProcess
+from tests.in_process import carried_out_here
 
 
 def train(words: list[str], environment: dict[str, str]) -> None:
     """One of the processes."""
     os.environ.update(environment)
-    clips.LocalPool = InThisProcess  # type: ignore[misc]
+    clips.carried_out = carried_out_here  # type: ignore[misc]
     log.draw = lambda *_: None  # type: ignore[assignment]
     try:
         main(words)
