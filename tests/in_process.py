@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
@@ -37,14 +37,20 @@ class InThisProcess:
     ) -> Iterator[tuple[int, str]]:
         del jobs
         work = shard_work.ShardWork(folder, folder)
-        for number in numbers:
-            try:
-                work.do({"kind": kind, "number": number, "again": False, "without": []})
-                yield number, ""
-            except shard_work.CannotStore as error:
-                raise BenchError(f"stopped: {error}") from error
-            except Exception as error:
-                yield number, f"{type(error).__name__}: {error}"
+        try:
+            for number in numbers:
+                yield number, self._problem(work, {"kind": kind, "number": number})
+        finally:
+            work.close()
+
+    def _problem(self, work: shard_work.ShardWork, asked: Mapping[str, Any]) -> str:
+        try:
+            work.do({**asked, "again": False, "without": []})
+        except shard_work.CannotStore as error:
+            raise BenchError(f"stopped: {error}") from error
+        except Exception as error:
+            return f"{type(error).__name__}: {error}"
+        return ""
 
 
 class AskedHere:

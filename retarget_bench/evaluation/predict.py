@@ -49,7 +49,7 @@ def predict(method: Method, case: Case, context: Context) -> Outcome:
         return Outcome("unsupported", str(error))
     except Invalid as error:
         return Outcome("invalid", str(error))
-    except (Exception, KeyboardInterrupt) as error:  # the method's own fault: it costs its row
+    except (Exception, KeyboardInterrupt, SystemExit) as error:  # the method's own fault
         return Outcome("failed", one_line(error))
 
 

@@ -28,7 +28,6 @@ SLOWER = 1.5
 """Ratio of yardsticks from which times are not compared."""
 WORK = 60_000
 FIELDS = ("case", "frames", "seconds", "yardstick")
-OLD_FIELDS = FIELDS[:3]
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,7 @@ def measured(
             if outcome.prediction is not None:
                 tries.append(Time(info.id, view.source.frames, seconds, max(mark, yardstick())))
         if tries:
-            times.append(sorted(tries, key=lambda each: each.seconds / each.frames)[len(tries) // 2])
+            times.append(min(tries, key=lambda each: (each.yardstick, each.seconds / each.frames)))
     return times
 
 
@@ -134,11 +133,9 @@ def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:
 
 
 def _read(place: ResultPaths) -> list[Time]:
-    """The times in a file; those of earlier versions are without yardsticks. Raises FileError."""
+    """The times in a file. Raises FileError."""
     try:
-        fields = place.timing.read_text(encoding="utf-8").partition("\n")[0].split(",")
-        old = tuple(fields) == OLD_FIELDS
-        rows = read_csv(place.timing, OLD_FIELDS if old else FIELDS)
+        rows = read_csv(place.timing, FIELDS)
         return [Time(case, int(frames), *map(float, seconds)) for case, frames, *seconds in rows]
     except (FileError, OSError, ValueError) as error:
         raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error

@@ -23,7 +23,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan, runner
 from retarget_bench.evaluation.prediction import numpy_worker
 from retarget_bench.evaluation.prediction.limits import Limits
-from retarget_bench.evaluation.prediction.workers import Crew
+from retarget_bench.evaluation.prediction.workers import WorkerPool
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
@@ -79,20 +79,22 @@ def _plugins():
 @pytest.fixture
 def ask(tmp_path):
     """Outcomes of a method's process; no scoring."""
-    crews = []
+    pools = []
 
     def asking(method: str, seeds: Sequence[int] = (0,), *, together: bool = False, **limits: float):
         data = plan.dataset(Spec.parse("toy_cases[clips=9]"))
         infos = data.cases("retarget", "intra")
         asked = [(data.load(info), Context(seed=seed)) for info, seed in zip(infos, seeds, strict=False)]
-        crews.append(Crew(tmp_path / f"crew-{len(crews)}", registry.files(), Limits(**limits)))
-        worker = crews[-1].worker(plan.placed(registry.canonical("methods", method)))
+        pools.append(
+            WorkerPool(tmp_path / f"pool-{len(pools)}", tmp_path, registry.files(), Limits(**limits))
+        )
+        worker = pools[-1].worker(plan.placed(registry.canonical("methods", method)))
         worker.log = tmp_path / "log.txt"
         return worker.ask(asked) if together else [worker.ask([each])[0] for each in asked]
 
     yield asking
-    for crew in crews:
-        crew.close()
+    for pool in pools:
+        pool.close()
 
 
 @pytest.fixture
@@ -115,7 +117,7 @@ def _arrays(outcome):
 
 # ------------------------------------------------------------------------------------------- this package
 def test_results_of_another_environment_are_their_own_and_the_same_numbers(tmp_path, monkeypatch, other):
-    monkeypatch.setattr(runner, "LocalPool", InThisProcess)
+    monkeypatch.setattr(runner, "Local", InThisProcess)
     methods = [f'{name}@"{other}"' for name in ("copy_rotations", "toy_method[does=noise]")]
     wanted = asked(tmp_path, "copy_rotations", "toy_method[does=noise]", *methods, clips=1)
     places = runner.run(wanted, lambda done, total: None)
@@ -177,11 +179,11 @@ def test_an_environment_that_is_gone_later_fails_its_rows(ask, tmp_path):
 
 def test_an_environment_that_changes_during_a_run_answers_no_more(tmp_path, other):
     data = plan.dataset(Spec.parse("toy_cases"))
-    crew = Crew(tmp_path / "crew", registry.files(), Limits())
-    worker = crew.worker(Spec("toy_method", environment=other))
+    pool = WorkerPool(tmp_path / "workers", tmp_path, registry.files(), Limits())
+    worker = pool.worker(Spec("toy_method", environment=other))
     worker.lock = "another"
     (outcome,) = worker.ask([(data.load(data.cases("retarget", "intra")[0]), Context())])
-    crew.close()
+    pool.close()
     assert outcome.status == "failed"
     assert "not the environment that the run began with" in outcome.message
 
@@ -210,10 +212,10 @@ def test_a_worker_behind_another_program_lives_and_ends_with_it(tmp_path):
     shim.chmod(0o755)
     data = plan.dataset(Spec.parse("toy_cases"))
     asked = [(data.load(data.cases("retarget", "intra")[0]), Context())]
-    crew = Crew(tmp_path / "crew", registry.files(), Limits())
+    pool = WorkerPool(tmp_path / "workers", tmp_path, registry.files(), Limits())
     try:
         good, dying = (
-            crew.worker(Spec("toy_method", parameters, environment=str(shim)))
+            pool.worker(Spec("toy_method", parameters, environment=str(shim)))
             for parameters in ({}, {"does": "die"})
         )
         assert good.ask(asked)[0].status == "ok"
@@ -222,7 +224,7 @@ def test_a_worker_behind_another_program_lives_and_ends_with_it(tmp_path):
         assert good.ask(asked)[0].status == "ok"
         assert good.pid == processes[0].pid
     finally:
-        crew.close()
+        pool.close()
     assert len(processes) == 2
     assert not psutil.wait_procs(processes, timeout=5)[1]
 
@@ -318,7 +320,7 @@ def test_new_worker_runs_as_it_is(tmp_path, monkeypatch):
         main(["new", "method", "wobble", "--worker"])
     assert not stop.value.code
     registry.add_file(tmp_path / "wobble.py")
-    monkeypatch.setattr(runner, "LocalPool", InThisProcess)
+    monkeypatch.setattr(runner, "Local", InThisProcess)
     (place,) = runner.run(asked(tmp_path, "wobble", clips=1), lambda done, total: None)
     results = store.read_results(place)
     assert {each.status for each in results.entries} == {"ok"}

@@ -26,7 +26,7 @@ ATTACKS = {
     "patch": ("ok", ""),
     "hang": ("failed", "no answer within 4 s"),
     "fork": ("ok", ""),
-    "hold": ("failed", "exit code 0"),
+    "hold": ("failed", "without an answer"),
     "leak": ("failed", "more than 0.25 GB"),
     "print": ("ok", ""),
     "folders": ("ok", ""),

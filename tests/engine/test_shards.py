@@ -10,7 +10,10 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from types import SimpleNamespace
 
 import executing
 import pytest
@@ -18,15 +21,14 @@ from executing import Shuffled, plan, run
 from hypothesis import given
 from hypothesis import strategies as st
 
+from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import executors, runner, shards
-from retarget_bench.evaluation.executors import following
+from retarget_bench.evaluation import executors, runner, shard_work, shards
 from retarget_bench.evaluation.plan import located_data
-from retarget_bench.evaluation.stored_plan import StoredPlan
+from retarget_bench.evaluation.shards import StoredPlan
 from retarget_bench.plugins import suite
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from tests.in_process import InThisProcess
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -37,17 +39,18 @@ def shuffled(monkeypatch) -> Iterator[type[Shuffled]]:
     executing.know_toys()
     executing.small_shards(monkeypatch)
     monkeypatch.setitem(executors.ENGINES, "shuffled", Shuffled)
-    monkeypatch.setattr(shards, "LocalPool", InThisProcess)
-    monkeypatch.setattr(following, "LOOK", 0.0)
-    monkeypatch.setattr(following, "PATIENCE", 0.0)
+    monkeypatch.setattr(runner, "LOOK", 0.0)
+    monkeypatch.setattr(runner, "PATIENCE", 0.0)
     return Shuffled
 
 
 class Interrupted(Shuffled):
     """The run is interrupted after its shards were carried out, and before it sees what they answered."""
 
-    def ended(self):
+    def run(self, folder, numbers):
+        list(super().run(folder, numbers))
         raise KeyboardInterrupt
+        yield
 
 
 def stored(root: Path, *methods: str, **changes) -> StoredPlan:
@@ -76,12 +79,6 @@ def test_stages_alone_likewise(tmp_path, stage):
     assert executing.files(tmp_path / "shuffled") == executing.files(tmp_path / "local")
 
 
-def test_a_sample_is_carried_out_here_and_a_small_plan_is_all_sample(tmp_path, shuffled):
-    shuffled.submitted = ()
-    run(tmp_path, "shuffled", "copy_rotations", clips=1)
-    assert shuffled.submitted == ()
-
-
 def test_what_a_run_does_not_see_the_next_one_takes_up(tmp_path, monkeypatch):
     monkeypatch.setitem(executors.ENGINES, "interrupted", Interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -95,7 +92,7 @@ def test_what_a_run_does_not_see_the_next_one_takes_up(tmp_path, monkeypatch):
 def test_damaged_answers_are_computed_anew(tmp_path):
     made = stored(tmp_path / "again")
     (made.folder / "parts").mkdir()
-    (made.folder / "parts" / "0-torn.json").write_text("[[0, {")
+    (made.folder / "parts" / "0-torn.jsonl").write_text("[0, {")
     assert run(tmp_path / "again") == run(tmp_path / "local")
 
 
@@ -108,12 +105,9 @@ def test_answers_of_a_run_with_other_keys_are_not_taken_up(tmp_path, monkeypatch
 
 def test_a_lost_shard_costs_a_sentence_and_its_own_answers(tmp_path, monkeypatch):
     class Lossy(Shuffled):
-        def submit(self, folder, numbers):
-            super().submit(folder, numbers[1:])
-            Shuffled.submitted = numbers
-
-        def ended(self):
-            return {number: "" if number else "its node died" for number in self.submitted}
+        def run(self, folder, numbers):
+            yield 0, "its node died"
+            yield from super().run(folder, numbers[1:])
 
     monkeypatch.setitem(executors.ENGINES, "lossy", Lossy)
     with pytest.raises(BenchError, match=r"1 of \d+ shards were lost; shard 0: its node died\. What was"):
@@ -126,8 +120,8 @@ def test_a_lost_shard_costs_a_sentence_and_its_own_answers(tmp_path, monkeypatch
 
 def test_a_shard_that_ends_without_its_answers_is_lost(tmp_path, monkeypatch):
     class Silent(Shuffled):
-        def submit(self, folder, numbers):
-            self.submitted = numbers
+        def run(self, folder, numbers):
+            return ((number, "") for number in numbers)
 
     monkeypatch.setitem(executors.ENGINES, "silent", Silent)
     with pytest.raises(BenchError, match=r"shard 0: it ended, but not all of its answers"):
@@ -140,7 +134,7 @@ def test_a_shard_that_ends_without_its_answers_is_lost(tmp_path, monkeypatch):
 def test_a_shard_is_killed_and_carried_out_again(tmp_path):
     """At any moment: what it finished is not computed anew, and nothing is torn."""
     made = stored(tmp_path / "again", "slow_copy", clips=8, metrics=("position",), seeds=1)
-    numbers = range(len(list((made.folder / "jobs").iterdir())))
+    numbers = range(len(list((made.folder / "tasks").iterdir())))
     line = [sys.executable, "-m", "retarget_bench", "work", str(made.folder), *map(str, numbers), "-j", "1"]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     with subprocess.Popen(line, env=environment, stderr=subprocess.DEVNULL) as process:
@@ -150,7 +144,7 @@ def test_a_shard_is_killed_and_carried_out_again(tmp_path):
         process.send_signal(signal.SIGKILL)
     done = len(list(made.answers()))
     done_again = subprocess.run(line, env=environment, capture_output=True, text=True, check=True)
-    assert "answers" in done_again.stderr
+    assert "shards" in done_again.stderr
     assert 0 < done < len(list(made.answers())) == 14
     assert run(tmp_path / "again", "local", "slow_copy", clips=8, seeds=1) == run(
         tmp_path / "local", "local", "slow_copy", clips=8, seeds=1
@@ -165,17 +159,16 @@ def test_a_machine_with_other_code_versions_or_data_says_so(tmp_path):
         path.write_text(json.dumps(facts | {"common": facts["common"] | {name: "other"}}))
         with (
             pytest.raises(BenchError, match=rf"has {name} .* where the run was planned with other; all"),
-            shards.ShardWorker(made.folder, 1) as worker,
         ):
-            worker.carry_out(0)
+            shard_work.ShardWork(made.folder, tmp_path).check()
 
 
 def test_errors_of_stored_plans_are_sentences(tmp_path):
     made = stored(tmp_path)
     with pytest.raises(BenchError, match="has no shard 99"):
-        made.jobs(99)
+        made.tasks(99)
     with pytest.raises(FileError, match="is not part of a stored plan"):
-        StoredPlan(tmp_path / "nowhere" / "x").jobs(0)
+        StoredPlan(tmp_path / "nowhere" / "x").tasks(0)
     path = made.folder / "plan.json"
     facts = json.loads(path.read_text())
     path.write_text(json.dumps(facts | {"plan": {**facts["plan"], "strange": 1}}))
@@ -183,7 +176,7 @@ def test_errors_of_stored_plans_are_sentences(tmp_path):
         StoredPlan(made.folder).plan  # noqa: B018
     path.unlink()
     with pytest.raises(BenchError, match="is gone: its run has ended"):
-        made.write_part(0, [])
+        made.writer(0)
 
 
 def test_paths_of_data_are_stored_in_full(tmp_path, monkeypatch):
@@ -194,18 +187,47 @@ def test_paths_of_data_are_stored_in_full(tmp_path, monkeypatch):
 
 
 # ------------------------------------------------------------------------------------------------- cutting
-times = st.lists(st.floats(0.001, 20), min_size=1, max_size=400)
+@dataclass(frozen=True)
+class Split:
+    """As much of an evaluation unit as cutting needs."""
+
+    name: str
+    lengths: tuple[int, ...]
+    together: bool = False
+    dataset: str = "made"
+    split: str = "cross"
+    plan: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(seed=0), compare=False)
+
+    @cached_property
+    def infos(self):
+        named = ((str(number), frames) for number, frames in enumerate(self.lengths))
+        return [CaseInfo(name, "retarget", "cross", "a", "b", name, "", frames) for name, frames in named]
+
+    @cached_property
+    def batches(self):
+        size = 4 if self.together else 1
+        ids = [info.id for info in self.infos]
+        return [tuple(ids[at : at + size]) for at in range(0, len(ids), size)]
 
 
-@given(times)
-def test_shards_keep_all_jobs_in_order_and_are_of_half_a_minute_to_two(seconds):
+@given(
+    st.lists(st.integers(1, 5000), min_size=1, max_size=300),
+    st.sets(st.integers(0, 299)),
+    st.integers(1, 100_000),
+)
+def test_shards_hold_all_that_is_lacking_once_and_none_is_too_large(lengths, done, largest):
+    units = [Split("one", tuple(lengths)), Split("batches", tuple(lengths), together=True)]
+    answered = {str(number) for number in done}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(shards, "SHORTEST", 30.0)
-        made = shards.cut(seconds, lambda job: job)
-    assert [job for shard in made for job in shard] == seconds
-    if sum(seconds) > 60:
-        assert max(map(sum, made)) < 120 + 20
-        assert sum(seconds) / len(made) > 20
+        patch.setattr(shards, "LARGEST", largest)
+        made = list(shards.cut({units[0]: answered, units[1]: ()}))
+    found = [(u, c) for shard in made for task in shard for u, mine in task.lacking.items() for c in mine]
+    ids = [str(number) for number in range(len(lengths))]
+    assert sorted(found) == sorted([(0, c) for c in ids if c not in answered] + [(1, c) for c in ids])
+    for shard in made:
+        sizes = [sum(lengths[int(c)] for mine in task.lacking.values() for c in mine) for task in shard]
+        assert len(shard) == 1 or sum(sizes) <= largest
+        assert all(set(mine) <= set(task.cases) for task in shard for mine in task.lacking.values())
 
 
 # ------------------------------------------------------------------------------------------------- options
@@ -214,7 +236,7 @@ def test_shards_keep_all_jobs_in_order_and_are_of_half_a_minute_to_two(seconds):
     [
         ("rai", "no executor is called rai; there are local, ray, slurm, hand"),
         ("local[cpus=2]", "the executor local takes no parameters"),
-        ("ray[cpu=2]", "did you mean cpus"),
+        ("ray[gpu=2]", "did you mean gpus"),
         ("ray[", "expected a parameter's name"),
     ],
 )

@@ -14,6 +14,7 @@ from executing import run
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.executors import engine
+from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.executors.slurm_arrays import USUAL_ARRAY, array_limit
 
 pytest.importorskip("submitit", reason="needs the extra slurm")
@@ -72,8 +73,8 @@ def site(tmp_path, monkeypatch) -> Path:
 
 
 def test_arrays_are_as_large_as_the_site_allows(tmp_path, site):
-    with engine("slurm[partition=cpu,shards=2,cpus=3,time=90,mem=4GB]") as arrays:
-        arrays.submit(tmp_path / "plan", range(13))
+    with engine("slurm[partition=cpu,shards=2,cpus=3,time=90,mem=4GB]", Local(1)) as arrays:
+        arrays.run(tmp_path / "plan", range(13)).send(None)
     scripts = [path.read_text() for path in sorted(site.glob("*.sh"))]
     assert re.findall(r"--array=(\S+)", "".join(scripts)) == ["0-2%3", "0-2%3"]  # seven jobs of two
     for text in scripts:
@@ -85,9 +86,9 @@ def test_arrays_are_as_large_as_the_site_allows(tmp_path, site):
 def test_an_option_that_sbatch_does_not_know_is_told(tmp_path, site):
     with (
         pytest.raises(BenchError, match=r"could not be submitted to SLURM.*partitoin"),
-        engine("slurm[partitoin=cpu]") as arrays,
+        engine("slurm[partitoin=cpu]", Local(1)) as arrays,
     ):
-        arrays.submit(tmp_path / "plan", range(3))
+        next(arrays.run(tmp_path / "plan", range(3)))
     assert not list(site.glob("*.sh"))
 
 
@@ -95,7 +96,7 @@ def test_without_slurm_a_sentence_says_what_is_missing(monkeypatch):
     monkeypatch.setenv("PATH", "")
     assert array_limit() == USUAL_ARRAY
     with pytest.raises(BenchError, match="needs the command sbatch"):
-        engine("slurm")
+        engine("slurm", Local(1))
 
 
 @pytest.mark.parametrize(("executor", "package"), [("ray", "ray"), ("slurm", "submitit")])
@@ -105,4 +106,4 @@ def test_a_missing_extra_is_told_with_its_cure(monkeypatch, executor, package):
     with pytest.raises(
         BenchError, match=rf"needs the package {package}: pip install 'retarget-bench\[{executor}"
     ):
-        engine(executor)
+        engine(executor, Local(1))

@@ -1,6 +1,5 @@
 """Speeds: measured once for a method, on one split, and shown on all."""
 
-import math
 from pathlib import Path
 
 import pytest
@@ -48,11 +47,11 @@ def test_speeds_are_measured_anew_where_results_are_newer(tmp_path, monkeypatch)
 def test_times_of_some_clips_alone(tmp_path):
     intra, cross = measured(tmp_path, *BOTH)
     cross.timing.write_text(
-        "case,frames,seconds\ntoy/small>tall/clip 0,12,1\ntoy/small>tall/clip 1,12,3\nunknown,12,5\n"
+        "case,frames,seconds,yardstick\n"
+        "toy/small>tall/clip 0,12,1,1\ntoy/small>tall/clip 1,12,3,1\nunknown,12,5,1\n"
     )
     assert [each.seconds for each in timing.read(intra, {"clip 1", "clip 7"})] == [3.0]
     assert [(each.frames, each.seconds) for each in timing.read(intra)] == [(12, 1.0), (12, 3.0), (12, 5.0)]
-    assert math.isnan(timing.pace(timing.read(intra)))  # as earlier versions wrote them
     assert timing.rate(timing.read(intra)) == 4.0
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import psutil
 
-from retarget_bench.evaluation.prediction.launch import end_group, ending
+from retarget_bench.evaluation.prediction.launch import end_group, end_with_parent, ending
 from retarget_bench.evaluation.prediction.limits import FOLDER
 
 FAREWELL = 0.5
@@ -41,10 +41,10 @@ def carried_out(work: Callable[[], None], folder: Path, asking: int) -> str:
     How it ended, in words; "" where it did the work. asking: a descriptor that hangs up when nobody
     waits for the work any more, at which this process ends, too.
     """
-    place = folder / str(next(_NUMBERS))
+    place, mine = folder / str(next(_NUMBERS)), os.getpid()
     pid = os.fork()
     if not pid:
-        _child(work, place)
+        _child(work, place, mine)
     code = _end_of(pid, asking)
     end_family(pid)
     if place.exists():
@@ -52,10 +52,11 @@ def carried_out(work: Callable[[], None], folder: Path, asking: int) -> str:
     return "" if code == 0 else ending(code)
 
 
-def _child(work: Callable[[], None], place: Path) -> None:
+def _child(work: Callable[[], None], place: Path, parent: int) -> None:
     """The child's part; never returns."""
     code, mine = 1, os.getpid()
     try:
+        end_with_parent(parent)
         os.setsid()  # whoever ends this process ends what it started
         place.mkdir()
         os.chdir(place)  # what a method writes or deletes by relative paths is its own

@@ -16,7 +16,7 @@ from typing import Any
 import psutil
 
 from retarget_bench.evaluation.prediction import starting
-from retarget_bench.evaluation.prediction.launch import adopt_orphans, end_group, ending
+from retarget_bench.evaluation.prediction.launch import adopt_orphans, end_group, end_with_parent, ending
 
 
 def main(descriptor: int, preload: Sequence[str]) -> None:
@@ -68,9 +68,11 @@ def _received(asking: socket.socket) -> tuple[dict[str, Any], list[int]] | None:
 
 
 def _forked(asking: socket.socket, start: Mapping[str, Any], descriptors: list[int]) -> int:
+    mine = os.getpid()
     pid = os.fork()
     if not pid:
         try:
+            end_with_parent(mine)
             asking.close()
             starting.begin(start, *descriptors)
         finally:

@@ -166,9 +166,20 @@ def end(started: Started) -> None:
 
 def adopt_orphans() -> None:
     """Become the parent of what children leave behind, so that it is found; Linux alone has that."""
+    _prctl(36, 1)  # PR_SET_CHILD_SUBREAPER
+
+
+def end_with_parent(parent: int) -> None:
+    """Have the system kill this process when its parent ends, however that ends; Linux alone has that."""
+    _prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def _prctl(option: int, value: int) -> None:
     if sys.platform == "linux":
         with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(36, 1, 0, 0, 0)  # PR_SET_CHILD_SUBREAPER
+            ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 
 
 def new_mark() -> str:

@@ -61,7 +61,8 @@ class CannotStart(Trouble):
 
 def text(said: Any) -> str:
     """A reason as it can be written: not too long, and of characters that can be shown."""
-    return "".join(each if each.isprintable() else " " for each in str(said)[:LONGEST_MESSAGE])
+    told = " ".join(str(said)[:LONGEST_MESSAGE].split())
+    return "".join(each if each.isprintable() else "?" for each in told)
 
 
 def size_of(folder: Path) -> int:

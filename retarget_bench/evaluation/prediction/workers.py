@@ -363,14 +363,14 @@ class PredictionWorker:
                 if self._late >= PATIENCE:
                     self._given_up = f"not asked: {PATIENCE} cases before this got {late}"
                 raise
-            if "answers" in said:
+            if "answers" in said and answers is None:
                 answers = said["answers"]
             elif "ended" in said:
                 if answers is None:
                     how = text(said["ended"] or "without an answer")
                     raise Disturbed(f"the method's process ended ({how})")
-            elif "broken" in said:
-                raise Beyond(text(said["broken"]))
+            elif "answers" in said or "broken" in said:
+                raise Beyond(text(said.get("broken", NONSENSE)))
             else:
                 self._send(self._given(said))
             if answers is not None and ("ended" in said or not self._forks):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.api import MethodCard
+from retarget_bench.evaluation.prediction.question_files import digest_of
 
 
 class Impostor:
@@ -39,7 +40,10 @@ class Impostor:
         """Answer with what ``make`` puts in the place of the file."""
         desk, question = self._desk()
         make(Path(question["answer"]))
-        desk.channel.send({"answers": [{"status": "ok", "message": "", "seconds": 0.0}]})
+        said = {"status": "ok", "message": ""}
+        if Path(question["answer"]).is_file():
+            said["digest"] = digest_of(Path(question["answer"]).read_bytes())
+        desk.channel.send({"answers": [said]})
         os._exit(0)
 
     def _link(self, target, context):
