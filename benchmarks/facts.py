@@ -214,8 +214,9 @@ def papers(revision: Revision) -> Facts:
     """Published tables with the numbers of the main job, and of Mixamo, beside them."""
     folders = [revision.main_job]
     if revision.data is not None:
-        folders.append(revision.run("mixamo", *UNTRAINED, "-d", "mixamo", "--root", revision.data /
-        "mixamo_san"))
+        folders.append(
+            revision.run("mixamo", *UNTRAINED, "-d", "mixamo", "--root", revision.data / "mixamo_san")
+        )
     for folder in folders:
         for paper in PAPERS:
             text = revision.bench("table", folder, "--paper", paper, "-f", "csv", fails=True)
@@ -230,10 +231,23 @@ def ablations(revision: Revision) -> Facts:
     """Rows of the ablations, after two steps each."""
     for method, name in ABLATIONS:
         out = revision.scratch / f"ablate-{method}-{name}"
-        words = ("--preset", "quick", "--budget", "2it", "-f", "csv", "--out", out, "-j", "1",
-        "--device", "cpu") text = revision.bench("ablate", method, name, "-d", "puppets", *words) start
-        = text.index('"dataset"') yield from table(("ablation", method, name), text[start:], ("dataset",
-        "split", "method"))
+        words = (
+            "--preset",
+            "quick",
+            "--budget",
+            "2it",
+            "-f",
+            "csv",
+            "--out",
+            out,
+            "-j",
+            "1",
+            "--device",
+            "cpu",
+        )
+        text = revision.bench("ablate", method, name, "-d", "puppets", *words)
+        start = text.index('"dataset"')
+        yield from table(("ablation", method, name), text[start:], ("dataset", "split", "method"))
 
 
 def seeds(revision: Revision) -> Facts:
@@ -277,9 +291,11 @@ def _tensors(path: Path, prefix: str) -> str:
     size = int.from_bytes(data[:8], "little")
     header: Mapping[str, Any] = json.loads(data[8 : 8 + size])
     found = [
-        hashlib.sha256(data[8 + size + each["data_offsets"][0] : 8 + size +
-        each["data_offsets"][1]]).hexdigest() for name, each in header.items() if
-        name.startswith(prefix)
+        hashlib.sha256(
+            data[8 + size + each["data_offsets"][0] : 8 + size + each["data_offsets"][1]]
+        ).hexdigest()
+        for name, each in header.items()
+        if name.startswith(prefix)
     ]
     return hashlib.sha256("".join(sorted(found)).encode()).hexdigest()[:16]
 
@@ -320,11 +336,16 @@ def doctor(revision: Revision) -> Facts:
     """What ``bench doctor`` finds in all files of motion."""
     assert revision.data is not None
     endings = {".bvh", ".glb", ".gltf", ".amc", ".fbx", ".npz", ".npy", ".vrm"}
-    files = sorted(p for p in revision.data.rglob("*") if p.suffix.lower() in endings and "oracles" not
-    in p.parts) for first in range(0, len(files), TOGETHER):
+    files = sorted(
+        p for p in revision.data.rglob("*") if p.suffix.lower() in endings and "oracles" not in p.parts
+    )
+    for first in range(0, len(files), TOGETHER):
         told = {str(path.relative_to(revision.data)): 0 for path in files[first : first + TOGETHER]}
-        text = _without_paths(revision, revision.bench("doctor", *files[first : first + TOGETHER],
-        fails=True)) name = "" for line in text.splitlines():
+        text = _without_paths(
+            revision, revision.bench("doctor", *files[first : first + TOGETHER], fails=True)
+        )
+        name = ""
+        for line in text.splitlines():
             name = line.removeprefix("DATA/") if line.removeprefix("DATA/") in told else name
             told[name] = told.get(name, 0) + 1
             yield ("doctor", name, str(told[name])), line.strip()
@@ -332,8 +353,10 @@ def doctor(revision: Revision) -> Facts:
 
 def _flat(found: Any, head: tuple[str, ...] = ()) -> Facts:
     """The leaves of what a JSON file holds."""
-    pairs = found.items() if isinstance(found, dict) else enumerate(found) if isinstance(found, list)
-    else None if pairs is None:
+    pairs = (
+        found.items() if isinstance(found, dict) else enumerate(found) if isinstance(found, list) else None
+    )
+    if pairs is None:
         yield head, json.dumps(found)
         return
     for key, value in pairs:

@@ -46,16 +46,22 @@ Found = Mapping[tuple[str, ...], str]
 
 def main() -> int:
     """Compare two revisions; 0: nothing is unnamed, 1: something is, 2: one of them could not be asked."""
-    parser = argparse.ArgumentParser(description=__doc__,
-    formatter_class=argparse.RawDescriptionHelpFormatter) parser.add_argument("old", help="the revision
-    to compare with") parser.add_argument("new", help="the later revision; what is not committed does
-    not count") parser.add_argument("--quick", action="store_true", help="one split of four methods, two
-    steps of training") parser.add_argument("--data", type=Path, help="folder of motion of others, for
-    what is computed on it") parser.add_argument("--only", action="append", help="only facts of this
-    kind; may be repeated") options = parser.parse_args() data = options.data.resolve() if options.data
-    else None kinds = facts.QUICK if options.quick else (*facts.FULL, *(facts.WITH_DATA if data else
-    ())) kinds = tuple(kind for kind in kinds if not options.only or kind.__name__ in options.only)
-    started = time.perf_counter() try:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("old", help="the revision to compare with")
+    parser.add_argument("new", help="the later revision; what is not committed does not count")
+    parser.add_argument(
+        "--quick", action="store_true", help="one split of four methods, two steps of training"
+    )
+    parser.add_argument("--data", type=Path, help="folder of motion of others, for what is computed on it")
+    parser.add_argument("--only", action="append", help="only facts of this kind; may be repeated")
+    options = parser.parse_args()
+    data = options.data.resolve() if options.data else None
+    kinds = facts.QUICK if options.quick else (*facts.FULL, *(facts.WITH_DATA if data else ()))
+    kinds = tuple(kind for kind in kinds if not options.only or kind.__name__ in options.only)
+    started = time.perf_counter()
+    try:
         old, new = (revision(name, data) for name in (options.old, options.new))
         with ThreadPoolExecutor(2) as pool:
             both = list(pool.map(lambda each: collected(each, kinds), (old, new)))
@@ -67,8 +73,9 @@ def main() -> int:
         found = compare(before, after, renames(kind.__name__), patterns(new.tree / CHANGES))
         unnamed += len(found.unnamed)
         print(found.text(kind.__name__), flush=True)
-    print(f"{unnamed or 'no'} unnamed difference{'s' * (unnamed != 1)} ({time.perf_counter() -
-    started:.0f} s)") return int(unnamed > 0)
+    taken = time.perf_counter() - started
+    print(f"{unnamed or 'no'} unnamed difference{'s' * (unnamed != 1)} ({taken:.0f} s)")
+    return int(unnamed > 0)
 
 
 # --------------------------------------------------------------------------------------------------
@@ -92,7 +99,9 @@ def revision(name: str, data: Path | None) -> Revision:
 
 
 def _git(*words: str) -> str:
-    return subprocess.run(["git", *words], cwd=ROOT, check=True, capture_output=True, text=True).stdout.strip()
+    return subprocess.run(
+        ["git", *words], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout.strip()
 
 
 def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
@@ -108,8 +117,9 @@ def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
                 csv.writer(file).writerows(lines)
             unfinished.replace(path)
             taken = time.perf_counter() - started
-            print(f"{revision.tree.parent.name} {kind.__name__}: {taken:.0f} s", file=sys.stderr,
-            flush=True)
+            print(
+                f"{revision.tree.parent.name} {kind.__name__}: {taken:.0f} s", file=sys.stderr, flush=True
+            )
         with path.open(newline="", encoding="utf-8") as file:
             found.append({tuple(fact.split(SEPARATOR)): value for fact, value in csv.reader(file)})
     return found
@@ -139,8 +149,9 @@ class Comparison:
             groups[SEPARATOR.join(fact.split(SEPARATOR)[:5])].append((fact, before, now))
         for head, each in groups.items():
             lines.append(f"  unnamed: {head}: {len(each):,}")
-            lines += [f"    {fact}: {before!r:.160} -> {now!r:.160}" for fact, before, now in
-            each[:EXAMPLES]]
+            lines += [
+                f"    {fact}: {before!r:.160} -> {now!r:.160}" for fact, before, now in each[:EXAMPLES]
+            ]
         return "\n".join(lines)
 
 

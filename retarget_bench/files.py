@@ -5,17 +5,18 @@ import errno
 import glob
 import hashlib
 import io
+import json
 import os
 import re
 import secrets
 import shutil
 import sys
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile, gettempdir
-from typing import Literal
+from typing import Any, Literal
 
 from retarget_bench.errors import BenchError, FileError
 
@@ -218,3 +219,8 @@ def free_name(name: str, taken: Container[str]) -> str:
 def digest(text: str, digits: int = 8) -> str:
     """The first hex digits of the SHA-256 of ``text``."""
     return hashlib.sha256(text.encode()).hexdigest()[:digits]
+
+
+def facts_digest(facts: Mapping[str, Any]) -> str:
+    """Sixteen hex digits that stand for declared facts, whatever their order."""
+    return digest(json.dumps(facts, sort_keys=True, separators=(",", ":"), allow_nan=False), 16)

@@ -16,6 +16,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan, runner, shard_work
 from retarget_bench.evaluation.predict import Outcome, predict_all
 from retarget_bench.parallel import Done
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
@@ -60,7 +61,7 @@ class AskedHere:
         self.method = method
 
     def ask(self, asked: Sequence[tuple[Case, Context]]) -> list[Outcome]:
-        return predict_all(plan.method(self.method), *map(list, zip(*asked, strict=True)))
+        return predict_all(bound.method(self.method).built, *map(list, zip(*asked, strict=True)))
 
     def ask_alone(self, asked: Sequence[tuple[Case, Context]]) -> tuple[list[Outcome], float]:
         start = time.perf_counter()
@@ -83,7 +84,7 @@ class PoolHere:
 @contextmanager
 def without_processes() -> Iterator[None]:
     """Runs in here start no process, and know no plug-in from before, as a new process would not."""
-    for module in (plan, shard_work):
+    for module in (plan, bound, shard_work):
         for each in vars(module).values():
             if hasattr(each, "cache_clear"):
                 each.cache_clear()

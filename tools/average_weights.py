@@ -18,7 +18,7 @@ import click
 from torch import Tensor
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.learned_method import LearnedMethod
@@ -32,7 +32,7 @@ from retarget_bench.training.learned_method import LearnedMethod
 )
 def command(method: str, run: Path, share: float) -> None:
     """Replace the shipped weights of METHOD by a mean of them and of those of RUN."""
-    built: Any = plan.method(Spec.parse(method))
+    built: Any = bound.method(Spec.parse(method)).built
     place = built.shipped().get(built.weights) if isinstance(built, LearnedMethod) else None
     if place is None:
         raise BenchError(f"{method} has no shipped weights, so there is nothing to take a mean with")

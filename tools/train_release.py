@@ -30,6 +30,7 @@ from retarget_bench.commands.train import ConsoleReporter
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.files import write_text
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
 from retarget_bench.python.results import Results
@@ -179,7 +180,7 @@ def trained(asked: TrainingOptions, device: torch.device, cases: int) -> Verdict
     before, after = validated(asked, device, cases)
     verdict = Verdict(told, int(new.card["steps"]), float(new.card["seconds"]), before, after, new.hash)
     if verdict.shipped:
-        built: Any = plan.method(asked.method)
+        built: Any = bound.method(asked.method).built
         folder = Path(sys.modules[type(built).__module__].__file__ or "").parent / "weights"
         weights.write(folder, built.weights, new.tensors, new.card)
         plan.forget()
@@ -189,7 +190,7 @@ def trained(asked: TrainingOptions, device: torch.device, cases: int) -> Verdict
 
 def shipped(method: Spec) -> Any:
     """The method with its shipped weights; None where there are none that fit."""
-    built: Any = plan.method(method)
+    built: Any = bound.method(method).built
     try:
         return None if built.untrained else built
     except BenchError:
@@ -211,7 +212,7 @@ def validated(asked: TrainingOptions, device: torch.device, cases: int) -> tuple
     if aside is None:
         raise BenchError(f"{asked.dataset} has no validation cases to compare weights by")
     old = shipped(asked.method)
-    new = plan.method(asked.method.with_parameters(weights=str(asked.out)))
+    new = bound.method(asked.method.with_parameters(weights=str(asked.out))).built
     validator = Validator(aside, old or new, cases, device, lambda *_: None)
     before, after = (
         validator.decisive(validator(nn.Module(), each)) if each is not None else None

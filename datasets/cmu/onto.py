@@ -13,12 +13,12 @@ import numpy as np
 
 from retarget_bench.api import Contacts, Context, Performed, optional
 from retarget_bench.errors import Unusable
-from retarget_bench.evaluation import plan
 from retarget_bench.files import cache_folder, digest, slug
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
 from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.stored_pairs import Facts, StoredPairs, Tensors, stored, unit
 
@@ -58,11 +58,11 @@ class Onto:
     @cached_property
     def identity(self) -> str:
         """Of bodies and method."""
-        return f"on {self._puppets.content}, {METHOD} {plan.method_code(METHOD)}, {VERSION}"
+        return f"on {self._puppets.content}, {METHOD} {bound.method_code(METHOD)}, {VERSION}"
 
     @cached_property
     def _puppets(self) -> Any:
-        return plan.dataset(Spec("puppets", {"bodies": self.number}))
+        return bound.dataset(Spec("puppets", {"bodies": self.number})).built
 
     @cached_property
     def cast(self) -> Mapping[str, Character]:
@@ -106,7 +106,7 @@ class Onto:
         return stored(Path(path), lambda: self._made(take))
 
     def _made(self, take: str) -> tuple[Tensors, Facts]:
-        method, source = plan.method(METHOD), self.data.motion(take)
+        method, source = bound.method(METHOD).built, self.data.motion(take)
         labels = _planted(source)
         tensors = _tensors(source, labels)
         faults: dict[str, str] = {}

@@ -11,7 +11,6 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, Unusable
-from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
 from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
@@ -19,6 +18,7 @@ from retarget_bench.motion.character import Character, Motion, resampled_frames
 from retarget_bench.motion.files import format_of
 from retarget_bench.motion.files.formats import AMASS, BVH
 from retarget_bench.motion.roles import load_overrides
+from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
 from .bodies import LAYOUTS, ROUNDING, Found, find

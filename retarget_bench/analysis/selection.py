@@ -8,8 +8,7 @@ import numpy as np
 
 from retarget_bench.analysis import pairwise
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.plan import dataset_slug
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, dataset_names
 from retarget_bench.results.header import MethodInfo
@@ -171,7 +170,7 @@ def of_dataset(places: Sequence[ResultPaths], asked: str) -> list[ResultPaths]:
 def _slug(asked: str) -> str:
     """The folder of results on the data set of a spec; "" where it is none, or its files are not there."""
     try:
-        return dataset_slug(registry.canonical("datasets", Spec.parse(asked)))
+        return bound.dataset(asked).slug
     except BenchError:
         return ""
 

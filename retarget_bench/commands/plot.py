@@ -205,16 +205,14 @@ def _value_id(matrices: Sequence[ResultMatrix], name: str) -> str:
 
 def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:
     """The characters of the data set that results are of. Raises BenchError where it is not here."""
-    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins import bound
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.results import store
 
     told = store.read_header(place.header).dataset
     spec = Spec(told.name, told.parameters)
     try:
-        data = plan.dataset(
-            registry.canonical("datasets", spec if root is None else spec.with_parameters(root=root))
-        )
+        data = bound.dataset(spec if root is None else spec.with_parameters(root=root)).built
         return dict(data.characters())
     except BenchError as error:
         raise BenchError(
@@ -373,10 +371,10 @@ def _times(text: str | None) -> list[float]:
 
 def _of_case(spec: Spec, case_id: str) -> Motion:
     """The source of a case. Raises BenchError where there is no such case, or it has no rotations."""
-    from retarget_bench.evaluation import plan
     from retarget_bench.motion.motion import Motion
+    from retarget_bench.plugins import bound
 
-    data = plan.dataset(registry.canonical("datasets", spec))
+    data = bound.dataset(spec).built
     infos = {info.id: info for split in data.card.splits for info in data.cases("retarget", split)}
     if case_id not in infos:
         near = difflib.get_close_matches(case_id, infos, 3, 0.5) or list(infos)[:3]

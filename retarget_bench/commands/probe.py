@@ -66,12 +66,13 @@ def command(
         subjects, groups = _of_dataset(data, splits, cases)
     from tqdm import tqdm
 
-    from retarget_bench.evaluation.plan import method
+    from retarget_bench.plugins import bound
     from retarget_bench.verification.probe.asking import ask
 
     with tqdm(total=len(specs) * len(subjects), desc="bench probe", unit="case", leave=False) as bar:
         answers = {
-            spec: ask(method(spec), str(spec), subjects, groups, probes, bar.update) for spec in specs
+            spec: ask(bound.method(spec).built, str(spec), subjects, groups, probes, bar.update)
+            for spec in specs
         }
     return int(_report(answers, data, out) and strict)
 
@@ -81,10 +82,10 @@ Questions = tuple[list["Subject"], list[list["Subject"]]]
 
 
 def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
-    from retarget_bench.evaluation.plan import dataset
+    from retarget_bench.plugins import bound
     from retarget_bench.verification.probe.asking import groups_of, spread
 
-    data = dataset(spec)
+    data = bound.dataset(spec).built
     offered = [split for split in splits if split in data.card.splits]
     infos = {split: listed for split in offered if (listed := data.cases("retarget", split))}
     if not infos:

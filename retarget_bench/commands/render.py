@@ -13,7 +13,6 @@ import click
 from retarget_bench import defaults
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -267,6 +266,7 @@ def _asked(
 ) -> Scene:
     """A case of a data set with what methods answer now."""
     from retarget_bench.evaluation import plan
+    from retarget_bench.plugins import bound
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.viewer import results_library, scene_builder
 
@@ -274,7 +274,7 @@ def _asked(
         raise BenchError("say which methods to ask: --ask -m METHOD")
     spec = options.dataset_spec(dataset or defaults.DATASET, root)
     asked = Spec.parse(task)
-    data = plan.dataset(registry.canonical("datasets", spec), str(asked))
+    data = plan.data_of(bound.dataset(spec), str(asked))
     ids = [info.id for split in data.card.splits for info in data.cases(asked.name, split)]
     return scene_builder.of_case_asked(
         spec, None, results_library.matching(ids, name), [Spec.parse(m) for m in methods], task=task

@@ -13,7 +13,7 @@ import click
 from retarget_bench.commands import options, run
 from retarget_bench.commands.table import FORMATS
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
@@ -287,7 +287,6 @@ def ablate(
     bench ablate smrm table2 -d puppets --budget 2000it
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
-    from retarget_bench.evaluation import plan
     from retarget_bench.plugins import registry
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.tables.rendering import WITH_INTERVALS
@@ -306,7 +305,7 @@ def ablate(
     wanted = ablation_runner.plan_of(ablation, trained, tested, out / "results", jobs)
     run.carry_out(wanted, "bench ablate")
     found = ablation_runner.numbers_of(wanted, trained)
-    on, by = (plan.dataset(each).label.strip() for each in (data, tested))
+    on, by = (bound.dataset(each).built.label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
     made = ablation_runner.table(ablation, trained, found, on, by, recipe)
     options.write_out(WITH_INTERVALS[form]([made]), output)

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.plugins import bound
 from retarget_bench.python.progress import progress_bar
 
 
@@ -53,13 +54,12 @@ def command(
     from tqdm import tqdm
 
     from retarget_bench.api import TWO_LEGS
-    from retarget_bench.evaluation import plan
     from retarget_bench.training.features import data as material
     from retarget_bench.training.features import network
     from retarget_bench.training.features.train import CONFIG_OF_TWO_LEGS, FeatureTrainingConfig, train
 
     spec = options.dataset_spec(dataset, root)
-    data, folder = plan.dataset(spec), out or network.own_folder()
+    data, folder = bound.dataset(spec).built, out or network.own_folder()
     for source in material.sources(data, structures):
         config = CONFIG_OF_TWO_LEGS if source.structure == TWO_LEGS else FeatureTrainingConfig()
         config = replace(config, seed=seed, steps=config.steps if steps is None else steps)

@@ -12,13 +12,7 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench.api import Metric, RealDataset, SetMetric, optional
-from retarget_bench.evaluation.plan import (
-    EvaluationUnit,
-    metric_versions,
-    metrics,
-    set_metrics,
-    without_location,
-)
+from retarget_bench.evaluation.plan import EvaluationUnit
 from retarget_bench.evaluation.prediction import environments
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -40,7 +34,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
     """The header of a finished unit."""
     plan = unit.plan
     data = unit.data
-    asked = set_metrics(plan.metrics)
+    asked = unit.metrics.of_sets
     four_legged = None
     if asked and isinstance(data, RealDataset):
         four_legged = tuple(sorted({b.structure for b in data.characters().values() if b.four_legged}))
@@ -54,15 +48,15 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
         split=unit.split,
         method=_method(unit),
         dataset=DatasetInfo(
-            name=unit.dataset.name,
-            parameters=without_location(unit.dataset),
+            name=unit.dataset.spec.name,
+            parameters=unit.dataset.parameters,
             label=data.label,
             version=data.card.version,
             content=data.content,
             notes=tuple(data.notes),
         ),
-        metrics=metric_versions(plan.metrics),
-        values=_values(metrics(plan.metrics)),
+        metrics=unit.metrics.versions,
+        values=_values(unit.metrics.of_cases),
         counts=Counts.of(entry.status for entry in entries),
         problems=_problems(entries),
         seeds=(plan.seed,),
@@ -76,7 +70,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
 
 def _method(unit: EvaluationUnit) -> MethodInfo:
     common: dict[str, Any] = {
-        "name": unit.method.name,
+        "name": unit.method.spec.name,
         "label": str(unit.known_as),
         "parameters": dict(unit.known_as.parameters),
         "posts": tuple(_post_facts(post, unit.plan.external is None) for post in unit.known_as.posts),
@@ -84,13 +78,13 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
     }
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
-    asked = unit.built
+    asked = unit.method.built
     card, trained = optional.method_card(asked), optional.method_manifest(asked)
     manifest = None if trained is None else {key: tuple(map(str, each)) for key, each in trained.items()}
     return MethodInfo(
         **common,
         summary=str(card.summary),
-        origin=registry.find("methods", unit.method.name).origin,
+        origin=registry.find("methods", unit.method.spec.name).origin,
         version=str(card.version),
         privileged=tuple(card.needs),
         control=bool(card.control),

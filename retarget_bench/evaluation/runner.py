@@ -11,12 +11,13 @@ from retarget_bench.evaluation import clips, executors, timing
 from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
-from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan, data_of, evaluation_units
 from retarget_bench.evaluation.prediction.workers import LEARNED
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
 from retarget_bench.files import LOCK, locked
 from retarget_bench.motion.bvh.catalogue import some
+from retarget_bench.plugins import bound
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
@@ -156,7 +157,7 @@ def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
 def _journalled(unit: EvaluationUnit) -> Entries:
     """The entries that an interrupted run left, unless they are to be made anew."""
     found = store.open_journal(unit.paths, unit.keys, anew=unit.plan.redo != "missing")
-    sets = bool(set_metrics(unit.plan.metrics))
+    sets = bool(unit.metrics.of_sets)
     return {
         case: entry
         for case, entry in found.items()
@@ -175,7 +176,7 @@ def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]
     its splits where it has none of those asked for."""
     filled = [unit for unit in found if unit.infos]
     if not found:
-        cards = {spec: dataset(spec, plan.task).card for spec in plan.datasets}
+        cards = {spec: data_of(bound.dataset(spec), plan.task).card for spec in plan.datasets}
         offered = "; ".join(f"{spec} has {' and '.join(card.splits)}" for spec, card in cards.items())
         raise BenchError(f"there is no case in {' or '.join(plan.splits)}: {offered}")
     if not filled:
@@ -193,7 +194,7 @@ def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]
 # --------------------------------------------------------------------------------------------- finishing
 def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) -> None:
     """Values of sets, then rows, then the header, which says that all is there."""
-    if set_metrics(plan.metrics):
+    if bound.metrics(plan.metrics).of_sets:
         answered = [
             [each.case for each in found.values() if each.status == "ok"] for found in done.values()
         ]

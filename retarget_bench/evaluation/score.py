@@ -1,10 +1,10 @@
 """Second stage: metrics turn a case and its prediction into named numbers."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
+from retarget_bench.api import Case, Metric, Prediction, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.motion import Motion, PointSets, Positions
@@ -52,16 +52,3 @@ def _finite(metric: Metric, value_id: str, number: Any) -> Any:
             "for a case must be left out"
         )
     return number
-
-
-def declared_values(metrics: Iterable[Metric | SetMetric]) -> dict[str, Value]:
-    """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
-    found: dict[str, tuple[str, Value]] = {}
-    for metric in metrics:
-        for value in metric.card.values:
-            if value.id in found:
-                raise BenchError(
-                    f"metrics {found[value.id][0]!r} and {metric.card.name!r} both declare {value.id!r}"
-                )
-            found[value.id] = metric.card.name, value
-    return {value_id: value for value_id, (_, value) in found.items()}

@@ -14,8 +14,8 @@ from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import timing
-from retarget_bench.evaluation.plan import dataset, metrics, set_metrics
+from retarget_bench.evaluation import plan, timing
+from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
 from retarget_bench.evaluation.prediction.limits import Limits
 from retarget_bench.evaluation.prediction.workers import Asked, WorkerPool
@@ -24,9 +24,9 @@ from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import evaluate
 from retarget_bench.evaluation.shards import StoredPlan, Task, Unit, machine_facts
 from retarget_bench.files import write_text
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins.bound import BoundDataset
 from retarget_bench.plugins.prediction_check import Invalid, verified
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
@@ -56,6 +56,7 @@ class ShardWork:
         self.stored, self.at = StoredPlan(folder), at
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
+        self.metrics = bound.metrics(self.plan.metrics)
         limits = Limits(self.plan.timeout, int(self.plan.memory * 2**30))
         preload = self.stored.facts["preload"]
         place = scratch / str(os.getpid())
@@ -119,7 +120,7 @@ class ShardWork:
     ) -> Iterator[tuple[int, CaseResult]]:
         units = self.stored.units
         first = units[next(iter(task.lacking))]
-        data = dataset(first.dataset, self.plan.task)
+        data = self._data(first)
         cases: dict[str, Case] = {}
         for each in task.cases:
             try:
@@ -144,17 +145,17 @@ class ShardWork:
         """
         if outcome.prediction is None or self.plan.stage == "predict":
             return CaseResult(case.info.id, outcome.status, outcome.message)
-        paths, asked = self.stored.units[unit].paths, set_metrics(self.plan.metrics)
+        paths, asked = self.stored.units[unit].paths, self.metrics.of_sets
         scored = as_scored(outcome.prediction)
         if asked:
-            real = isinstance(dataset(self.stored.units[unit].dataset, self.plan.task), RealDataset)
+            real = isinstance(self._data(self.stored.units[unit]), RealDataset)
             try:
                 arrays = set_files.collect(asked, case, scored, real)
                 set_files.write_waiting(set_files.case_features(paths, case.info.id), arrays)
             except FileError as error:
                 raise CannotStore(str(error)) from error
         self.at(unit, (case.info.id,), left_out)
-        return CaseResult(case.info.id, "ok", values=score(metrics(self.plan.metrics), case, scored))
+        return CaseResult(case.info.id, "ok", values=score(self.metrics.of_cases, case, scored))
 
     def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,
@@ -192,7 +193,7 @@ class ShardWork:
             raise CannotStore(f"{self.pool.folder}: cannot be written ({error.strerror})") from error
 
     def _asked(self, unit: Unit, cases: Sequence[Case]) -> list[Asked]:
-        data = dataset(unit.dataset, self.plan.task)
+        data = self._data(unit)
         seeds = [store.case_seed(unit.seed, unit.seeded_as, case.info.id) for case in cases]
         return [
             (case, context_for(unit.inputs, data, case, seed))
@@ -200,14 +201,17 @@ class ShardWork:
         ]
 
     def _times(self, unit: Unit) -> list[timing.Time]:
-        data: Dataset = dataset(unit.dataset, self.plan.task)
+        data = self._data(unit)
         worker = self.pool.worker(unit.method)
         worker.log, worker.lock = None, unit.lock
         infos = timing.spread(list(self._infos(unit).values()))
         return timing.measured(worker, lambda cases: self._asked(unit, cases), data, infos)
 
+    def _data(self, unit: Unit) -> Dataset:
+        return data_of(bound.dataset(unit.dataset), self.plan.task)
+
     def _infos(self, unit: Unit) -> dict[str, CaseInfo]:
-        return _infos(unit.dataset, self.plan.task, unit.split)
+        return _infos(bound.dataset(unit.dataset), self.plan.task, unit.split)
 
 
 # ------------------------------------------------------------------------------------- stored outcomes
@@ -261,6 +265,5 @@ def _checked(path: Path, case: Case) -> Outcome:
 
 
 @lru_cache(maxsize=8)
-def _infos(data: Spec, task: str, split: str) -> dict[str, CaseInfo]:
-    listed = dataset(data, task).cases(Spec.parse(task).name, split)
-    return {info.id: info for info in listed}
+def _infos(data: BoundDataset, task: str, split: str) -> dict[str, CaseInfo]:
+    return {info.id: info for info in plan.cases(data, task, split)}

@@ -24,17 +24,10 @@ from typing import Any, Self, TypeVar
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.header_builder import versions
-from retarget_bench.evaluation.plan import (
-    EvaluationUnit,
-    Plan,
-    code_of,
-    dataset,
-    located,
-    located_data,
-    metric_versions,
-)
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan, data_of
 from retarget_bench.evaluation.predict import Inputs
 from retarget_bench.files import write_text
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.code_hash import folder_hash
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import CaseResult, ResultPaths
@@ -89,13 +82,19 @@ class Unit:
 
     @classmethod
     def of(cls, unit: EvaluationUnit) -> Self:
-        common = (located_data(unit.dataset), unit.split)
-        if unit.plan.external:
-            return cls(*common, unit.method, unit.paths, unit.plan.seed, "", Inputs(), "", unit.keys)
-        seeded_as = str(unit.known_as.alone)  # post-processors follow the very answers of the method alone
-        inputs = Inputs.of(unit.built)
-        method = located(unit.method)
-        return cls(*common, method, unit.paths, unit.plan.seed, seeded_as, inputs, unit.lock, unit.keys)
+        method, external = unit.method, bool(unit.plan.external)
+        return cls(
+            unit.dataset.located,
+            unit.split,
+            method.spec if external else method.located,
+            unit.paths,
+            unit.plan.seed,
+            # post-processors follow the very answers of the method alone
+            "" if external else str(unit.known_as.alone),
+            Inputs() if external else Inputs.of(method.built),
+            unit.lock,
+            unit.keys,
+        )
 
 
 # --------------------------------------------------------------------------------------------- cutting
@@ -283,12 +282,15 @@ class PartWriter:
 
 def machine_facts(plan: Plan, methods: Iterable[Spec], data: Iterable[Spec]) -> dict[str, str]:
     """Versions, code and data that results depend on: what all machines of a run must have in common."""
-    found = versions() | {f"metric {name}": code for name, code in metric_versions(plan.metrics).items()}
+    codes = bound.metrics(plan.metrics).versions
+    found = versions() | {f"metric {name}": code for name, code in codes.items()}
     if plan.external:
         found["the folder of predictions"] = folder_hash(plan.external)
     else:
-        found |= {f"method {spec.names}": code_of(spec) for spec in methods}
-    return found | {f"data set {spec.name}": dataset(spec, plan.task).content for spec in data}
+        found |= {f"method {spec.names}": bound.method(spec).code for spec in methods}
+    return found | {
+        f"data set {spec.name}": data_of(bound.dataset(spec), plan.task).content for spec in data
+    }
 
 
 def left_over(root: Path, keys: Mapping[ResultPaths, Mapping[str, str]]) -> list[StoredPlan]:

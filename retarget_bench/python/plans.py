@@ -15,9 +15,9 @@ from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.api.optional import method_card, metric_tasks
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.assets import asset_hashes
+from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.plugins.trial import try_import
 from retarget_bench.results.store import ResultPaths

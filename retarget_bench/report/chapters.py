@@ -14,11 +14,10 @@ from retarget_bench.analysis.selection import BODIES, Selection, of_dataset
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import DERIVED, definitions
 from retarget_bench.figures import method_order
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, dataset_names, result_matrix
 from retarget_bench.results.result_matrix import ResultMatrix
@@ -118,7 +117,7 @@ class Chapter:
     def bodies(self) -> Mapping[str, Character] | BenchError:
         """The characters of the data set, or the reason why it is not here."""
         try:
-            return plan.dataset(registry.canonical("datasets", self.data)).characters()
+            return bound.dataset(self.data).built.characters()
         except BenchError as error:
             return error
 

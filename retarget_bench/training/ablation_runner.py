@@ -10,7 +10,7 @@ from retarget_bench.analysis.summary import means_over_clips
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.store import ResultPaths
@@ -45,7 +45,7 @@ def find(method: Spec, name: str) -> Ablation:
     """
     if method.posts:
         raise BenchError(f"{method}: post-processors have no part in an ablation; ablate {method.alone}")
-    offered: Mapping[str, Ablation] = getattr(plan.method(method), "ablations", {})
+    offered: Mapping[str, Ablation] = getattr(bound.method(method).built, "ablations", {})
     if not offered:
         raise BenchError(f"{method.name} offers no ablation")
     if name not in offered:
@@ -63,7 +63,7 @@ def check(ablation: Ablation, data: Spec) -> None:
     Raises BenchError where no metric has a column's value, or the data set to test on no case for a column.
     """
     _metrics(ablation)
-    tested = plan.dataset(data)
+    tested = bound.dataset(data).built
     for splits in dict.fromkeys(column.splits for column in ablation.columns if column.value):
         offered = [split for split in splits if split in tested.card.splits]
         if not any(tested.cases(TASK, split) for split in offered):
@@ -126,7 +126,7 @@ def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]
     places: dict[Spec, list[ResultPaths]] = {}
     for unit in plan.evaluation_units(asked):
         places.setdefault(unit.known_as, []).append(unit.paths)
-    return [_numbers(places[plan.spec_by_weights(each.ready)]) for each in trained]
+    return [_numbers(places[bound.method(each.ready).known_as]) for each in trained]
 
 
 def _numbers(places: Sequence[ResultPaths]) -> Numbers:

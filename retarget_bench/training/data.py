@@ -14,11 +14,10 @@ import numpy as np
 
 from retarget_bench.api import Dataset, TrainingClips, optional
 from retarget_bench.errors import NotSupported, Unusable
-from retarget_bench.evaluation.plan import method
 from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Progress, by_character, training_clips
 from retarget_bench.training.joint_datasets import dataset
@@ -185,7 +184,7 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     Raises NotSupported where nothing is left to train on or a clip cannot be had.
     """
     listed = training_clips(dataset(data))
-    asked: Any = method(trainee)
+    asked: Any = bound.method(trainee).built
     cast = {name: clips for mine in listed.values() for name, clips in mine.items()}
     bodies = _bodies(dataset(data), cast)
     unfit = {name: why for name, body in bodies.items() if (why := asked.unfit(body))}
@@ -286,7 +285,7 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
     """The clips of one character as arrays in files, the number of those left out since their body is
     another one, and those that cannot be used, each with the reason; what a worker process does."""
     registry.know_files(job["plugins"])
-    name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
+    name, asked, data = job["character"], bound.method(job["method"]).built, dataset(job["dataset"])
     (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
     body = _bodies(data, {name: clips})[name]
     found: list[ClipArrays] = []

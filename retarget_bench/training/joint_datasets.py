@@ -9,12 +9,10 @@ from pathlib import Path
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips, optional
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.plan import locations
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.files import free_name
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import training_clips
 
@@ -47,18 +45,18 @@ def canonical(spec: Spec) -> Spec:
 
 def dataset(spec: Spec) -> Dataset:
     """The data set, or several as one, built once per process."""
-    return _several(spec) if spec.posts else plan.dataset(spec)
+    return _several(spec) if spec.posts else bound.dataset(spec).built
 
 
 @cache
 def _several(spec: Spec) -> JointDataset:
-    return JointDataset([plan.dataset(each) for each in split_spec(spec)])
+    return JointDataset([bound.dataset(each).built for each in split_spec(spec)])
 
 
 def tested(spec: Spec) -> Spec | None:
     """The first of the data sets that a spec names to have cases; None where none has."""
     for each in split_spec(spec):
-        data = plan.dataset(each)
+        data = bound.dataset(each).built
         if any(data.cases(RETARGET, split) for split in data.card.splits):
             return each
     return None
@@ -66,7 +64,7 @@ def tested(spec: Spec) -> Spec | None:
 
 def _place(spec: Spec) -> dict[str, str]:
     """Places of its files: location parameter -> absolute path, of those that are given."""
-    given = {name: spec.parameters.get(name) for name in locations(spec.name)}
+    given = {name: spec.parameters.get(name) for name in bound.dataset(Spec(spec.name)).locations}
     return {name: str(Path(str(at)).expanduser().resolve()) for name, at in given.items() if at}
 
 

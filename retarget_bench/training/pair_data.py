@@ -5,10 +5,9 @@ from typing import Any
 
 from retarget_bench.api import optional
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.plan import method
 from retarget_bench.motion.character import Character
 from retarget_bench.parallel import carried_out
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Progress
 from retarget_bench.training.data import ClipArrays, StoredClips, TrainingData, scratch
@@ -62,7 +61,7 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
 def performances(job: Mapping[str, Any]) -> tuple[StoredClips, dict[str, Character]]:
     """Some performances as arrays in a file, and their characters: a worker's job."""
     registry.know_files(job["plugins"])
-    asked: Any = method(job["method"])
+    asked: Any = bound.method(job["method"]).built
     pairs = optional.training_pairs(dataset(job["dataset"]))
     assert pairs is not None
     suffix = f"-{job['part'] + 1}" if job["part"] else ""

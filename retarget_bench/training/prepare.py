@@ -5,9 +5,8 @@ from typing import Any
 
 from retarget_bench.api import optional
 from retarget_bench.errors import NotSupported, Unusable
-from retarget_bench.evaluation import plan
 from retarget_bench.parallel import carried_out
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 
 _PAIRS = 25
@@ -21,7 +20,7 @@ def prepare(data: Spec, jobs: int, unusable: list[str]) -> Iterator[tuple[int, i
     used, each with the reason. What is there already is read, so a
     command that was interrupted goes on. Raises NotSupported where something cannot be made.
     """
-    built = plan.dataset(data)
+    built = bound.dataset(data).built
     names = [name for mine in optional.training(built).values() for name in mine]
     pairs = optional.training_pairs(built)
     groups = range(0, len(pairs), pairs.together) if pairs is not None else range(0)
@@ -44,7 +43,7 @@ def make(job: Mapping[str, Any]) -> list[str]:
     """Make one body's clips, or some groups of pairs; what a worker process does. Gives clips that cannot
     be used, with the reason."""
     registry.know_files(job["plugins"])
-    data = plan.dataset(job["dataset"])
+    data = bound.dataset(job["dataset"]).built
     if "pairs" in job:
         pairs = optional.training_pairs(data)
         for index in job["pairs"]:

@@ -10,8 +10,8 @@ from typing import Any
 
 from retarget_bench import files
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import without_location
 from retarget_bench.files import LOCK, write_text
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import Budget, TrainingConfig
 from retarget_bench.training.joint_datasets import joint_spec, split_spec
@@ -76,7 +76,9 @@ class Request:
 def without_places(dataset: str) -> str:
     """The spec of a data set, or of several, without where their files lie."""
     return str(
-        joint_spec([Spec(each.name, without_location(each)) for each in split_spec(Spec.parse(dataset))])
+        joint_spec(
+            [Spec(each.name, bound.dataset(each).parameters) for each in split_spec(Spec.parse(dataset))]
+        )
     )
 
 

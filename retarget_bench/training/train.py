@@ -11,9 +11,8 @@ import torch
 
 from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.header_builder import versions
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
@@ -110,13 +109,13 @@ def _train(
 ) -> TrainingResult:
     spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
     data, config = joint_datasets.dataset(data_spec), wanted.recipe
-    collect = gather_pairs if isinstance(plan.method(spec), LearnsFromPairs) else gather
+    collect = gather_pairs if isinstance(bound.method(spec).built, LearnsFromPairs) else gather
     training_data = parallel.in_turn(
         lambda: collect(data_spec, spec, config.fps, asked.jobs, _first_only(reporter.gathering))
     )
     wanted = parallel.first(lambda: _with_motion(wanted, training_data))
     torch.manual_seed(wanted.seed)
-    module = plan.method(spec).training_module(training_data, config)  # type: ignore[attr-defined]
+    module = bound.method(spec).built.training_module(training_data, config)  # type: ignore[attr-defined]
     start = checkpoint.read(folder)
     if wanted.init and start is None:
         before = _initial_weights(spec, wanted.init_path)
@@ -294,7 +293,7 @@ def _trainable(spec: Spec) -> Any:
     """A method by its spec. Raises BenchError where it cannot be trained."""
     if spec.posts:
         raise BenchError(f"{spec}: post-processors learn nothing; train {spec.alone}")
-    built = plan.method(spec)
+    built = bound.method(spec).built
     if not all(hasattr(built, name) for name in ("presets", "prepare", "training_module")):
         raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
     return built

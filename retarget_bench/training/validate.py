@@ -13,9 +13,10 @@ from torch import nn
 from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan, predict, score
+from retarget_bench.evaluation import predict, score
 from retarget_bench.evaluation.batches import batches
 from retarget_bench.files import digest
+from retarget_bench.plugins import bound
 from retarget_bench.results import store
 
 TASK = "retarget"
@@ -44,7 +45,7 @@ class Validator:
         """
         name, self.values = defaults.VALIDATION
         self.problem = ""
-        self._metrics = plan.metrics((name,))
+        self._metrics = bound.metrics((name,)).of_cases
         self._data, self._device = data, device
         cast = data.characters()
         self._cases: dict[str, list[list[Case]]] = {}

@@ -15,7 +15,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.figures import method_order
 from retarget_bench.motion import files
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
@@ -130,7 +130,7 @@ def read_unfinished(
             "it by --data"
         )
     here = spec if root is None else spec.with_parameters(root=root)
-    data = plan.dataset(registry.canonical("datasets", here), place.task)
+    data = plan.data_of(bound.dataset(here), place.task)
     infos = data.cases(Spec.parse(place.task).name, place.split)
     return StoredResults(
         place=place,
@@ -172,7 +172,7 @@ def _usual(place: ResultPaths) -> Spec | None:
     for spec in (Spec.parse(defaults.DATASET), Spec(place.dataset)):
         if spec.name in known:
             spec = registry.canonical("datasets", spec)
-            if plan.dataset_slug(spec) == place.dataset:
+            if bound.dataset(spec).slug == place.dataset:
                 return spec
     return None
 

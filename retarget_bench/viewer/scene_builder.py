@@ -22,7 +22,7 @@ from retarget_bench.motion.files import split_take, suffixes
 from retarget_bench.motion.files.smpl import amass
 from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.motion import resampled_frames
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.predictions import read_prediction
@@ -64,7 +64,7 @@ def of_stored(
 ) -> Scene:
     """Likewise of results that were read already, all of which list the case. colours: of methods."""
     first = having[0]
-    data = plan.dataset(registry.canonical("datasets", dataset or first.dataset), first.task)
+    data = plan.data_of(bound.dataset(dataset or first.dataset), first.task)
     known = data.cases(Spec.parse(first.task).name, first.place.split)
     if (info := next((each for each in known if each.id == case_id), None)) is None:
         raise BenchError(
@@ -87,7 +87,7 @@ def of_case_asked(
     split: None looks in every split. task: as in ``bench task``.
     Raises BenchError for an unknown case or method.
     """
-    data = plan.dataset(registry.canonical("datasets", dataset), task)
+    data = plan.data_of(bound.dataset(dataset), task)
     splits = data.card.splits if split is None else (split,)
     infos = {info.id: info for each in splits for info in data.cases(Spec.parse(task).name, each)}
     if case_id not in infos:
@@ -95,8 +95,8 @@ def of_case_asked(
     case = _loaded(data, infos[case_id])
     answers = []
     for spec in (registry.canonical("methods", each) for each in methods):
-        method = plan.method(spec)
-        seed = store.case_seed(0, str(plan.spec_by_weights(spec).alone), case_id)
+        method = bound.method(spec).built
+        seed = store.case_seed(0, str(bound.method(spec).known_as.alone), case_id)
         answers.append((str(spec), predict(method, case, context_for(method, data, case, seed))))
     return _scene(case, answers)
 
@@ -372,6 +372,6 @@ class CaseList:
 def _slug(name: str) -> str:
     """The folder name of a method's results, however its name is written."""
     try:
-        return plan.spec_by_weights(registry.canonical("methods", Spec.parse(name))).slug
+        return bound.method(name).known_as.slug
     except BenchError:
         return name

@@ -66,7 +66,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
 
 import plain_passes as plain
 
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.data import gather
 from retarget_bench.training.phases import optimiser_phases, to_device
@@ -99,7 +99,7 @@ def main() -> None:
     options = parser.parse_args()
     torch.set_num_threads(options.threads)
     spec, data = Spec.parse(options.method), Spec.parse(options.dataset)
-    method: Any = plan.method(spec)
+    method: Any = bound.method(spec).built
     recipe = method.presets[options.preset]
     material = gather(data, spec, recipe.fps, 1, lambda done, total: None)
     torch.manual_seed(0)

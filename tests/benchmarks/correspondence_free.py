@@ -28,7 +28,7 @@ from retarget_bench.files import digest
 from retarget_bench.motion.body22 import BODY22, Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.published.published_tables import published
 from retarget_bench.training.layers.skinned_body import SkinnedBody
@@ -177,14 +177,14 @@ def main() -> None:
     torch.set_num_threads(1)
     stages = {"skr": given.skr, "skin": given.skin}
     whole = registry.canonical("methods", Spec("correspondence_free", stages))
-    method = plan.method(whole)
+    method = bound.method(whole).built
     if method.untrained:
         raise SystemExit(method.untrained)
     asked = {"correspondence_free": whole} | {name: Spec(name) for name in RIVALS}
-    weights, text = plan.code_of(whole) + method.weights_hash, list[str]()
+    weights, text = bound.method(whole).code + method.weights_hash, list[str]()
     bare: Any = None
     for name, spec in DATA.items():
-        data = plan.dataset(Spec.parse(spec), cases.TASK)
+        data = plan.data_of(bound.dataset(Spec.parse(spec)), cases.TASK)
         infos = cases.held_out(data, given.clips)
         folder = given.out / name
         found = {

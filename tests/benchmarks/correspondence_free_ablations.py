@@ -24,7 +24,7 @@ import torch
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.ablation import Ablation, AblationRow
 from tests.benchmarks import held_out_cases as cases
@@ -94,7 +94,7 @@ def main() -> None:
     steps, found = {}, {}
     for spec in specs:
         steps[spec] = train(spec, given.out / spec.slug, given)
-    data = plan.dataset(Spec.parse(TESTED), cases.TASK)
+    data = plan.data_of(bound.dataset(Spec.parse(TESTED)), cases.TASK)
     infos = cases.held_out(data, given.clips)
     for spec in specs:
         stages = {"skr": given.skr, "skin": given.skin, "smrm": str(given.out / spec.slug)}

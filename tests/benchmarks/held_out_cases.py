@@ -18,10 +18,10 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from retarget_bench.analysis.summary import Mean, means_over_clips
 from retarget_bench.api import Case, CaseInfo, optional
-from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import as_scored, context_for, predict
 from retarget_bench.evaluation.score import score
 from retarget_bench.files import digest, write_text
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import case_seed
 
@@ -69,13 +69,13 @@ def scored(spec: Spec, data: Any, infos: Sequence[CaseInfo], file: Path) -> Numb
 
     Raises SystemExit where the method gives no answer.
     """
-    method = plan.method(spec)
-    built = [plan.code_of(spec), optional.weights_hash(method), data.content]
-    key = digest(repr([*built, str(plan.spec_by_weights(spec)), plan.metric_versions(METRICS)]))
-    metrics = plan.metrics(METRICS)
+    method = bound.method(spec).built
+    built = [bound.method(spec).code, optional.weights_hash(method), data.content]
+    key = digest(repr([*built, str(bound.method(spec).known_as), bound.metrics(METRICS).versions]))
+    metrics = bound.metrics(METRICS).of_cases
 
     def values(case: Case) -> dict[str, float]:
-        seed = case_seed(0, str(plan.spec_by_weights(spec)), case.info.id)
+        seed = case_seed(0, str(bound.method(spec).known_as), case.info.id)
         outcome = predict(method, case, context_for(method, data, case, seed))
         if outcome.prediction is None:
             raise SystemExit(f"{spec}, {case.info.id}: {outcome.message}")

@@ -30,10 +30,10 @@ from tqdm import tqdm
 from retarget_bench.analysis.statistics import LEVEL, mean_intervals
 from retarget_bench.api import SPLITS, Context, Dataset, optional
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
 from retarget_bench.methods.humot.features import body
 from retarget_bench.methods.humot.training import held_out
 from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.clips import training_clips
@@ -168,7 +168,7 @@ def told(path: str) -> tuple[Mapping[str, Any], Any, Cut]:
     facts, config = card["facts"], card["recipe"]
     if card["method"] != "humot" or facts.get("split") != "chunk":
         raise BenchError(f"{path}: these weights were not trained with humot[split=chunk]; all were seen")
-    method = plan.method(Spec("humot", {**facts, "weights": path}))
+    method = bound.method(Spec("humot", {**facts, "weights": path})).built
     return card, method, Cut(int(config["window"]), int(facts["hop"]), float(config["fps"]))
 
 
@@ -179,7 +179,7 @@ def main() -> None:
     parser.add_argument("--windows", type=int, default=32, help="of each kind of each character")
     given = parser.parse_args()
     card, method, cut = told(given.weights)
-    data = plan.dataset(Spec.parse(given.dataset or card["data"]["spec"]))
+    data = bound.dataset(Spec.parse(given.dataset or card["data"]["spec"])).built
     if data.content != card["data"]["content"]:
         raise BenchError(f"{data.label} is not what these weights were trained on: {card['data']['label']}")
     groups = drawn(data, method, cut, given.windows)

@@ -13,10 +13,10 @@ from collections import defaultdict
 
 import numpy as np
 
-from retarget_bench.evaluation import plan, predict
+from retarget_bench.evaluation import predict
 from retarget_bench.evaluation.score import score
 from retarget_bench.methods.pan.assignment import Assignment, in_layout
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.layers.skeletal.body import FOUR
 
@@ -34,11 +34,11 @@ def through(name: str, bodies: object):
 
 
 def main(data: str = "puppets[size=tiny]", every: str = "1") -> None:
-    found = plan.dataset(Spec.parse(data))
+    found = bound.dataset(Spec.parse(data)).built
     bodies = found.characters()
     names = [n for n in registry.create("methods", "pan").structures if not n.endswith(FOUR)]
     methods = [through(name, bodies.values()) for name in names]
-    metrics, rows = plan.metrics(("position",)), defaultdict(list)
+    metrics, rows = bound.metrics(("position",)).of_cases, defaultdict(list)
     for info in found.cases("retarget", "cross")[:: int(every)]:
         pair = tuple(bodies[name].structure for name in (info.source, info.target))
         if ODD not in pair or any(bodies[name].four_legged for name in (info.source, info.target)):

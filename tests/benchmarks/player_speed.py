@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 
 from tqdm import tqdm
 
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.viewer import player
 from retarget_bench.viewer.packing import packed
@@ -54,7 +54,7 @@ window.requestAnimationFrame = (action) => asked((now) => {
 
 
 def scenes() -> list[Scene]:
-    infos = plan.dataset(PUPPETS).cases("retarget", "cross")
+    infos = bound.dataset(PUPPETS).built.cases("retarget", "cross")
     chosen = infos[:: len(infos) // CLIPS][:CLIPS]
     return [
         of_case_asked(PUPPETS, "cross", info.id, METHODS) for info in tqdm(chosen, "clips", disable=None)
@@ -137,7 +137,7 @@ def main() -> None:
         sizes(scenes())
     if asked.speed or not asked.sizes:
         info = next(
-            each for each in plan.dataset(PUPPETS).cases("retarget", "cross") if each.kind == "walk"
+            each for each in bound.dataset(PUPPETS).built.cases("retarget", "cross") if each.kind == "walk"
         )
         speed(of_case_asked(PUPPETS, "cross", info.id, METHODS[:6]))
 

@@ -23,11 +23,12 @@ from torch import Tensor, nn
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from retarget_bench.evaluation.plan import dataset, method
+from retarget_bench.evaluation.plan import method
 from retarget_bench.methods.nkn import network
 from retarget_bench.methods.nkn import plugin as Nkn
 from retarget_bench.methods.nkn.network.cells import KINDS, Layer, raised, unrounded
 from retarget_bench.methods.nkn.network.rollout import Memory, Rollout, Weights
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
@@ -41,7 +42,7 @@ CAST = 3
 
 def training_data(trainee: Any) -> TrainingData:
     """The answers of a few puppets' cases."""
-    puppets = dataset(Spec.parse("puppets[size=tiny]"))
+    puppets = bound.dataset(Spec.parse("puppets[size=tiny]")).built
     clips: dict[str, list[ClipArrays]] = {}
     bodies = {}
     for info in puppets.cases("retarget", "intra"):

@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib import animation, pyplot
 
 from retarget_bench.api import TASKS
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.viewer.drawing import Drawing, DrawingStyle
 from retarget_bench.viewer.scene import Scene
@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     given = parser.parse_args()
     mpl.use("agg")
-    data = plan.dataset(PUPPETS)
+    data = bound.dataset(PUPPETS).built
     info = next(each for each in data.cases(TASKS[0], "cross") if each.kind == "run")
     scene = of_case_asked(PUPPETS, "cross", info.id, METHODS)
     found = list(rates(scene, given.frames, given.rounds))

@@ -15,17 +15,17 @@ from collections import defaultdict
 import numpy as np
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
 from retarget_bench.methods.humot.features import body
 from retarget_bench.motion.body22 import PARENTS
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
 
 def people(dataset: str) -> list[Character]:
     """The characters of a data set's test cases that stand on two legs."""
-    data, found = plan.dataset(Spec.parse(dataset)), {}
+    data, found = bound.dataset(Spec.parse(dataset)).built, {}
     for info in data.cases("retarget", "cross"):
         if {info.source, info.target} <= set(found):
             continue

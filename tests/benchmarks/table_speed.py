@@ -27,8 +27,8 @@ sys.path.insert(0, str(ROOT))
 
 from retarget_bench.api import CaseInfo, Value  # noqa: E402
 from retarget_bench.evaluation.plan import metrics  # noqa: E402
-from retarget_bench.evaluation.score import declared_values  # noqa: E402
 from retarget_bench.plugins import registry  # noqa: E402
+from retarget_bench.plugins.bound import declared_values  # noqa: E402
 from retarget_bench.results import store  # noqa: E402
 from retarget_bench.results.header import SCHEMA, DeclaredValue, parsed  # noqa: E402
 from retarget_bench.results.store import CaseResult, ResultPaths  # noqa: E402

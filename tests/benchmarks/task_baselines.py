@@ -14,9 +14,13 @@ from collections import defaultdict
 
 import numpy as np
 
-from retarget_bench.evaluation.plan import dataset, method
+from retarget_bench.evaluation.plan import (
+    data_of,
+    method,
+)
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.tasks import canonical
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
 CANDIDATES = {
@@ -37,7 +41,7 @@ LEVELS = {"denoise": "0,1,2,3,4,5,6,8,10", "upsample": "0.1,0.3,0.5,0.7,0.9,majo
 
 def errors(name: str, task: str, data: Spec) -> dict[str, float]:
     """Level -> mean error in cm."""
-    asked, cases = method(Spec.parse(name)), dataset(data, task)
+    asked, cases = method(Spec.parse(name)), data_of(bound.dataset(data), task)
     found = defaultdict(list)
     for info in cases.cases(Spec.parse(task).name, "self"):
         case = cases.load(info)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import optional
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import joint_datasets
 from retarget_bench.training.data import gather
@@ -45,7 +45,7 @@ def pairs(data: str, groups: int, step: float, rows: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.environ["RETARGET_BENCH_CACHE"] = folder
         try:
-            found = optional.training_pairs(plan.dataset(Spec.parse(data)))
+            found = optional.training_pairs(bound.dataset(Spec.parse(data)).built)
             if found is None:
                 return
             begun = time.process_time()
@@ -72,7 +72,7 @@ def pairs(data: str, groups: int, step: float, rows: int) -> None:
 
 def windows(data: str, method: str, rows: int, draws: int, step: float) -> None:
     """Gathering, and the drawing of batches by the method's own training module."""
-    spec, built = Spec.parse(method), plan.method(Spec.parse(method))
+    spec, built = Spec.parse(method), bound.method(Spec.parse(method)).built
     config: Any = built.presets["default"]  # type: ignore[attr-defined]
     before = memory()
     begun = time.perf_counter(), time.process_time()

@@ -26,7 +26,7 @@ import torch
 from torch import nn
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
@@ -77,7 +77,7 @@ def translate(part: nn.Module) -> None:
 
 def compare(name: str, asked: argparse.Namespace) -> None:
     spec = Spec.parse(name)
-    method: Any = plan.method(spec)
+    method: Any = bound.method(spec).built
     collect = gather_pairs if isinstance(method, LearnsFromPairs) else gather
     fps = method.presets[asked.preset].fps
     data = collect(Spec.parse(asked.dataset), spec, fps, 1, lambda *_: None)

@@ -19,8 +19,8 @@ from retarget_bench.datasets.cmu.takes import TESTED, TESTED_TAKES, VALIDATION, 
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.corpus.families import VALIDATION_BODIES, families, only_tested
 from retarget_bench.errors import BenchError, Unusable
-from retarget_bench.evaluation import plan
 from retarget_bench.motion import rotation
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.joint_datasets import JointDataset
 from retarget_bench.verification import contract
@@ -221,7 +221,7 @@ def test_they_are_what_ik_makes_of_them(onto: Cmu) -> None:
     take, name = "05_01", onto._onto.chosen["05_01"][0]  # type: ignore[union-attr]
     (clips,) = (mine[name] for mine in onto.training().values() if name in mine)
     made = clips[list(clips.names).index(take)]
-    expected = plan.method(METHOD).retarget(onto.motion(take), made.character, context=Context())
+    expected = bound.method(METHOD).built.retarget(onto.motion(take), made.character, context=Context())
     assert np.degrees(rotation.angle(made.rotations, expected.rotations)).max() < 1e-3  # type: ignore[union-attr]
     assert np.abs(made.root - expected.root).max() < 1e-5  # type: ignore[union-attr]
 

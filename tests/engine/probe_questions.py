@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from retarget_bench.evaluation.plan import dataset
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.probe.asking import Subject, groups_of, subject
 
-DATA = dataset(Spec.parse("puppets"))
+DATA = bound.dataset(Spec.parse("puppets")).built
 SPLITS = ("intra", "cross")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from retarget_bench import cli
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.verification.gate import compare, golden
 
 TOYS = Path(__file__).parent / "toys"
@@ -194,10 +194,9 @@ def test_another_version_or_protocol_is_not_comparable_and_does_not_pass(
 
 
 def test_other_data_are_not_comparable_and_can_be_accepted(baseline, bench, monkeypatch):
-    from retarget_bench.evaluation import plan
     from retarget_bench.plugins.spec import Spec
 
-    data = plan.dataset(Spec.parse("toy_cases"))
+    data = bound.dataset(Spec.parse("toy_cases")).built
     monkeypatch.setattr(data, "content", "toy-2")
     monkeypatch.setattr(type(data), "cases", fewer(type(data).cases))
     status, said = bench("--baseline", baseline)
@@ -213,11 +212,10 @@ def fewer(cases):
 
 # --------------------------------------------------------------------------------- could not measure
 def test_cases_that_are_gone_end_with_two_and_cannot_be_accepted(baseline, bench, monkeypatch):
-    from retarget_bench.evaluation import plan
     from retarget_bench.plugins.spec import Spec
 
     before = content(baseline)
-    data = plan.dataset(Spec.parse("toy_cases"))
+    data = bound.dataset(Spec.parse("toy_cases")).built
     monkeypatch.setattr(type(data), "cases", fewer(type(data).cases))
     status, said = bench("--baseline", baseline)
     assert status == 2
@@ -230,13 +228,12 @@ def test_cases_that_are_gone_end_with_two_and_cannot_be_accepted(baseline, bench
 
 
 def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):
-    from retarget_bench.evaluation import plan
     from retarget_bench.plugins.spec import Spec
 
     def broken(self, info):
         raise OSError("the disk is gone")
 
-    monkeypatch.setattr(type(plan.dataset(Spec.parse("toy_cases"))), "load", broken)
+    monkeypatch.setattr(type(bound.dataset(Spec.parse("toy_cases")).built), "load", broken)
     status, said = bench("--baseline", baseline)
     assert status == 2
     assert "cannot be loaded: OSError: the disk is gone" in said

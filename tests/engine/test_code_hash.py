@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.code_hash import (
     code_hash,
     imports,
@@ -118,8 +118,8 @@ def changed(path: Path, before: str, after: str) -> None:
 
 
 def method_code() -> str:
-    plan.method_code.cache_clear()
-    return plan.method_code(Spec("own_method"))
+    bound.method_code.cache_clear()
+    return bound.method_code(Spec("own_method"))
 
 
 def test_a_method_is_known_by_its_statements_and_by_those_of_the_motion_room(own, monkeypatch):
@@ -167,12 +167,12 @@ def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeyp
     path.write_text(SHARED, encoding="utf-8")
     monkeypatch.setattr(registry, "code_files", _files(registry.code_files, "posts", "own_post", path))
     alone, composed = Spec("own_method"), Spec("own_method", posts=(Spec("own_post"),))
-    plan.method_code.cache_clear()
-    first = plan.method_code(alone), plan.method_code(composed)
+    bound.method_code.cache_clear()
+    first = bound.method_code(alone), bound.method_code(composed)
     monkeypatch.setattr(plan, "reached_code", without_a_layer)
-    plan.method_code.cache_clear()
-    assert plan.method_code(alone) == first[0]
-    assert plan.method_code(composed) != first[1]
+    bound.method_code.cache_clear()
+    assert bound.method_code(alone) == first[0]
+    assert bound.method_code(composed) != first[1]
 
 
 def reached(kind: registry.Kind, name: str) -> set[str]:
@@ -202,7 +202,7 @@ def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_coun
     code = (
         "import sys; from retarget_bench.evaluation import plan; "
         "from retarget_bench.plugins.spec import Spec; "
-        "plan.method(Spec('san')).structures; import retarget_bench.methods.san.training; "
+        "bound.method(Spec('san')).built.structures; import retarget_bench.methods.san.training; "
         "head = 'retarget_bench.training.'; "
         "print(*(m.removeprefix(head) for m in sys.modules if m.startswith(head + 'layers')))"
     )
@@ -217,7 +217,7 @@ def test_code_is_hashed_without_importing_it():
     names = {name for name, _ in package_code(plan.LAYERS)}
     assert {"layers/__init__.py", "layers/masks.py"} <= names
     code = (
-        "import sys; from retarget_bench.evaluation.plan import method_code as code; "
+        "import sys; from retarget_bench.plugins.bound import method_code as code; "
         "from retarget_bench.plugins.spec import Spec; "
         "print(len(code(Spec('nkn'))), 'torch' in sys.modules)"
     )
@@ -253,8 +253,8 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
     monkeypatch.setattr(plan, "_built", lambda names: built)
 
     def version() -> str:
-        plan.metric_versions.cache_clear()
-        return plan.metric_versions(("own_metric",))["position"]
+        bound.metrics.cache_clear()
+        return bound.metrics(("own_metric",)).versions["position"]
 
     first = version()
     changed(own / "own_metric.py", "One line", "A line")
@@ -265,7 +265,7 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
     monkeypatch.setattr(plan, "package_code", lambda _: [])
     assert version() not in (first, second)
     monkeypatch.undo()
-    plan.metric_versions.cache_clear()
+    bound.metrics.cache_clear()
 
 
 DRAWN = plan.SETS, "draw.py", "MOST = 1200"
@@ -291,11 +291,11 @@ def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
 
     def version(text: str) -> str:
         copy.write_text(text, encoding="utf-8")
-        plan.metric_versions.cache_clear()
-        return plan.metric_versions((name,))[name]
+        bound.metrics.cache_clear()
+        return bound.metrics((name,)).versions[name]
 
     assert constant in text
     first = version(text)
     assert version(text.replace(constant, f"{constant}  # windows")) == first
     assert (version(text.replace(constant, f"{constant}0")) != first) == (name == "fid")
-    plan.metric_versions.cache_clear()
+    bound.metrics.cache_clear()

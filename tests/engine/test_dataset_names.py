@@ -15,9 +15,8 @@ from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.plan import dataset, dataset_slug
 from retarget_bench.motion import bvh
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.report import chapters
 from retarget_bench.results.store import ResultPaths
@@ -32,7 +31,7 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Spec]]:
     """Results on two folders of the same name, each with one clip, and their specs."""
     root = tmp_path_factory.mktemp("two")
     registry.add_file(TOYS / "toy_cases.py")
-    toys = dataset(Spec("toy_cases"))
+    toys = bound.dataset(Spec("toy_cases")).built
     specs = []
     for info, where in zip(toys.cases("retarget", "intra"), ("a", "b"), strict=False):
         bvh.write(root / where / "walks" / "clip.bvh", toys.load(info).source, scale=100.0)
@@ -58,7 +57,9 @@ def bench(*arguments: object) -> str:
 
 def test_two_roots_have_two_names_and_both_have_numbers(two: tuple[Path, list[Spec]]) -> None:
     found = split_summaries(places(two[0]))
-    assert {each.dataset for each in found} == {f"folder walks ({dataset_slug(spec)})" for spec in two[1]}
+    assert {each.dataset for each in found} == {
+        f"folder walks ({bound.dataset(spec).slug})" for spec in two[1]
+    }
     assert all(each.scores[0].means[VALUE].n == 1 for each in found)
 
 
@@ -70,7 +71,7 @@ def test_one_alone_goes_by_its_label(two: tuple[Path, list[Spec]]) -> None:
 
 def test_tables_explanations_and_reports_name_both(two: tuple[Path, list[Spec]]) -> None:
     root, specs = two
-    names = [f"folder walks ({dataset_slug(spec)})" for spec in specs]
+    names = [f"folder walks ({bound.dataset(spec).slug})" for spec in specs]
     assert all(name in bench("table", root) for name in names)
     assert all(name in bench("explain", root) for name in names)
     titles = {chapter.dataset for chapter in chapters.chapters([root])}
@@ -80,7 +81,9 @@ def test_tables_explanations_and_reports_name_both(two: tuple[Path, list[Spec]])
 def test_a_data_set_is_chosen_by_whatever_names_it(two: tuple[Path, list[Spec]]) -> None:
     root, specs = two
     found = places(root)
-    for spec, place in ((spec, p) for spec in specs for p in found if p.dataset == dataset_slug(spec)):
+    for spec, place in (
+        (spec, p) for spec in specs for p in found if p.dataset == bound.dataset(spec).slug
+    ):
         for name in (place.dataset, f"folder walks ({place.dataset})", str(spec)):
             assert of_dataset(found, name) == [place]
         assert place.dataset not in bench("table", root, "-d", str(spec))

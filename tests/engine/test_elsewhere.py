@@ -8,9 +8,9 @@ import pytest
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.plan import Plan, dataset
+from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
 
@@ -23,7 +23,7 @@ TOYS = Path(__file__).parent / "toys"
 def cases():
     for file in sorted(TOYS.glob("*.py")):
         registry.add_file(file)
-    data = dataset(Spec.parse("toy_cases"))
+    data = bound.dataset(Spec.parse("toy_cases")).built
     return [data.load(info) for info in data.cases("retarget", "intra")]
 
 

@@ -24,7 +24,7 @@ from retarget_bench.evaluation import plan, runner
 from retarget_bench.evaluation.prediction import numpy_worker
 from retarget_bench.evaluation.prediction.limits import Limits
 from retarget_bench.evaluation.prediction.workers import WorkerPool
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.tables import builder
@@ -82,7 +82,7 @@ def ask(tmp_path):
     pools = []
 
     def asking(method: str, seeds: Sequence[int] = (0,), *, together: bool = False, **limits: float):
-        data = plan.dataset(Spec.parse("toy_cases[clips=9]"))
+        data = bound.dataset(Spec.parse("toy_cases[clips=9]")).built
         infos = data.cases("retarget", "intra")
         asked = [(data.load(info), Context(seed=seed)) for info, seed in zip(infos, seeds, strict=False)]
         pools.append(
@@ -178,7 +178,7 @@ def test_an_environment_that_is_gone_later_fails_its_rows(ask, tmp_path):
 
 
 def test_an_environment_that_changes_during_a_run_answers_no_more(tmp_path, other):
-    data = plan.dataset(Spec.parse("toy_cases"))
+    data = bound.dataset(Spec.parse("toy_cases")).built
     pool = WorkerPool(tmp_path / "workers", tmp_path, registry.files(), Limits())
     worker = pool.worker(Spec("toy_method", environment=other))
     worker.lock = "another"
@@ -210,7 +210,7 @@ def test_a_worker_behind_another_program_lives_and_ends_with_it(tmp_path):
     shim = tmp_path / "run"
     shim.write_text(f'#!/bin/sh\n"{sys.executable}" "$@"\nexit $?\n')
     shim.chmod(0o755)
-    data = plan.dataset(Spec.parse("toy_cases"))
+    data = bound.dataset(Spec.parse("toy_cases")).built
     asked = [(data.load(data.cases("retarget", "intra")[0]), Context())]
     pool = WorkerPool(tmp_path / "workers", tmp_path, registry.files(), Limits())
     try:

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from retarget_bench.api import Case, CaseInfo, Context
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.plan import dataset
 from retarget_bench.evaluation.predict import Inputs, Outcome, context_for, predict
 from retarget_bench.evaluation.prediction import numpy_worker
 from retarget_bench.evaluation.prediction import question_files as files
@@ -23,7 +22,7 @@ from retarget_bench.evaluation.prediction.channel import Channel, Closed
 from retarget_bench.evaluation.prediction.limits import LONGEST_LOG, PATIENCE, Limits
 from retarget_bench.evaluation.prediction.workers import WorkerPool
 from retarget_bench.motion.ground import Ground
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 
 HERE = Path(__file__).parent
@@ -44,18 +43,18 @@ def pool(tmp_path):
 
 @pytest.fixture(scope="module")
 def case() -> Case:
-    data = dataset(Spec("toy_cases"))
+    data = bound.dataset(Spec("toy_cases")).built
     return data.load(data.cases("retarget", "intra")[0])
 
 
 def asked(case: Case, **inputs) -> tuple[Case, Context]:
-    data = dataset(Spec("toy_cases"))
+    data = bound.dataset(Spec("toy_cases")).built
     return case, context_for(Inputs(**{"needs": ("other_clips",), **inputs}), data, case, seed=5)
 
 
 # ------------------------------------------------------------------------------------------ what travels
 def puppet_case() -> Case:
-    data = dataset(Spec("puppets"))
+    data = bound.dataset(Spec("puppets")).built
     return data.load(data.cases("retarget", "cross")[0])
 
 
@@ -105,7 +104,7 @@ def test_a_ground_arrives_as_it_was():
 
 
 def test_training_motion_arrives_as_it_was(tmp_path):
-    data = dataset(Spec("puppets"))
+    data = bound.dataset(Spec("puppets")).built
     structure, members = next(iter(data.training().items()))
     name = next(iter(members))
     cast = {structure: {name: members[name]}}

@@ -18,8 +18,7 @@ from small_plans import asked, carry_out
 from retarget_bench import files
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.plan import dataset_slug
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, predictions, store
 from retarget_bench.results.header import Counts
@@ -333,8 +332,8 @@ def test_a_key_is_pinned():
 
 
 def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
-    assert dataset_slug(Spec.parse("toy_cases")) == "toy_cases"
-    assert dataset_slug(Spec.parse("toy_cases[clips=4]")).startswith("toy_cases-")
+    assert bound.dataset(Spec.parse("toy_cases")).slug == "toy_cases"
+    assert bound.dataset(Spec.parse("toy_cases[clips=4]")).slug.startswith("toy_cases-")
 
 
 def test_newer_and_damaged_headers_are_refused_with_a_sentence(tmp_path):

@@ -11,12 +11,12 @@ import pytest
 from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.evaluation import runner, set_metrics
-from retarget_bench.evaluation.plan import Plan, dataset
+from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.predict import context_for
 from retarget_bench.evaluation.set_metrics import draw, files
 from retarget_bench.evaluation.set_metrics.files import NO_REFERENCE, collect
 from retarget_bench.metrics.fid.frechet import frechet
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
@@ -140,7 +140,7 @@ def test_values_are_of_the_stored_answers_and_the_real_motion(finished):
     """Worked out here from the data set's motion, half by half, as the definition has it."""
     found = {(each.value_id, each.structure, each.kind): each for each in set_metrics.read(finished[0])}
     gap = found["toy_gap", "tall", ""]
-    data = dataset(Spec.parse("toy_apart"))
+    data = bound.dataset(Spec.parse("toy_apart")).built
     metric = registry.create("metrics", Spec.parse("toy_sets"))
     assert gap.n == 18
     halves = draw.halves(
@@ -204,7 +204,7 @@ def test_other_clip_takes_real_motion_of_the_target(finished):
     }
     assert ("toy_gap", "small") not in found
     assert found["toy_gap", "tall"].value is not None
-    data = dataset(Spec.parse("toy_apart"))
+    data = bound.dataset(Spec.parse("toy_apart")).built
     asked = data.cases("retarget", "cross")[0]
     method = registry.create("methods", Spec.parse("other_clip"))
     context = context_for(method, data, data.load(asked), seed=0)
@@ -220,7 +220,7 @@ def test_no_value_that_needs_a_reference_is_there(finished):
 
 
 def test_data_without_real_motion_say_why_there_is_no_value():
-    data = dataset(Spec.parse("toy_apart"))
+    data = bound.dataset(Spec.parse("toy_apart")).built
     found = data.load(data.cases("retarget", "cross")[0])
     metric = registry.create("metrics", Spec.parse("toy_sets"))
     answer = found.target.motion(found.source.rotations, found.source.root, found.source.fps)

@@ -24,9 +24,8 @@ from hypothesis import strategies as st
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import executors, runner, shard_work, shards
-from retarget_bench.evaluation.plan import located_data
 from retarget_bench.evaluation.shards import StoredPlan
-from retarget_bench.plugins import suite
+from retarget_bench.plugins import bound, suite
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
@@ -182,7 +181,7 @@ def test_errors_of_stored_plans_are_sentences(tmp_path):
 def test_paths_of_data_are_stored_in_full(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("motions").mkdir()
-    spec = located_data(Spec.parse("folder[root=motions]"))
+    spec = bound.dataset(Spec.parse("folder[root=motions]")).located
     assert spec == Spec("folder", {"root": str(tmp_path / "motions")})
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 
 STAGE = '''"""Turns nothing."""
@@ -80,11 +80,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def test_the_code_of_a_stage_counts(folder: Path) -> None:
     specs = [Spec.parse(each) for each in ("whole", "copy_rotations", "whole+footlock")]
-    before = [plan.code_of(each) for each in specs]
+    before = [bound.method(each).code for each in specs]
     (folder / "stage.py").write_text(STAGE.replace("NUMBER", "-1"))
     registry.refresh_files()
     plan.forget()
-    after = [plan.code_of(each) for each in specs]
+    after = [bound.method(each).code for each in specs]
     assert [one == other for one, other in zip(before, after, strict=True)] == [False, True, False]
 
 
@@ -94,10 +94,10 @@ def test_weights_of_a_stage_go_by_what_they_hold(folder: Path) -> None:
         (folder / name).write_text("abc")
     shipped = Spec("whole")
     asked = [Spec("whole", {"stage": name}) for name in ("here", "there")]
-    assert [str(plan.spec_by_weights(each)) for each in asked] == ["whole[stage=local-abc]"] * 2
-    assert plan.spec_by_weights(shipped) == plan.located(shipped) == shipped
-    assert plan.located(asked[0]).parameters == {"stage": str(folder / "here")}
-    assert plan.located(plan.located(asked[0])) == plan.located(asked[0])
+    assert [str(bound.method(each).known_as) for each in asked] == ["whole[stage=local-abc]"] * 2
+    assert bound.method(shipped).known_as == bound.method(shipped).located == shipped
+    assert bound.method(asked[0]).located.parameters == {"stage": str(folder / "here")}
+    assert bound.method(plan.located(asked[0])).located == bound.method(asked[0]).located
 
 
 @pytest.mark.parametrize(

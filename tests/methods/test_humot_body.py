@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.evaluation.plan import dataset
 from retarget_bench.methods.humot.features import (
     HEIGHTS,
     MAJOR,
@@ -23,9 +22,10 @@ from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, kept
 from retarget_bench.motion.aligned import neutral_pose
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
-PUPPETS = dataset(Spec.parse("puppets[size=tiny]")).characters()
+PUPPETS = bound.dataset(Spec.parse("puppets[size=tiny]")).built.characters()
 BODIES = {each.structure: each for each in PUPPETS.values() if not each.four_legged}
 DOG = next(each for each in PUPPETS.values() if each.four_legged)
 

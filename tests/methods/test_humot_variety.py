@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import Context
-from retarget_bench.evaluation import plan
 from retarget_bench.methods.humot.augmentation import (
     FARTHEST,
     LIMITS,
@@ -26,7 +25,7 @@ from retarget_bench.methods.humot.features import USUAL, body, stature, upright
 from retarget_bench.motion import aligned, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from tests.examples import examples
 
@@ -302,7 +301,7 @@ def test_every_body_has_the_usual_size(drawn):
 
 def test_the_weights_for_rigs_know_slanted_bodies_better():
     """Clips of puppets on the same bodies with other slants: the error of giving them back."""
-    data = plan.dataset(Spec.parse("puppets[size=tiny]"))
+    data = bound.dataset(Spec.parse("puppets[size=tiny]")).built
     off = {"humot": [], "humot[slanted=true,weights=rigs]": []}
     for seed, info in enumerate(data.cases("retarget", "self")[:24:2]):
         motion = data.load(info).source

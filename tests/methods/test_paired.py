@@ -8,7 +8,6 @@ import torch
 from torch import Tensor
 
 from retarget_bench.api import optional
-from retarget_bench.evaluation.plan import dataset
 from retarget_bench.methods.paired import Paired, augmentation, pose
 from retarget_bench.methods.paired.features import BODY22, FEET, RoleBody
 from retarget_bench.methods.paired.inference import correction, retargeted
@@ -17,6 +16,7 @@ from retarget_bench.methods.paired.training import PairedTraining
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.body22 import PARENTS
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import pair_data
 from retarget_bench.training.data import ClipArrays, TrainingData
@@ -30,7 +30,7 @@ Row = dict[str, dict[str, Tensor]]
 @pytest.fixture(scope="module")
 def material() -> TrainingData:
     """Three performances, each by all bodies that are able to do it."""
-    pairs = optional.training_pairs(dataset(PUPPETS))
+    pairs = optional.training_pairs(bound.dataset(PUPPETS).built)
     assert pairs is not None
     clips: dict[str, list[ClipArrays]] = {}
     characters: dict[str, Character] = {}
@@ -290,7 +290,7 @@ def answered(network: Corrector, source: Motion, target: Character) -> Motion:
 @pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
 @pytest.mark.parametrize("frames", [1, 2, 75])
 def test_any_length_and_rate_on_bodies_that_lack_joints(frames: int, fps: float) -> None:
-    puppets = dataset(PUPPETS)
+    puppets = bound.dataset(PUPPETS).built
     info = next(
         info
         for info in puppets.cases("retarget", "cross")
@@ -337,13 +337,13 @@ def test_without_correction_it_copies_and_holds_the_feet() -> None:
 
 
 def _case():
-    puppets = dataset(PUPPETS)
+    puppets = bound.dataset(PUPPETS).built
     infos = puppets.cases("retarget", "intra")
     return puppets.load(next(info for info in infos if info.kind == "walk"))
 
 
 def test_bodies_that_it_does_not_know_are_told_as_such() -> None:
-    puppets = dataset(PUPPETS)
+    puppets = bound.dataset(PUPPETS).built
     dogs = [each for each in puppets.characters().values() if each.four_legged]
     assert all("four legs" in Paired().unfit(dog) or "no joint" in Paired().unfit(dog) for dog in dogs)
     people = [each for each in puppets.characters().values() if not each.four_legged]

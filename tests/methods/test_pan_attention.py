@@ -10,9 +10,9 @@ import torch
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import attention as asking
-from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
 from retarget_bench.motion import roles
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
 BODIES = pan_material.BODIES
@@ -135,7 +135,7 @@ def test_without_attention_there_is_none_to_show():
 
 def test_a_body_of_no_known_structure_is_explained():
     """Section 6.2.3: what it lacks has no joint to show a weight on, so that weights add up to less."""
-    hugo = plan.dataset(Spec.parse("puppets[size=tiny]")).characters()["hugo"]
+    hugo = bound.dataset(Spec.parse("puppets[size=tiny]")).built.characters()["hugo"]
     method = fresh()
     assignment = method.assignment(hugo).body
     marked(method, "plain" if len(assignment.layout.parents) == 22 else "short_spine")

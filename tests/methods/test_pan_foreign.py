@@ -12,13 +12,13 @@ import pytest
 import torch
 
 from retarget_bench.api import Context
-from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.assignment import in_layout
 from retarget_bench.motion import kinematics, roles, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
@@ -27,7 +27,7 @@ from retarget_bench.verification.probe import rewriting
 
 @cache
 def puppets():
-    return plan.dataset(Spec.parse("puppets[size=tiny]")).characters()
+    return bound.dataset(Spec.parse("puppets[size=tiny]")).built.characters()
 
 
 @cache

@@ -13,10 +13,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.assignment import assign, in_layout
 from retarget_bench.motion import rates, rotation
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.layers.skeletal.body import aligned
 from retarget_bench.training.layers.skeletal.features import Features
@@ -50,7 +50,7 @@ def test_seen_and_shown_again(features, yaw):
 @pytest.fixture(scope="module")
 def puppets():
     """One body of each structure of the puppets."""
-    cast = plan.dataset(Spec.parse("puppets[size=tiny]")).characters().values()
+    cast = bound.dataset(Spec.parse("puppets[size=tiny]")).built.characters().values()
     return {each.structure: each for each in sorted(cast, key=lambda each: each.name, reverse=True)}
 
 

@@ -11,13 +11,13 @@ import torch
 import retarget_bench as rb
 from retarget_bench.api import Context, optional
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import plan
 from retarget_bench.methods.r2et import R2ET, features
 from retarget_bench.methods.r2et.inference import changed
 from retarget_bench.methods.r2et.network import SkeletonAwareNetwork, joint_code
 from retarget_bench.methods.r2et.released import STATISTICS, renamed
 from retarget_bench.motion import body22, kinematics_torch, roles, rotation
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
 STATS = "datasets/mixamo/stats"
@@ -215,14 +215,14 @@ def test_statistics_may_lie_beside_it(file):
 @pytest.mark.parametrize("which", ["weights", "statistics"])
 def test_results_know_the_bytes_of_all_files(file, which):
     spec = Spec("r2et", {"weights": str(file)})
-    before = optional.weights_hash(plan.method(spec))
-    plan.method.cache_clear()
+    before = optional.weights_hash(bound.method(spec).built)
+    bound._method.cache_clear()
     if which == "weights":
         torch.save(renamed_back(file), file)
     else:
         values = file.parent.parent / STATS / "mixamo_quat_std.npy"
         np.save(values, np.load(values) + 0.1)
-    assert optional.weights_hash(plan.method(spec)) != before
+    assert optional.weights_hash(bound.method(spec).built) != before
 
 
 def renamed_back(file):

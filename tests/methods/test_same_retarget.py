@@ -13,11 +13,11 @@ from method_bodies import dance
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, FileError, NotSupported
-from retarget_bench.evaluation.plan import dataset
 from retarget_bench.methods.same import Same, inference
 from retarget_bench.methods.same.inference import retargeted
 from retarget_bench.methods.same.released import MODEL, STATISTICS, Released
 from retarget_bench.motion import facing, rotation
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
 BODIES = same_material.BODIES
@@ -123,7 +123,7 @@ def test_any_length_and_rate(frames, fps) -> None:
 
 
 def test_dogs_and_rigs_of_puppets() -> None:
-    cast = dataset(Spec.parse("puppets")).characters()
+    cast = bound.dataset(Spec.parse("puppets")).built.characters()
     method = same_material.trained()
     for name in ("fox", "hugo", "dora"):
         assert method.supports(cast[name], cast["fox"]) is None

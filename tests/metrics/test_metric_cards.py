@@ -22,8 +22,9 @@ from metric_cases import (
     sides,
 )
 
-from retarget_bench.evaluation.score import declared_values, score
+from retarget_bench.evaluation.score import score
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.bound import declared_values
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, OVERVIEW_COLUMNS
 from retarget_bench.verification.gate.golden import built_in
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from retarget_bench.errors import SkeletonError
-from retarget_bench.evaluation.plan import dataset
 from retarget_bench.evaluation.tasks.definitions import reduced
 from retarget_bench.motion.aligned import neutral_pose, template
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
 
 def puppets() -> dict[str, Character]:
     """One body of each structure."""
-    bodies = dataset(Spec.parse("puppets[size=tiny]")).characters().values()
+    bodies = bound.dataset(Spec.parse("puppets[size=tiny]")).built.characters().values()
     return {body.structure: body for body in bodies}
 
 

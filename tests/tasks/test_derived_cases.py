@@ -14,7 +14,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import canonical, definitions
 from retarget_bench.evaluation.tasks.definitions import MAJOR_ROLES
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 
 CHI3 = 2 * np.sqrt(2 / np.pi)
@@ -32,7 +32,7 @@ def _toys():
 
 
 def cases(task: str, data: str = "toy_people"):
-    derived = plan.dataset(Spec.parse(data), task)
+    derived = plan.data_of(bound.dataset(Spec.parse(data)), task)
     return [derived.load(info) for info in derived.cases(Spec.parse(task).name, "self")]
 
 
@@ -113,7 +113,7 @@ def test_the_major_joints_are_the_twelve_of_the_paper():
 
 
 def test_bodies_without_all_major_joints_are_not_asked_for_them():
-    derived = plan.dataset(Spec.parse("toy_cases"), "upsample[levels='major,0.5']")
+    derived = plan.data_of(bound.dataset(Spec.parse("toy_cases")), "upsample[levels='major,0.5']")
     ids = [info.id for info in derived.cases("upsample", "self")]
     assert ids
     assert all(each.endswith("joints-0.5") for each in ids)
@@ -176,11 +176,11 @@ def test_hostile_levels_are_told(task, given, words):
 )
 def test_hostile_tasks_are_told(task, words):
     with pytest.raises(BenchError, match=words):
-        plan.dataset(Spec.parse("toy_people"), task)
+        plan.data_of(bound.dataset(Spec.parse("toy_people")), task)
 
 
 def test_a_derived_data_set_has_one_task_and_split():
-    derived = plan.dataset(Spec.parse("toy_people"), "denoise")
+    derived = plan.data_of(bound.dataset(Spec.parse("toy_people")), "denoise")
     for task, split in (("retarget", "self"), ("denoise", "intra")):
         with pytest.raises(NotSupported, match="has the task denoise and the split self alone"):
             derived.cases(task, split)
@@ -194,5 +194,5 @@ def test_usual_parameters_are_left_out_and_others_written_one_way():
 
 def test_the_content_tells_tasks_and_levels_apart():
     names = ("reconstruct", "denoise", "denoise[levels=5]", "upsample")
-    found = {plan.dataset(Spec.parse("toy_people"), name).content for name in names}
+    found = {plan.data_of(bound.dataset(Spec.parse("toy_people")), name).content for name in names}
     assert len(found) == len(names)

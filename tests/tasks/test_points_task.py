@@ -13,7 +13,7 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import predict, runner, timing
-from retarget_bench.evaluation.plan import Plan, dataset
+from retarget_bench.evaluation.plan import Plan, data_of
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Limits, check_file
 from retarget_bench.evaluation.prediction.workers import Crew
@@ -23,7 +23,7 @@ from retarget_bench.motion.character import Surface
 from retarget_bench.motion.motion import PointSets
 from retarget_bench.motion.point_sets import unknown_body
 from retarget_bench.motion.surface_sampling import sampled
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.plans import default_methods, default_metrics
@@ -42,7 +42,7 @@ def _plugins():
 
 @pytest.fixture(scope="module")
 def case() -> Case:
-    data = dataset(PUPPETS, "points")
+    data = data_of(bound.dataset(PUPPETS), "points")
     return data.load(data.cases("points", "cross")[0])
 
 
@@ -107,7 +107,7 @@ def test_nothing_of_the_sources_body_is_told(case):
     assert (len(body.skeleton), body.roles, body.structure) == (1, (None,), "points")
     assert body.mesh is None
     assert not body.joint_of
-    plain = dataset(PUPPETS).cases("retarget", "cross")[0]
+    plain = bound.dataset(PUPPETS).built.cases("retarget", "cross")[0]
     assert replace(case.info, task="retarget") == plain
 
 
@@ -128,7 +128,7 @@ def test_point_sets_are_looked_at():
     with pytest.raises(BenchError, match="frame 0: points are not finite"):
         PointSets(body, (np.full((4, 3), np.nan),), 30.0)
     with pytest.raises(BenchError, match="no skeleton"):
-        PointSets(dataset(PUPPETS).characters()["ada"], (np.zeros((4, 3)),), 30.0)
+        PointSets(bound.dataset(PUPPETS).built.characters()["ada"], (np.zeros((4, 3)),), 30.0)
 
 
 # ------------------------------------------------------------------------------------------------- files
@@ -207,7 +207,7 @@ def test_skins_are_compared_with_the_references(case):
 
 def test_privileged_methods_alone_see_the_motion(case):
     plain, privileged = (registry.create("methods", name) for name in ("rest_skin", "carried_skin"))
-    data = dataset(PUPPETS, "points")
+    data = data_of(bound.dataset(PUPPETS), "points")
     assert predict.context_for(plain, data, case, 0).source_motion is None
     given = predict.context_for(privileged, data, case, 0).source_motion
     assert np.array_equal(given.rotations, case.source_motion.rotations)
@@ -264,7 +264,7 @@ def test_a_run_from_end_to_end_and_resumed(tmp_path):
 def test_a_worker_is_sent_points_and_meshes_and_sends_a_skin(tmp_path, case):
     case = short(case)
     crew = Crew(tmp_path / "crew", registry.files(), Limits(timeout=60.0))
-    data = dataset(PUPPETS, "points")
+    data = data_of(bound.dataset(PUPPETS), "points")
     try:
         for name in ("rest_skin", "carried_skin"):
             method = registry.create("methods", name)
@@ -301,7 +301,9 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
     assert not names & {"ik", "copy_rotations", "humot", "rest_pose"}
     assert {"position", "joint_speed"} <= set(default_metrics("points", print))
     method = registry.create("methods", "reference")
-    answer = predict.predict(method, case, predict.context_for(method, dataset(PUPPETS, "points"), case, 0))
+    answer = predict.predict(
+        method, case, predict.context_for(method, data_of(bound.dataset(PUPPETS), "points"), case, 0)
+    )
     assert np.array_equal(answer.prediction.rotations, case.reference.rotations)
 
 

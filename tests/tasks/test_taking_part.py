@@ -9,7 +9,7 @@ import pytest
 from retarget_bench.commands import run
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import context_for
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import plans
 
@@ -60,7 +60,10 @@ def test_metrics_of_a_plain_run_can_be_named_beside_others():
 @pytest.mark.parametrize(("name", "handed"), [("linear_joints", True), ("bone_directions", False)])
 def test_training_motion_goes_to_those_who_use_it_and_is_not_privileged(name, handed):
     registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
-    data, method = plan.dataset(Spec.parse("toy_people"), "upsample"), plan.method(Spec(name))
+    data, method = (
+        plan.data_of(bound.dataset(Spec.parse("toy_people")), "upsample"),
+        bound.method(Spec(name)).built,
+    )
     contexts = [
         context_for(method, data, data.load(info), 0) for info in data.cases("upsample", "self")[:2]
     ]
@@ -71,11 +74,11 @@ def test_training_motion_goes_to_those_who_use_it_and_is_not_privileged(name, ha
 
 def test_a_data_set_without_training_motion_hands_out_none():
     registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
-    data = plan.dataset(Spec.parse("toy_people[train=false]"), "upsample")
+    data = plan.data_of(bound.dataset(Spec.parse("toy_people[train=false]")), "upsample")
     case = data.load(data.cases("upsample", "self")[0])
-    assert context_for(plan.method(Spec("linear_joints")), data, case, 0).training is None
+    assert context_for(bound.method(Spec("linear_joints")).built, data, case, 0).training is None
 
 
 def test_a_post_process_keeps_what_its_method_uses():
-    card = plan.method(Spec.parse("linear_joints+fit")).card
+    card = bound.method(Spec.parse("linear_joints+fit")).built.card
     assert (card.uses, card.tasks) == (("training",), ("upsample",))

@@ -12,7 +12,8 @@ import pytest
 from retarget_bench import cli
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan, runner
+from retarget_bench.evaluation import runner
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import ablation_runner, train
@@ -49,7 +50,7 @@ def asked(toy_plugins: None, in_process: None, monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(clips, "carried_out", carried_out_here)
     monkeypatch.setattr(train.log, "draw", lambda *_: None)  # takes longer than all the rest
-    monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
+    monkeypatch.setattr(type(bound.method(SPEC).built), "ablations", {"table1": TOY}, raising=False)
     return train.TrainingOptions(SPEC, DATA, "quick", "4it", 0, device="cpu")
 
 
@@ -175,7 +176,7 @@ def test_rows_are_tested_on_what_is_asked_for_and_not_trained_again(bench):
 
 def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
     few = "toy_walks[kind=few]"
-    data = plan.dataset(Spec.parse(few))
+    data = bound.dataset(Spec.parse(few)).built
     load = data.load
 
     def elsewhere(info):
@@ -198,7 +199,7 @@ def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
 
 def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monkeypatch, tmp_path):
     between = replace(TOY, columns=(AblationColumn("Between", "m", "mpjpe_m", splits=("cross",)),))
-    monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": between})
+    monkeypatch.setattr(type(bound.method(SPEC).built), "ablations", {"table1": between})
     status, _, err = bench("--test", "toy_walks[kind=near]")
     assert (status, err) == (
         2,
@@ -212,7 +213,7 @@ def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monk
 
 
 def test_the_tables_of_smrm_are_the_printed_ones():
-    tables = plan.method(Spec.parse("smrm")).ablations
+    tables = bound.method(Spec.parse("smrm")).built.ablations
     assert [row.parameters for row in tables["table3"].rows] == [
         {"context": n} for n in (5, 10, 15, 30, 60)
     ]

@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import bound
 from tools.average_weights import card, command, mean
 
 
@@ -38,11 +39,10 @@ def test_methods_without_weights_are_refused(method, tmp_path):
 
 
 def test_a_run_that_began_elsewhere_is_refused(tmp_path):
-    from retarget_bench.evaluation import plan
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.training import weights
 
-    shipped = weights.read(plan.method(Spec("pan")).shipped()["puppets"])
+    shipped = weights.read(bound.method(Spec("pan")).built.shipped()["puppets"])
     weights.write(tmp_path, "weights", shipped.tensors, {**shipped.card, "init": "0" * 16})
     with pytest.raises(BenchError, match="did not begin from the shipped weights of pan, but from 0000"):
         command.main(["pan", str(tmp_path)], standalone_mode=False)

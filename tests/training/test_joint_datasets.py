@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from retarget_bench.errors import BenchError, NotSupported, Unusable
 from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, joint_datasets, request
 from retarget_bench.training.card import manifest
@@ -100,7 +100,7 @@ names = st.lists(st.sampled_from(("a", "b", "a-2", "a-3", "b-2", "a-2-2")), uniq
 
 @given(st.lists(names, min_size=1, max_size=4))
 def test_no_two_characters_get_one_name(given):
-    card = plan.dataset(Spec("puppets")).card
+    card = bound.dataset(Spec("puppets")).built.card
     made = JointDataset(
         [SimpleNamespace(card=card, characters=lambda own=own: dict.fromkeys(own)) for own in given]
     )
@@ -111,7 +111,7 @@ def test_no_two_characters_get_one_name(given):
 
 
 def test_its_cases_are_those_of_all_under_ids_of_their_own(both):
-    aside, own = both.validation(), plan.dataset(ONE)
+    aside, own = both.validation(), bound.dataset(ONE).built
     for split in ("intra", "cross"):
         found, theirs = aside.cases("retarget", split), own.cases("retarget", split)
         assert len({info.id for info in found}) == len(found) == 2 * len(theirs)
@@ -147,7 +147,9 @@ def test_a_data_set_without_motion_is_named(gathered):
 
 def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
     assert joint_datasets.tested(BOTH) == ONE
-    monkeypatch.setattr(type(plan.dataset(ONE)), "cases", lambda self, *_: [0] * (self.content == "two"))
+    monkeypatch.setattr(
+        type(bound.dataset(ONE).built), "cases", lambda self, *_: [0] * (self.content == "two")
+    )
     assert joint_datasets.tested(BOTH) == TWO
     assert joint_datasets.tested(ONE) is None
 
@@ -181,7 +183,7 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
 
 
 def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkeypatch):
-    kind = type(plan.dataset(ONE).training()["toy"]["tall"])
+    kind = type(bound.dataset(ONE).built.training()["toy"]["tall"])
     usual = kind.__getitem__
 
     def broken(self, number):
@@ -194,8 +196,8 @@ def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkey
     assert [clip.name for clip in found.clips["tall"]] == ["walk-tall-0", "walk-tall-2"]
     assert list(found.notes) == ["not trained on 1 clip of tall: walk-tall-1 (it was lost)"]
     told = {"characters": ["tall", "small"], "clips": ["walk-tall-0", "walk-tall-1", "aside"]}
-    monkeypatch.setattr(plan.dataset(ONE), "training_manifest", lambda: told, raising=False)
-    assert manifest(plan.dataset(ONE), found) == {
+    monkeypatch.setattr(bound.dataset(ONE).built, "training_manifest", lambda: told, raising=False)
+    assert manifest(bound.dataset(ONE).built, found) == {
         "characters": ["tall", "small"],
         "clips": ["walk-tall-0", "aside"],
     }
@@ -203,7 +205,7 @@ def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkey
 
 def test_a_body_of_which_no_clip_can_be_used_is_left_out(gathered, monkeypatch):
     """Bodies that no case shows are known by their first clip that can be used."""
-    kind = type(plan.dataset(ONE).training()["toy"]["tall"])
+    kind = type(bound.dataset(ONE).built.training()["toy"]["tall"])
     usual = kind.__getitem__
 
     def broken(self, number):
@@ -213,7 +215,7 @@ def test_a_body_of_which_no_clip_can_be_used_is_left_out(gathered, monkeypatch):
         return usual(self, number)
 
     monkeypatch.setattr(kind, "__getitem__", broken)
-    monkeypatch.setattr(type(plan.dataset(ONE)), "characters", lambda _: {})
+    monkeypatch.setattr(type(bound.dataset(ONE).built), "characters", lambda _: {})
     found = gathered(ONE)
     assert [clip.name for clip in found.clips["tall"]] == ["walk-tall-1", "walk-tall-2"]
     assert "small" not in found.clips
@@ -222,7 +224,7 @@ def test_a_body_of_which_no_clip_can_be_used_is_left_out(gathered, monkeypatch):
 
 def test_the_manifest_keeps_the_names_that_the_data_sets_give(gathered, both, monkeypatch):
     told = {"characters": ["small", "tall", "held"], "structures": ["toy"], "kinds": ["walk"]}
-    monkeypatch.setattr(plan.dataset(ONE), "training_manifest", lambda: told, raising=False)
+    monkeypatch.setattr(bound.dataset(ONE).built, "training_manifest", lambda: told, raising=False)
     assert manifest(both, gathered(BOTH)) == {
         "characters": ["small", "tall", "held"],
         "structures": ["toy"],

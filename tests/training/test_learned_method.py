@@ -16,9 +16,9 @@ from click.testing import CliRunner
 from retarget_bench import cli
 from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan, runner
+from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.training import weights
@@ -43,7 +43,7 @@ def write(folder: Path, left: float = 0.0, name: str = weights.BEST, **changes) 
 def shifter(tmp_path, monkeypatch):
     """The folder of a method of its own, in which it may have weights."""
     monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
-    for cached in (plan.method, plan.spec_by_weights, plan.method_code):
+    for cached in (bound._method, bound.method_code):
         cached.cache_clear()
     folder = tmp_path / "method"
     folder.mkdir()
@@ -51,7 +51,7 @@ def shifter(tmp_path, monkeypatch):
     registry.add_file(folder / "shifter.py")
     registry.add_file(CASES)
     yield folder
-    for cached in (plan.method, plan.spec_by_weights, plan.method_code):
+    for cached in (bound._method, bound.method_code):
         cached.cache_clear()
 
 
@@ -217,7 +217,7 @@ def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
     write(shifter / "weights", 0.01, "walks")
     (first,) = carry_out(tmp_path / "runs", "shifter")
     write(shifter / "weights", 0.5, "walks")
-    plan.method.cache_clear()
+    bound._method.cache_clear()
     (second,) = carry_out(tmp_path / "runs", "shifter")
     assert first.header.keys != second.header.keys
     assert first.header.method.label == second.header.method.label == "shifter"

@@ -8,8 +8,7 @@ import pytest
 import torch
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, loop, weights
 from retarget_bench.training.config import Budget
@@ -119,7 +118,7 @@ def test_mixed_precision_trains_and_is_another_computation(toy_run, tmp_path, mo
         name: dataclasses.replace(each, precision="bfloat16") for name, each in built.presets.items()
     }
     toy_run("full")
-    monkeypatch.setattr(type(plan.method(Spec("toy_trainee"))), "presets", reduced)
+    monkeypatch.setattr(type(bound.method(Spec("toy_trainee")).built), "presets", reduced)
     toy_run("mixed")
     full, mixed = (
         [float(row["generator.rebuilt"]) for row in rows(tmp_path / name)] for name in ("full", "mixed")
@@ -161,7 +160,7 @@ def test_how_often_checkpoints_are_made_changes_nothing(toy_run, tmp_path, monke
 
 def test_validation_does_not_disturb_training(toy_run, tmp_path, monkeypatch):
     """Neither modes nor random numbers: here the method draws some and leaves eval mode on."""
-    method = type(plan.method(Spec("toy_trainee")))
+    method = type(bound.method(Spec("toy_trainee")).built)
     retarget = method.retarget
 
     def noisy(self, source, target, *, context):
@@ -177,7 +176,7 @@ def test_validation_does_not_disturb_training(toy_run, tmp_path, monkeypatch):
 
 def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkeypatch):
     """And in training mode again in the next step; what was in evaluation mode before stays in it."""
-    method, seen = type(plan.method(Spec("toy_trainee"))), []
+    method, seen = type(bound.method(Spec("toy_trainee")).built), []
     build, retarget = method.training_module, method.retarget
 
     def training_module(self, training_data, config):
@@ -193,7 +192,7 @@ def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkey
         return made
 
     def asked(self, source, target, *, context):
-        modules = plan.method(Spec("toy_trainee")).seen
+        modules = bound.method(Spec("toy_trainee")).built.seen
         seen.append(("case", *(part.training for part in modules.values())))
         return retarget(self, source, target, context=context)
 
@@ -237,7 +236,7 @@ def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypa
 
 def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkeypatch):
     """Even where later ones are worse: here the rate grows until the map is spoilt."""
-    method = type(plan.method(Spec("toy_trainee")))
+    method = type(bound.method(Spec("toy_trainee")).built)
     wild = dataclasses.replace(method.presets["default"], schedule="triangular", period=80, rate=4.0)
     monkeypatch.setattr(method, "presets", {"default": dataclasses.replace(wild, validate=5, warm_up=0)})
     done, _ = toy_run()

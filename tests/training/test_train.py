@@ -11,7 +11,7 @@ import torch
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, parallel, request, weights
 
@@ -52,12 +52,15 @@ def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
 
 
 def test_the_manifest_is_the_data_sets_without_what_the_method_left_out(toy_run, tmp_path, monkeypatch):
-    data, method = type(plan.dataset(Spec("toy_walks"))), type(plan.method(Spec("toy_trainee")))
+    data, method = (
+        type(bound.dataset(Spec("toy_walks")).built),
+        type(bound.method(Spec("toy_trainee")).built),
+    )
     two, training = {"characters": ["small", "tall", "held"], "structures": ["toy", "dog"]}, data.training
     monkeypatch.setattr(
         data, "training", lambda self: {**training(self), "dog": {"rex": training(self)["toy"]["tall"]}}
     )
-    one = plan.dataset(Spec("toy_walks"))
+    one = bound.dataset(Spec("toy_walks")).built
     monkeypatch.setattr(one, "training_manifest", lambda: {**two, "clips": ["walk"]}, raising=False)
     monkeypatch.setattr(method, "unfit", lambda self, body: "on four legs" if body.name == "rex" else "")
     monkeypatch.setattr(data, "characters", _with_rex(data.characters))
@@ -111,7 +114,7 @@ def test_without_validation_the_last_weights_are_kept_and_it_is_said(toy_run, tm
 
 
 def test_a_case_that_gets_no_answer_is_told_of_and_chooses_nothing(toy_run, monkeypatch):
-    method = type(plan.method(Spec("toy_trainee")))
+    method = type(bound.method(Spec("toy_trainee")).built)
     retarget = method.retarget
 
     def lame(self, source, target, *, context):
@@ -149,7 +152,7 @@ def test_what_cannot_be_trained_is_one_sentence_and_leaves_nothing(toy_run, tmp_
 
 
 def test_a_structure_that_the_method_cannot_take_is_said_with_the_reason(toy_run, monkeypatch):
-    method = type(plan.method(Spec("toy_trainee")))
+    method = type(bound.method(Spec("toy_trainee")).built)
     monkeypatch.setattr(method, "unfit", lambda self, body: f"{body.name} has no tail")
     with pytest.raises(
         BenchError, match=r"no motion that toy_trainee can be trained on: small has no tail"
@@ -158,7 +161,7 @@ def test_a_structure_that_the_method_cannot_take_is_said_with_the_reason(toy_run
 
 
 def test_a_character_that_is_left_out_is_named_and_is_not_in_the_manifest(toy_run, tmp_path, monkeypatch):
-    method = type(plan.method(Spec("toy_trainee")))
+    method = type(bound.method(Spec("toy_trainee")).built)
     monkeypatch.setattr(method, "unfit", lambda self, body: "too tall" if body.name == "tall" else "")
     monkeypatch.setattr(method, "training_module", _any_number(method.training_module))
     _, reporter = toy_run()
@@ -171,8 +174,8 @@ def test_a_character_that_is_left_out_is_named_and_is_not_in_the_manifest(toy_ru
 
 
 def test_clips_that_are_shorter_than_a_window_are_counted(toy_run, monkeypatch):
-    every = plan.dataset(Spec("toy_walks")).training()["toy"]
-    kind, window = type(every["tall"]), plan.method(Spec("toy_trainee")).presets["quick"].window
+    every = bound.dataset(Spec("toy_walks")).built.training()["toy"]
+    kind, window = type(every["tall"]), bound.method(Spec("toy_trainee")).built.presets["quick"].window
     whole = kind.__getitem__
     lengths = iter([window, window - 1, 3, window, 2 * window, window - 1])
     monkeypatch.setattr(kind, "__getitem__", lambda self, n: whole(self, n).at(slice(next(lengths))))
@@ -288,22 +291,24 @@ def test_resume_begins_a_run_where_there_is_none_yet(toy_run):
 @pytest.mark.parametrize(
     ("spoil", "says"),
     [
-        (lambda: setattr(plan.dataset(Spec("toy_walks")), "content", "two"), "no longer the data"),
+        (lambda: setattr(bound.dataset(Spec("toy_walks")).built, "content", "two"), "no longer the data"),
         (
-            lambda: plan.method(Spec("toy_trainee")).__dict__.update(facts=lambda: {"kind": "cubic"}),
+            lambda: bound.method(Spec("toy_trainee")).built.__dict__.update(
+                facts=lambda: {"kind": "cubic"}
+            ),
             "or other",
         ),
     ],
 )
 def test_other_data_or_another_method_than_it_began_with_is_refused(toy_run, spoil, says):
     plan._dataset.cache_clear()
-    plan.method.cache_clear()
+    bound._method.cache_clear()
     toy_run(stop=20)
     spoil()
     with pytest.raises(BenchError, match=says):
         toy_run(resume=True)
     plan._dataset.cache_clear()
-    plan.method.cache_clear()
+    bound._method.cache_clear()
 
 
 def test_a_checkpoint_of_another_network_is_refused(toy_run, tmp_path):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import request, train, weights
 from retarget_bench.training.card_text import described
@@ -17,7 +17,7 @@ def card(folder):
 
 # --------------------------------------------------------------------- what earlier training has seen
 def _known_as(monkeypatch, **manifest):
-    data = plan.dataset(Spec("toy_walks"))
+    data = bound.dataset(Spec("toy_walks")).built
     monkeypatch.setattr(data, "training_manifest", lambda: manifest, raising=False)
 
 
@@ -78,7 +78,7 @@ def test_a_run_keeps_its_folder_as_long_as_it_trains(toy_run, tmp_path, monkeypa
 
 def test_other_training_motion_than_it_began_with_is_refused(toy_run, monkeypatch):
     toy_run(preset="quick", stop=6)
-    method = type(plan.method(Spec("toy_trainee")))
+    method = type(bound.method(Spec("toy_trainee")).built)
     monkeypatch.setattr(method, "prepare", lambda self, motion: {"root": motion.root + 1e-3})
     with pytest.raises(BenchError, match="no longer the data that this run began with"):
         toy_run(resume=True)

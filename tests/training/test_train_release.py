@@ -13,8 +13,7 @@ from click.testing import CliRunner
 
 from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, prepare, train, weights
 from tests.in_process import carried_out_here, without_processes
@@ -105,7 +104,7 @@ def test_what_is_asked_for_must_be_there(released: Any) -> None:
 
 def test_every_training_has_its_configs() -> None:
     for each in release.TRAININGS:
-        method: Any = plan.method(Spec.parse(each.method))
+        method: Any = bound.method(Spec.parse(each.method)).built
         assert {"default", "gpu", "quick"} <= set(method.presets)
         assert method.weights in method.shipped() or not method.shipped()
         assert method.presets["gpu"].window == method.presets["default"].window
@@ -122,5 +121,5 @@ def test_every_method_with_shipped_weights_is_trained() -> None:
 def test_stages_are_trained_before_what_learns_with_them() -> None:
     order = [Spec.parse(each.method).name for each in release.TRAININGS]
     for place, each in enumerate(release.TRAININGS):
-        for stage in optional.stages(plan.method(Spec.parse(each.method))).values():
+        for stage in optional.stages(bound.method(Spec.parse(each.method)).built).values():
             assert stage.card.name in order[:place]

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, get_args
 
-from retarget_bench.evaluation import plan
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.learned_method import LearnedMethod
@@ -78,7 +78,7 @@ def _trained(card: Mapping[str, Any]) -> tuple[str, str]:
 @cache
 def _card(name: str) -> Mapping[str, Any] | None:
     """The card of the weights that a method is shipped with, if it is learned."""
-    built: object = plan.method(Spec.parse(name))
+    built: object = bound.method(Spec.parse(name)).built
     if not isinstance(built, LearnedMethod) or not (place := built.shipped().get(built.weights)):
         return None
     return weights.read_card(place)

@@ -16,12 +16,11 @@ from typing import Any
 from retarget_bench import __version__, defaults
 from retarget_bench.commands.retargeting.job import Job
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import plan
 from retarget_bench.files import write_text
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.files.formats import BVH
 from retarget_bench.motion.files.listing import facts
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.python.plans import method_spec
 
@@ -102,8 +101,8 @@ def key(job: Job) -> str:
         "version": __version__,
         "source": _content(job.source),
         "target": _content(job.target),
-        "method": str(plan.spec_by_weights(method)),
-        "code": plan.code_of(method),
+        "method": str(bound.method(method).known_as),
+        "code": bound.method(method).code,
         "edits": code_hash(package_code("motion.editing")),
         "seed": job.seed,
         "fps": job.fps,

@@ -11,10 +11,11 @@ import numpy as np
 from retarget_bench.api import CaseFeatures, CaseInfo, OwnSets, RealDataset, Sample, SetMetric
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.plan import Plan, dataset, set_metrics
+from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.set_metrics import files
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
 from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays, SetValue
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
@@ -31,7 +32,7 @@ def evaluate(plan: Plan, data: Spec, paths: ResultPaths, infos: Sequence[CaseInf
     arrays = files.gather(paths, by_id)
     return [
         value
-        for metric in set_metrics(plan.metrics)
+        for metric in bound.metrics(plan.metrics).of_sets
         for structure, mine in sorted(_sets(metric, by_id, arrays).items())
         for value in _values(plan, data, metric, structure, mine, arrays)
     ]
@@ -91,8 +92,8 @@ def real_set(
     They are kept for all methods that a process evaluates. Raises BenchError where the data set's real
     cases have no references.
     """
-    (metric,) = (each for each in set_metrics(metrics) if each.card.name == name)
-    source = dataset(data)
+    (metric,) = (each for each in bound.metrics(metrics).of_sets if each.card.name == name)
+    source = bound.dataset(data).built
     infos = {info.id: info for info in cast(RealDataset, source).real(task, structure)}
     features = {}
     for each, info in infos.items():

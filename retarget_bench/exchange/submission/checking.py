@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from retarget_bench.api import TASKS, Dataset, optional
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import Plan, dataset, metric_versions, metrics
+from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.shard_work import elsewhere
@@ -30,7 +30,7 @@ from retarget_bench.exchange.submission.manifest import (
     read,
 )
 from retarget_bench.files import slug
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.header import STATUSES, ResultHeader, parsed
@@ -81,7 +81,7 @@ def check(folder: Path) -> list[Finding]:
             found.append(_error(f"{folder / MANIFEST}, line {line}: is still to be filled in"))
     try:
         spec = registry.canonical("datasets", Spec.parse(manifest.data.dataset))
-        data = dataset(spec)
+        data = bound.dataset(spec).built
     except BenchError as error:
         return [*found, _error(f"data.dataset: {error}")]
     if not store.find_results(folder / ROWS) and (folder / PREDICTIONS).is_dir():
@@ -246,7 +246,7 @@ def _cases(results: Results, data: Dataset) -> Iterator[Finding]:
 
 def _versions(results: Results) -> Iterator[Finding]:
     theirs, working = results.header.metrics, registry.working("metrics")[0]
-    ours = metric_versions(tuple(name for name in theirs if name in working))
+    ours = bound.metrics(tuple(name for name in theirs if name in working)).versions
     if moved := sorted(name for name, version in theirs.items() if ours.get(name, version) != version):
         yield Finding(
             "warning",
@@ -260,7 +260,7 @@ def _again(results: Results, data: Dataset, predictions: Path) -> Iterator[Findi
     if not predictions.is_dir():
         return
     working = registry.working("metrics")[0]
-    ours = metrics(tuple(name for name in results.header.metrics if name in working))
+    ours = bound.metrics(tuple(name for name in results.header.metrics if name in working)).of_cases
     entries = {entry.case: entry for entry in results.entries if entry.status == "ok"}
     infos = {info.id: info for info in data.cases(results.paths.task, results.paths.split)}
     for info in spread([infos[case] for case in entries if case in infos]):

@@ -12,13 +12,12 @@ from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import MethodCard, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import timing
-from retarget_bench.evaluation.plan import dataset, method
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.timing import spread
 from retarget_bench.exchange.submission.manifest import CARD, CARD_SECTIONS, ROWS, write
 from retarget_bench.files import write_text
 from retarget_bench.parallel import carried_out
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import dataset_names, store
 from retarget_bench.results.store import ResultPaths, case_seed
@@ -57,7 +56,9 @@ def make(folder: Path, runs: Path, name: str, data_set: str = "") -> list[str]:
             if ours.exists():
                 shutil.copyfile(ours, theirs)
     here = not about.external
-    said = optional.method_card(method(Spec.parse(label).here)) if here else MethodCard("", "", "")
+    said = (
+        optional.method_card(bound.method(Spec.parse(label).here).built) if here else MethodCard("", "", "")
+    )
     card = {
         "label": label,
         "version": about.version or FILL_IN,
@@ -130,11 +131,11 @@ def of_process(job: tuple[Any, Spec, Spec, float | None]) -> tuple[float, float]
     """(megabytes, frames per second), or None where no case is answered."""
     plugins, asked, spec, known = job
     registry.know_files(plugins)
-    data = dataset(spec)
+    data = bound.dataset(spec).built
     infos = [info for split in data.card.splits for info in data.cases("retarget", split)]
     cases = [(info, data.load(info)) for info in spread(infos)]
     before = _peak_mb()
-    built = method(asked)
+    built = bound.method(asked).built
     frames, begun = 0, time.perf_counter()
     for info, case in cases:
         outcome = predict(built, case, context_for(built, data, case, case_seed(0, str(asked), info.id)))

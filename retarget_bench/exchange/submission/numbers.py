@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Dataset, OwnSets, Prediction, Value, optional
-from retarget_bench.evaluation.plan import metric_versions, metrics
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.motion.motion import Motion, Surface
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.paths import ARRAY_INDICES
@@ -54,7 +53,7 @@ def _metrics(results: Results, working: Mapping[str, Any]) -> Iterator[str]:
                 yield f"there are no values of {name}; score all metrics"
             continue
         said = header.set_values if optional.is_set_metric(metric) else header.values
-        same = header.metrics[name] == metric_versions((name,))[name]
+        same = header.metrics[name] == bound.metrics((name,)).versions[name]
         if same and (lacking := {value.id for value in metric.card.values} - said.keys()):
             yield f"the header lacks {', '.join(sorted(lacking)[:3])} of {name}"
 
@@ -132,7 +131,7 @@ def _left_out(
 ) -> Iterator[str]:
     """Values that cases lack though any answer to them has these; a few cases of every kind are tried."""
     working = registry.working("metrics")[0]
-    ours = metrics(tuple(name for name in results.header.metrics if name in working))
+    ours = bound.metrics(tuple(name for name in results.header.metrics if name in working)).of_cases
     turned = any("rotations" in results.header.values[name].needs for e in answered for name in e.values)
     wanted = {
         value.id

@@ -18,11 +18,10 @@ import numpy as np
 from retarget_bench.api import TWO_LEGS, Dataset, TrainingClips
 from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import NotSupported, Unusable
-from retarget_bench.evaluation.plan import dataset
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import ESSENTIAL
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Cast, Progress, by_character, training_clips
 from retarget_bench.training.features import network, windows
@@ -97,7 +96,7 @@ def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
 
 def gather(spec: Spec, source: Source, jobs: int, progress: Progress) -> dict[str, np.ndarray]:
     """The clips of all training characters, in a fixed order, as channels."""
-    names = list(performers(dataset(spec), source))
+    names = list(performers(bound.dataset(spec).built, source))
     common = {"dataset": spec, "source": source}
     found = by_character(clips_of, names, common, jobs, progress)
     return {name: clip for clips in found.values() for name, clip in clips.items()}
@@ -107,7 +106,7 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
     """The clips of one character that are long enough, as channels; what a worker process does."""
     registry.know_files(job["plugins"])
     source, character = job["source"], job["character"]
-    clips = performers(dataset(job["dataset"]), source)[character]
+    clips = performers(bound.dataset(job["dataset"]).built, source)[character]
     found = {}
     for number in range(len(clips)):
         try:

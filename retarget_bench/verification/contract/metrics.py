@@ -25,6 +25,7 @@ from retarget_bench.evaluation.set_metrics.files import Arrays, collect
 from retarget_bench.evaluation.tasks.points import points_of
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion, PointSets, Positions, Surface
+from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import Values
 from retarget_bench.verification.contract.common import Trial, changed, demand, resized, sample, snapshot
@@ -64,7 +65,7 @@ class _Scored(Trial[M]):
                 return f"{value.id}: the tolerance must be positive"
             if value.bounds[0] > value.bounds[1]:
                 return f"{value.id}: least {value.bounds[0]:g} is more than most {value.bounds[1]:g}"
-        score.declared_values([self.plugin])
+        declared_values([self.plugin])
         return None
 
     def measured(self, case: Case, prediction: Prediction) -> Mapping[str, Any]:

@@ -5,15 +5,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from retarget_bench.analysis import summary
-from retarget_bench.api import CaseInfo, Dataset, Method, optional
+from retarget_bench.api import CaseInfo, Dataset, optional
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.evaluation.score import score
 from retarget_bench.files import digest
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import CaseResult, ResultPaths
@@ -35,12 +34,12 @@ def prepare(
 
     Also adds them, and the facts of the data set, to what was found.
     """
-    data = plans.dataset(spec)
+    data = bound.dataset(spec).built
     listed = {split: data.cases(TASK, split) for split in data.card.splits}
     found.dataset = {
-        "spec": str(Spec(spec.name, plans.without_location(spec))),
+        "spec": str(Spec(spec.name, bound.dataset(spec).parameters)),
         "name": spec.name,
-        "parameters": plans.without_location(registry.canonical("datasets", spec)),
+        "parameters": bound.dataset(spec).parameters,
         "content": data.content,
         "lists": {
             split: {"cases": len(infos), "hash": digest("\n".join(info.id for info in infos))}
@@ -109,7 +108,7 @@ def _built(found: Snapshot, labels: Sequence[str]) -> dict[str, Spec]:
     for label in labels:
         try:
             spec = registry.canonical("methods", label)
-            method = plans.method(spec)
+            method = bound.method(spec).built
             version = str(optional.method_card(method).version)
             found.methods[str(spec)] = {"version": version, "weights": optional.weights_hash(method)}
             specs[str(spec)] = spec
@@ -147,7 +146,7 @@ def measure(
             for split in asked:
                 if pairs := answers.get((label, split)):
                     infos, entries = zip(*pairs, strict=True)
-                    unit = EvaluationUnit(plan, data, split, spec)
+                    unit = EvaluationUnit(plan, bound.dataset(data), split, bound.method(spec))
                     store.write_results(unit.paths, header_of(unit, entries), entries, infos)
                     written.append(unit.paths)
             _add_rows(found, label, written)
@@ -161,7 +160,7 @@ def _ask(
     missing: list[str],
 ) -> dict[str, CaseResult]:
     """Label -> what the method gave for one case; nothing where the case itself cannot be loaded."""
-    data = plans.dataset(data_spec)
+    data = bound.dataset(data_spec).built
     try:
         case = data.load(info)
     except Exception as error:  # whatever a data set does wrong, the gate could not do its work
@@ -169,14 +168,14 @@ def _ask(
         return {}
     found = {}
     for label, spec in specs.items():
-        method: Method = plans.method(spec)
+        method = bound.method(spec).built
         seed = store.case_seed(0, str(spec), info.id)
         outcome = stage_one.predict(method, case, stage_one.context_for(method, data, case, seed))
         entry = CaseResult(info.id, outcome.status, outcome.message)
         if outcome.prediction is not None:
             try:
                 scored = stage_one.as_scored(outcome.prediction)
-                entry.values = score(plans.metrics(metrics), case, scored)
+                entry.values = score(bound.metrics(metrics).of_cases, case, scored)
             except Exception as error:  # as in a run: a metric's fault costs the row
                 entry = CaseResult(info.id, "failed", f"{type(error).__name__}: {error}")
         found[label] = entry

@@ -9,9 +9,8 @@ from retarget_bench import defaults
 from retarget_bench.api import Metric, SetMetric
 from retarget_bench.api.optional import is_set_metric, metric_tasks
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.score import declared_values
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.gate import compare, core, frozen, golden, method_rows, report
 from retarget_bench.verification.gate.compare import EVERYTHING, Criteria, GateRow, Status
@@ -117,7 +116,7 @@ def measure(
         if not found.motions:
             missing.append(f"{beside / golden.MOTIONS} has no frozen motion")
     # the cases of the golden rows, unless the data set says itself that it holds something else now
-    same = before is not None and before.dataset.get("content") == plan.dataset(data).content
+    same = before is not None and before.dataset.get("content") == bound.dataset(data).built.content
     wanted = before.smoke if same and before is not None else None
     scoring = tuple(metric.card.name for metric in metrics if not is_set_metric(metric))
     method_rows.measure(found, data, wanted, list(dict.fromkeys(labels)), scoring, progress)

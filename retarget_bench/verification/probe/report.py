@@ -9,6 +9,7 @@ from retarget_bench.api import Value
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.files import digest
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
@@ -88,7 +89,7 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
     code = code_hash(package_code("verification.probe"))
     for split in dict.fromkeys(reply.subject.info.split for reply in replies):
         mine = [reply for reply in replies if reply.subject.info.split == split]
-        unit = EvaluationUnit(plan, dataset, split, method)
+        unit = EvaluationUnit(plan, bound.dataset(dataset), split, bound.method(method))
         listed = entries(mine)
         plain = header_of(unit, listed)
         header = replace(

@@ -1,0 +1,244 @@
+"""Plug-ins bound to their parameters: a text is read once, and what it stands for is passed on.
+
+    method("pan[weights=mine]+footlock").built.retarget(...)
+
+A bound plug-in is the same object for the same text as long as the process lives. It is built when it
+is first used, and knows what its results depend on and what they call it.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+from retarget_bench.api import Dataset, Method, MethodCard, Metric, SetMetric, Value, optional
+from retarget_bench.api.datasets import DatasetCard
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.files import facts_digest, slug
+from retarget_bench.motion.character import Character
+from retarget_bench.plugins import assets, registry
+from retarget_bench.plugins.code_hash import (
+    code_hash,
+    folder_hash,
+    imports,
+    package_code,
+    reached_code,
+)
+from retarget_bench.plugins.parameters import class_card
+from retarget_bench.plugins.spec import Spec
+
+LAYERS, FEATURES = "training.layers", "training.features"
+"""Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
+SETS = "evaluation.set_metrics"
+"""The package that draws sets and evaluates metrics of them."""
+APART = ("motion/files/", "motion/editing/")
+"""Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
+
+
+@dataclass(frozen=True)
+class BoundMethod:
+    """A method with its post-processors. spec: in canonical form."""
+
+    spec: Spec
+
+    @cached_property
+    def built(self) -> Method:
+        """The plug-in object as it is built here, also where it answers in another environment.
+
+        Raises BenchError.
+        """
+        found: Method = registry.create("methods", self.spec.here)
+        return found
+
+    @cached_property
+    def card(self) -> MethodCard:
+        return optional.method_card(self.built)
+
+    @cached_property
+    def known_as(self) -> Spec:
+        """The spec as results have it: local weights and assets go by their hash, since where they lie
+        does not matter, but what they hold does. Raises BenchError where there are none."""
+        weighted = {"weights": self.built, **optional.stages(self.built)}
+        labels = {
+            name: optional.weights_label(each)
+            for name, each in weighted.items()
+            if name in self.spec.parameters
+        }
+        labelled = self.spec.with_parameters(**{name: each for name, each in labels.items() if each})
+        return assets.labelled(labelled, self.built)
+
+    @cached_property
+    def located(self) -> Spec:
+        """The spec with the paths of local weights and assets in full, for processes that work in other
+        folders."""
+        spec = assets.in_full(self.spec, self.built)
+        found = {}
+        for name in ("weights", *optional.stages(self.built)):
+            path = Path(str(value := spec.parameters.get(name, "")))
+            if self.known_as.parameters.get(name, "") != value and not path.is_absolute() and path.exists():
+                found[name] = str(path.resolve())
+        return spec.with_parameters(**found)
+
+    @property
+    def code(self) -> str:
+        """A hash of the code that its answers depend on."""
+        return method_code(self.spec, optional.stage_names(self.built))
+
+
+@dataclass(frozen=True)
+class BoundDataset:
+    """A data set. spec: in canonical form."""
+
+    spec: Spec
+
+    @cached_property
+    def built(self) -> Dataset:
+        """The plug-in object. Raises BenchError."""
+        found: Dataset = registry.create("datasets", self.spec)
+        return found
+
+    @cached_property
+    def locations(self) -> tuple[str, ...]:
+        """The parameters that say where its files lie, as its card tells."""
+        card = class_card(registry.load("datasets", self.spec.name))
+        card = card or dataset(Spec(self.spec.name)).built.card
+        return tuple(getattr(card, "locations", DatasetCard.locations))
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters without those that say where its files lie."""
+        return {name: each for name, each in self.spec.parameters.items() if name not in self.locations}
+
+    @cached_property
+    def located(self) -> Spec:
+        """The spec with the paths of its files in full, for processes that work in other folders."""
+        given = {n: str(self.spec.parameters[n]) for n in self.locations if n in self.spec.parameters}
+        paths = {name: str(Path(path).resolve()) for name, path in given.items() if Path(path).exists()}
+        return self.spec.with_parameters(**paths)
+
+    @cached_property
+    def slug(self) -> str:
+        """The folder of its results. Where its files lie does not matter, what they hold does."""
+        if not self.spec.parameters:
+            return slug(self.spec.name)
+        facts: dict[str, Any] = {"parameters": self.parameters}
+        if any(name in self.spec.parameters for name in self.locations):
+            facts["content"] = {"hash": self.built.content}
+        return f"{slug(self.spec.name)}-{facts_digest(facts)[:8]}"
+
+
+@dataclass(frozen=True)
+class BoundMetrics:
+    """Some metrics that are computed together; no two of them declare one value."""
+
+    names: tuple[str, ...]
+
+    @cached_property
+    def built(self) -> tuple[Any, ...]:
+        """The plug-in objects. Raises BenchError."""
+        found = tuple(registry.create("metrics", Spec.parse(name)) for name in self.names)
+        declared_values(found)
+        return found
+
+    @cached_property
+    def of_cases(self) -> tuple[Metric, ...]:
+        """The metrics of single cases."""
+        return tuple(each for each in self.built if not optional.is_set_metric(each))
+
+    @cached_property
+    def of_sets(self) -> tuple[SetMetric, ...]:
+        """The metrics of whole sets of cases."""
+        return tuple(each for each in self.built if optional.is_set_metric(each))
+
+    @cached_property
+    def versions(self) -> dict[str, str]:
+        """Metric name -> ``version+code``; the engine's comparison counts as code of each, the drawing and
+        evaluation of sets as code of set metrics, and the feature networks where a metric imports them."""
+        found = {}
+        for name, metric in zip(self.names, self.built, strict=True):
+            own = list(_own_code("metrics", Spec.parse(name).name))
+            sets = package_code(SETS) if optional.is_set_metric(metric) else ()
+            shared = package_code(FEATURES) if any(imports(path, FEATURES) for _, path in own) else ()
+            code = code_hash([*own, *package_code("api.comparison"), *sets, *shared])
+            found[metric.card.name] = f"{metric.card.version}+{code}"
+        return found
+
+    def networks(self, targets: Iterable[Character]) -> dict[str, dict[str, str]]:
+        """Set metric -> target structure -> hash of what makes its features; "" where there is none."""
+        bodies = sorted({body.structure: body for body in targets}.items())
+        return {each.card.name: {s: _network(each, body) for s, body in bodies} for each in self.of_sets}
+
+
+# --------------------------------------------------------------------------------------------- binding
+def method(spec: Spec | str) -> BoundMethod:
+    """The bound method of a text, or of a spec that was read. Raises BenchError."""
+    return _method(registry.canonical("methods", spec))
+
+
+def dataset(spec: Spec | str) -> BoundDataset:
+    """The bound data set of a text, or of a spec that was read. Raises BenchError."""
+    return _dataset(registry.canonical("datasets", spec))
+
+
+@cache
+def metrics(names: tuple[str, ...]) -> BoundMetrics:
+    """Bound metrics by their names."""
+    return BoundMetrics(names)
+
+
+@cache
+def _method(spec: Spec) -> BoundMethod:
+    return BoundMethod(spec)
+
+
+@cache
+def _dataset(spec: Spec) -> BoundDataset:
+    return BoundDataset(spec)
+
+
+def forget() -> None:
+    """Forget what was built and hashed: in a session that goes on, files may have changed since."""
+    for each in (_method, _dataset, metrics, method_code, folder_hash):
+        each.cache_clear()
+
+
+# ---------------------------------------------------------------------------------------------- hashes
+@cache
+def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
+    """A hash of the plug-in's own files, of those of its stages and post-processors, of ``motion/`` without
+    ``APART``, and of what these files reach of the layers that learned methods share. A data set that
+    reads formats of motion files has their code in its own ``content``.
+
+    stages: plug-ins that the method is composed of (``optional.stage_names``). Nothing is imported."""
+    own = [file for name in dict.fromkeys((spec.name, *stages)) for file in _own_code("methods", name)]
+    own += [file for post in spec.posts for file in _own_code("posts", post.name)]
+    motion = (each for each in package_code("motion") if not each[0].startswith(APART))
+    layers = reached_code(LAYERS, (path for _, path in own))
+    return code_hash([*own, *motion, *layers])
+
+
+def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
+    """A plug-in's own files, under names that do not depend on where the plug-in lies."""
+    for relative, path in registry.code_files(kind, name):
+        yield f"{kind}/{name}/{relative}", path
+
+
+def _network(metric: SetMetric, target: Character) -> str:
+    try:
+        return metric.network(target)
+    except NotSupported:
+        return ""
+
+
+def declared_values(found: Iterable[Metric | SetMetric]) -> dict[str, Value]:
+    """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
+    declared: dict[str, tuple[str, Value]] = {}
+    for metric in found:
+        for value in metric.card.values:
+            if value.id in declared:
+                raise BenchError(
+                    f"metrics {declared[value.id][0]!r} and {metric.card.name!r} both declare {value.id!r}"
+                )
+            declared[value.id] = metric.card.name, value
+    return {value_id: value for value_id, (_, value) in declared.items()}
