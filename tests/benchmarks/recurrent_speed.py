@@ -23,7 +23,6 @@ from torch import Tensor, nn
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from retarget_bench.evaluation.plan import method
 from retarget_bench.methods.nkn import network
 from retarget_bench.methods.nkn import plugin as Nkn
 from retarget_bench.methods.nkn.network.cells import KINDS, Layer, raised, unrounded
@@ -97,7 +96,7 @@ FORMS: dict[str, tuple[Any, Any]] = {
 
 def training_step(spec: str, form: str) -> Callable[[], None]:
     """One step of all phases, at a learning rate that leaves the weights as they are."""
-    trainee: Any = method(Spec.parse(spec))
+    trainee: Any = bound.method(spec).built
     config = TrainingConfig(1, ROWS, FRAMES, 1e-9)
     module = trainee.training_module(training_data(trainee), config)
     batch = to_device(module.draw(np.random.default_rng(0), ROWS), torch.device("cpu"))

@@ -26,8 +26,10 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from retarget_bench.api import CaseInfo, Value  # noqa: E402
-from retarget_bench.evaluation.plan import metrics  # noqa: E402
-from retarget_bench.plugins import registry  # noqa: E402
+from retarget_bench.plugins import (
+    bound,
+    registry,
+)
 from retarget_bench.plugins.bound import declared_values  # noqa: E402
 from retarget_bench.results import store  # noqa: E402
 from retarget_bench.results.header import SCHEMA, DeclaredValue, parsed  # noqa: E402
@@ -51,7 +53,7 @@ for path in glob.glob(sys.argv[1] + '/*/*/*/cases.csv'):
 def declared() -> dict[str, Value]:
     """Every value of every metric of single cases that is installed."""
     names = tuple(entry.name for entry in registry.names("metrics"))
-    return declared_values(metrics(names))
+    return declared_values(bound.metrics(names).built)
 
 
 def made_up(random: np.random.Generator, value: Value) -> float | dict[str, float]:

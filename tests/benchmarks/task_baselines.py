@@ -16,7 +16,6 @@ import numpy as np
 
 from retarget_bench.evaluation.plan import (
     data_of,
-    method,
 )
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.tasks import canonical
@@ -41,7 +40,7 @@ LEVELS = {"denoise": "0,1,2,3,4,5,6,8,10", "upsample": "0.1,0.3,0.5,0.7,0.9,majo
 
 def errors(name: str, task: str, data: Spec) -> dict[str, float]:
     """Level -> mean error in cm."""
-    asked, cases = method(Spec.parse(name)), data_of(bound.dataset(data), task)
+    asked, cases = bound.method(name).built, data_of(bound.dataset(data), task)
     found = defaultdict(list)
     for info in cases.cases(Spec.parse(task).name, "self"):
         case = cases.load(info)

@@ -20,7 +20,7 @@ from retarget_bench.files import scratch_folder
 from retarget_bench.results.store import CaseResult
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-SILENCE = 60.0
+SILENCE = 30.0
 """Seconds without a sign of life after which a process is taken for dead."""
 LOOK = 1.0
 ENDED = "the process that scores ended twice at this ({})"

@@ -22,8 +22,9 @@ from retarget_bench.evaluation.prediction.channel import Channel
 MARK = "RETARGET_BENCH_WORKER"
 """Environment variable by which workers and what they start are known as long as they live: the scoring
 process and a number."""
-ANSWERING = 60.0
-"""Seconds in which the fork server has imported what workers begin with, and in which it answers."""
+IMPORTING, ANSWERING = 120.0, 10.0
+"""Seconds in which the fork server has imported what workers begin with, and in which it answers from
+then on."""
 _NUMBERS = count()
 
 
@@ -49,7 +50,7 @@ class ForkServer:
             "from retarget_bench.evaluation.prediction.fork_server import main\n"
             f"main({theirs.fileno()}, {list(preload)!r})"
         )
-        self._socket = mine
+        self._socket, self._patience = mine, IMPORTING
         self._process = subprocess.Popen(
             [sys.executable, "-c", code],
             stdin=subprocess.DEVNULL,
@@ -76,7 +77,7 @@ class ForkServer:
         return Forked(self, pid, Channel(descriptor, descriptor))
 
     def ask(self, request: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any]:
-        until, text = time.monotonic() + ANSWERING, b""
+        until, text = time.monotonic() + self._patience, b""
         try:
             socket.send_fds(self._socket, [json.dumps(request).encode() + b"\n"], descriptors)
             while not text.endswith(b"\n"):
@@ -87,6 +88,7 @@ class ForkServer:
                 if not piece:
                     raise OSError("the process that workers are forked from is gone")
                 text += piece
+            self._patience = ANSWERING
             return dict(json.loads(text))
         except (OSError, ValueError):
             self._process.kill()
