@@ -26,10 +26,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from retarget_bench.api import CaseInfo, Value  # noqa: E402
-from retarget_bench.plugins import (
-    bound,
-    registry,
-)
+from retarget_bench.plugins import bound, registry  # noqa: E402
 from retarget_bench.plugins.bound import declared_values  # noqa: E402
 from retarget_bench.results import store  # noqa: E402
 from retarget_bench.results.header import SCHEMA, DeclaredValue, parsed  # noqa: E402

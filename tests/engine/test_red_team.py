@@ -12,6 +12,7 @@ from small_plans import asked
 
 from retarget_bench import files
 from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.executors import local
 from retarget_bench.evaluation.prediction import launch
 from retarget_bench.evaluation.prediction.limits import LONGEST_LOG
 from retarget_bench.plugins import registry
@@ -32,7 +33,19 @@ ATTACKS = {
     "folders": ("ok", ""),
     "leave": ("failed", "exit code 7"),
     "crash": ("failed", "signal SIGSEGV"),
+    "kill_server": ("failed", "process ended"),
+    "stop_server": ("ok", ""),
+    "kill_scorer": ("failed", "ended twice at this (signal SIGKILL)"),
+    "stop_scorer": ("failed", "ended twice at this (signal SIGKILL)"),
+    "kill_others": ("ok", ""),
+    "tamper": ("ok", ""),
+    "fill": ("failed", "more than 1 GB of files"),
+    "endless": ("failed", "lines of many megabytes"),
+    "naked": ("ok", ""),
+    "zombies": ("ok", ""),
+    "shared": ("ok", ""),
 }
+MEMORIES = ("remember", "remember_batches")
 LIMITS = {"timeout": 4.0, "memory": 0.25, "clips": 1, "jobs": 2}
 
 
@@ -44,20 +57,27 @@ def _plugins():
 
 
 @pytest.fixture(scope="module")
-def battle(tmp_path_factory):
-    """(folder of a run with all attacks, folder of one without, files of the folder that it was run in)"""
+def battle(tmp_path_factory, module_patch):
+    """The folder of a run with all attacks (``with``), of one without, and of what they were run in."""
+    module_patch.setattr(local, "SILENCE", 6.0)
     folder = tmp_path_factory.mktemp("red-team")
     before = Path.cwd()
     (folder / "at-home").mkdir()
     os.chdir(folder / "at-home")
     Path("precious.txt").write_text("mine")
     try:
-        attacks = [f"hostile[does={does}]" for does in ATTACKS]
+        attacks = [f"hostile[does={does}]" for does in (*ATTACKS, *MEMORIES)]
         runner.run(asked(folder / "with", *attacks, *HONEST, **LIMITS), lambda done, total: None)
         runner.run(asked(folder / "without", *HONEST, **LIMITS), lambda done, total: None)
     finally:
         os.chdir(before)
     return folder
+
+
+@pytest.fixture(scope="module")
+def module_patch():
+    with pytest.MonkeyPatch.context() as patch:
+        yield patch
 
 
 def _results(root: Path) -> dict[str, store.Results]:
@@ -86,6 +106,19 @@ def test_tampering_gains_nothing(battle, does):
     results = _results(battle / "with")
     honest = {each.case: each.values for each in results["toy_method"].entries}
     assert {e.case: e.values for e in results[f"hostile[does={does}]"].entries} == honest
+
+
+@pytest.mark.parametrize("does", MEMORIES)
+def test_what_was_shown_before_is_forgotten(battle, does):
+    """Every case of the toys is another one's source: whoever remembers them has no error but a shift."""
+    entries = _results(battle / "with")[f"hostile[does={does}]"].entries
+    assert {each.status for each in entries} == {"ok"}
+    assert min(each.values["mpjpe_h.world"] for each in entries) > 10
+
+
+@pytest.mark.usefixtures("battle")
+def test_no_shared_memory_stays():
+    assert not list(Path("/dev/shm").glob("hostile-*"))
 
 
 def test_prints_are_in_a_log_of_limited_length(battle):
@@ -119,6 +152,8 @@ def _orphans() -> list[psutil.Process]:
     for each in psutil.process_iter():
         try:
             owner = each.environ().get(launch.MARK)
+            if each.cmdline() == ["sleep", "3599.5"]:
+                found.append(each)
         except psutil.Error:
             continue
         if owner and not psutil.pid_exists(int(owner.partition("-")[0])):

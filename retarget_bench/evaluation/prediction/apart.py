@@ -87,12 +87,14 @@ def _end_of(pid: int, asking: int) -> int:
 
 
 def end_family(pid: int) -> None:
-    """Kill what a child of this process has started, which is this process's own when the child has
-    ended."""
-    end_group(pid)
+    """Kill what a child of this process has started, which is this process's own when the child has ended.
+
+    The process by which Python's multiprocessing removes shared memory that was left may do so first.
+    """
     until = time.monotonic() + FAREWELL
     while left := children():
-        late = time.monotonic() > until
+        if late := time.monotonic() > until:
+            end_group(pid)
         for each in left:
             if late or not _tidies(each):
                 with suppress(OSError):

@@ -6,7 +6,11 @@ import os
 import signal
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
+
+import numpy as np
+import psutil
 
 from retarget_bench.api import Case, MethodCard
 from retarget_bench.errors import BenchError
@@ -16,13 +20,30 @@ class Hostile:
     def __init__(self, does: str) -> None:
         self.does = does
         self.card = MethodCard(name="hostile", summary="attacks", version="1")
+        self.seen = []
+        if does == "remember_batches":
+            self.retarget_batch = self._batch
 
     def supports(self, source, target):
         return None
 
     def retarget(self, source, target, *, context):
+        if self.does.startswith("remember"):
+            return self._remembered(source, target)
         found = getattr(self, f"_{self.does}")(target)
         return found or target.motion(source.rotations, source.root, source.fps)
+
+    def _batch(self, sources, targets, *, contexts):
+        return [self._remembered(*each) for each in zip(sources, targets, strict=True)]
+
+    def _remembered(self, source, target):
+        """A motion that was shown before, of this body and alike; else the copy."""
+        self.seen.append(source)
+        for each in self.seen:
+            same = each.frames == source.frames and each.character.name == target.name
+            if same and np.allclose(each.rotations, source.rotations):
+                return target.motion(each.rotations, each.root, source.fps)
+        return target.motion(source.rotations, 2.0 * source.root, source.fps)
 
     def _frame(self, target):
         """The answer from a local variable of whoever calls."""
@@ -91,11 +112,81 @@ class Hostile:
             each.unlink()
         os.chdir("/")
 
+    # ------------------------------------------------------- at processes and files of others, as far as it can
+    def _kill_server(self, target):
+        os.kill(_ancestors()[1], signal.SIGKILL)
+        time.sleep(60)
+
+    def _stop_server(self, target):
+        os.kill(_ancestors()[1], signal.SIGSTOP)
+
+    def _kill_scorer(self, target):
+        os.kill(_ancestors()[2], signal.SIGKILL)
+        time.sleep(60)
+
+    def _stop_scorer(self, target):
+        os.kill(_ancestors()[2], signal.SIGSTOP)
+        time.sleep(60)
+
+    def _kill_others(self, target):
+        """Every worker, of all scoring processes."""
+        mine = {os.getpid(), *_ancestors()}
+        for each in psutil.process_iter():
+            with suppress(psutil.Error):
+                if "RETARGET_BENCH_WORKER" in each.environ() and each.pid not in mine:
+                    each.kill()
+
+    def _tamper(self, target):
+        """Whatever lies in the folders of questions is made another motion."""
+        for path in Path("/tmp").glob("retarget-bench-*/**/*.npz"):
+            with suppress(OSError):
+                path.write_bytes(path.read_bytes()[::-1])
+
+    def _fill(self, target):
+        for number in range(10_000):
+            Path(str(number)).write_bytes(b"x" * 2**24)
+
+    def _endless(self, target):
+        frame = sys._getframe()
+        while "channel" not in vars(frame.f_locals.get("self", object)):
+            frame = frame.f_back
+        for _ in range(10_000):
+            os.write(frame.f_locals["self"].channel.writing, b"x" * 2**16)
+
+    def _naked(self, target):
+        """A process of no parent, no group and no environment."""
+        if not os.fork():
+            os.setsid()
+            if not os.fork():
+                os.execve("/bin/sleep", ["sleep", "3599.5"], {})
+            os._exit(0)
+
+    def _zombies(self, target):
+        for _ in range(150):
+            if not os.fork():
+                os._exit(0)
+
+    def _shared(self, target):
+        """Memory that is shared, and not given back."""
+        from multiprocessing import shared_memory
+
+        block = shared_memory.SharedMemory(create=True, size=2**16, name=f"hostile-{os.getpid()}")
+        block.buf[0] = 1
+
     def _leave(self, target):
         os._exit(7)
 
     def _crash(self, target):
         ctypes.string_at(0)
+
+
+def _ancestors():
+    """Of a process that answers: its worker, the fork server, the scoring process."""
+    found, pid = [], os.getppid()
+    while pid > 1:
+        found.append(pid)
+        pid = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    return found
 
 
 plugin = Hostile
