@@ -81,7 +81,7 @@ def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], 
     if not any(len(unit.infos) > len(mine) for unit, mine in left.items()):
         return
     stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left), preload=_preload(left))
-    by_paths = {unit.paths: unit for unit in done}
+    units = list(done)
     count, total = 0, sum(stored.facts["sizes"])
     progress(0, total)
     lost: dict[int, str] = {}
@@ -90,10 +90,10 @@ def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], 
             answers = _complete(stored, number, wait=not problem)
             if len(answers) < stored.facts["sizes"][number]:
                 lost[number] = problem or "it ended, but not all of its answers are to be seen here"
-            for paths, entry in answers:
+            for unit, entry in answers:
                 if plan.stage != "predict":
-                    store.append_journal(paths, entry)
-                done[by_paths[paths]][entry.case] = entry
+                    store.append_journal(units[unit].paths, entry)
+                done[units[unit]][entry.case] = entry
             count += len(answers)
             progress(count, total)
     if lost:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, one_line
 from retarget_bench.evaluation import plan, timing
 from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
@@ -125,10 +125,11 @@ class ShardWork:
         for each in task.cases:
             try:
                 cases[each] = data.load(self._infos(first)[each])
-            except BenchError as error:
-                lost = CaseResult(each, "failed", str(error))
+            except Exception as error:
+                why = str(error) if isinstance(error, BenchError) else one_line(error)
+                lost = CaseResult(each, "failed", why)
                 yield from ((unit, lost) for unit, mine in task.lacking.items() if each in mine)
-        outcomes = {unit: self._outcomes(unit, task, cases) for unit in task.lacking}
+        outcomes = {unit: self._safely(unit, task, cases) for unit in task.lacking}
         for (
             name,
             case,
@@ -156,6 +157,15 @@ class ShardWork:
                 raise CannotStore(str(error)) from error
         self.at(unit, (case.info.id,), left_out)
         return CaseResult(case.info.id, "ok", values=score(self.metrics.of_cases, case, scored))
+
+    def _safely(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
+        """The outcomes; what a data set does wrong when it gives a method what that needs costs its cases."""
+        try:
+            return self._outcomes(unit, task, cases)
+        except CannotStore:
+            raise
+        except Exception as error:
+            return {case: Outcome("failed", one_line(error)) for case in task.lacking[unit] if case in cases}
 
     def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,

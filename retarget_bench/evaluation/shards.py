@@ -38,7 +38,8 @@ SHARDS = 64
 LARGEST = 200_000
 """Frames of the answers of a shard: minutes of one core for most methods."""
 
-Answer = tuple[ResultPaths, CaseResult]
+Answer = tuple[int, CaseResult]
+"""The number of a unit, and how one of its cases went."""
 Cases = Mapping[int, Sequence[str]]
 """The number of a unit -> those of a task's cases that it lacks."""
 T = TypeVar("T")
@@ -230,7 +231,7 @@ class StoredPlan:
         for unit, entry in self._entries("*.jsonl" if number is None else f"{number}-*.jsonl"):
             if (unit, entry.case) not in seen:
                 seen.add((unit, entry.case))
-                yield self.units[unit].paths, entry
+                yield unit, entry
 
     def _entries(self, pattern: str) -> Iterator[tuple[int, CaseResult]]:
         for path in sorted((self.folder / "parts").glob(pattern)):
@@ -306,14 +307,14 @@ def left_over(root: Path, keys: Mapping[ResultPaths, Mapping[str, str]]) -> list
 
 def taken_over(
     plans: Iterable[StoredPlan], keys: Mapping[ResultPaths, Mapping[str, str]], root: Path
-) -> Iterator[Answer]:
+) -> Iterator[tuple[ResultPaths, CaseResult]]:
     """Answers that such runs finished and that are answers of these results; none of damaged files."""
     for stored in plans:
         with suppress(FileError):
-            theirs = {unit.paths: unit.keys for unit in stored.units}
-            for paths, entry in stored.answers() if stored.plan.stage != "predict" else ():
-                here = replace(paths, root=root)
-                if keys.get(here) == theirs[paths]:
+            for number, entry in stored.answers() if stored.plan.stage != "predict" else ():
+                unit = stored.units[number]
+                here = replace(unit.paths, root=root)
+                if keys.get(here) == unit.keys:
                     yield here, entry
 
 

@@ -156,7 +156,7 @@ def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(
 
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):
     timed = store(tmp_path, "intra", "timed", [("a>b", "c1", WORLD)])
-    timed.timing.write_text("case,frames,seconds\nx,100,2\n")
+    timed.timing.write_text("case,frames,seconds,yardstick\nx,100,2,1\n")
     idle = store(tmp_path, "intra", "idle", [("a>b", "c1", WORLD)])
     away = store(tmp_path, "intra", "away", [("a>b", "c1", WORLD)], origin="predictions made elsewhere")
     found = cells_of([timed, idle, away], ["fps"])

@@ -97,7 +97,7 @@ def test_weights_of_a_stage_go_by_what_they_hold(folder: Path) -> None:
     assert [str(bound.method(each).known_as) for each in asked] == ["whole[stage=local-abc]"] * 2
     assert bound.method(shipped).known_as == bound.method(shipped).located == shipped
     assert bound.method(asked[0]).located.parameters == {"stage": str(folder / "here")}
-    assert bound.method(plan.located(asked[0])).located == bound.method(asked[0]).located
+    assert bound.method(bound.method(asked[0]).located).located == bound.method(asked[0]).located
 
 
 @pytest.mark.parametrize(
