@@ -26,6 +26,8 @@ class TrainingConfig:
     warm_up:   steps over which the rate rises from zero first.
     validate:  steps between validations, 0: only at the end. cases: validation cases of each split.
     precision: of matrix products while training (``bfloat16``: torch's autocast, where a method allows it).
+    average:   decay, in a step, of the exponential average of the weights (``weight_average.py``), which is
+               what is validated and exported; 0: the weights themselves are.
     """
 
     steps: int
@@ -40,6 +42,7 @@ class TrainingConfig:
     validate: int = 500
     cases: int = 12
     precision: Precision = "float32"
+    average: float = 0.0
 
     def rate_at(self, step: int, progress: float) -> float:
         """The learning rate of a step (from 0), when this share of the budget is used up."""

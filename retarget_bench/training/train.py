@@ -158,7 +158,7 @@ def _train(
         reporter.began(wanted, start or Checkpoint(0, 0.0, {}))
     at = loop.run(start)
     if parallel.rank() == 0:
-        write(at, at.exported if at.best else module.export())
+        write(at, at.exported if at.best else loop.export())
         draw()
     return TrainingResult(folder, at, wanted)
 
