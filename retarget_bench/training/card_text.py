@@ -52,6 +52,8 @@ def _recipe(card: Card) -> str:
     told = {**card.get("recipe", {})}
     if timed:
         told.pop("steps", None)
+    if augmentation := told.pop("augmentation", None):
+        told["augmentation"] = f"({_pairs(augmentation.items())})"
     config = _pairs(told.items())
     return f"{card['preset']}: {config}" if card.get("preset") else config
 
