@@ -307,12 +307,20 @@ def test_the_same_numbers_make_the_same_windows_and_others_make_others():
             assert (array != other[row][key]).any()
 
 
-def test_one_row_has_no_partner_and_frames_left_out_are_not_read(motions):
+def test_a_row_alone_is_its_own_partner(motions):
     motion = motions[0]
     body = AugmentedBody(motion.character)
     drawn = [ClipWindow(body, body.see(motion), motion.root, 0, FRAMES)]
-    only = dataclasses.replace(NOTHING, exchanged=1.0, warped=1.0)
-    assert Augmenter(only, FPS, dict).changed(np.random.default_rng(0), drawn, warping=False) == {}
+    only = dataclasses.replace(NOTHING, exchanged=1.0)
+    augmenter = Augmenter(only, FPS, lambda motion: {"positions": motion.positions})
+    found = augmenter.changed(np.random.default_rng(0), drawn, warping=True)
+    np.testing.assert_allclose(found[0]["positions"], motion.positions[:FRAMES], atol=3e-6)
+
+
+def test_frames_that_are_not_to_be_drawn_are_not_read():
+    warped = dataclasses.replace(NOTHING, warped=1.0)
+    assert seen(warped, 0, warping=False)[1] == {}
+    assert seen(warped, 0, warping=True)[1] != {}
 
 
 AUTO_ENCODERS = ("pan", "san", "humot", "nkn", "pmnet", "smrm", "r2et")

@@ -53,17 +53,12 @@ class Augmenter:
         lengths = np.array([each.length for each in drawn])
         mirrored &= [each.body.mirror is not None for each in drawn]
         warped &= warping
-        windows = self._read(numbers, drawn, warped)
-        before = windows
-        if rows > 1:
-            partners = (np.arange(rows) + numbers.integers(1, rows, size=rows)) % rows
-            exchanged &= lengths[partners] >= lengths
-            parts = (numbers.random((rows, len(BODY_PARTS))) < PART) & exchanged[:, None]
-            windows = windows.exchanged(partners, parts)
-        else:
-            exchanged[:] = False
-        windows = self._turned(numbers, windows, turned).as_low_as(before)
-        windows = windows.mirrored(np.flatnonzero(mirrored))
+        before = self._read(numbers, drawn, warped)
+        partners = (np.arange(rows) + numbers.integers(1, max(rows, 2), size=rows)) % rows
+        exchanged &= lengths[partners] >= lengths
+        parts = (numbers.random((rows, len(BODY_PARTS))) < PART) & exchanged[:, None]
+        windows = self._turned(numbers, before.exchanged(partners, parts), turned)
+        windows = windows.as_low_as(before).mirrored(np.flatnonzero(mirrored))
         return {
             row: self.prepare(windows.motion(row, int(lengths[row]), self.fps))
             for row in np.flatnonzero(exchanged | turned | mirrored | warped).tolist()
