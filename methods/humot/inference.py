@@ -14,7 +14,8 @@ from retarget_bench.motion.motion import Positions, Prediction
 from retarget_bench.training.phases import to_device
 
 from .features import HumotBody, blank, body, headings, rotated, size_factor
-from .network import Autoencoder, RaggedTokens
+from .network import Autoencoder
+from .network.tokens import RaggedTokens
 from .settings import Windows
 
 WINDOW, HOP = 30, 15

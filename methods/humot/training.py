@@ -16,7 +16,8 @@ from retarget_bench.training.layers import exported
 from .augmentation import build, proportions, reproportion, rotate_limbs, slanted, slants
 from .features import HumotBody, blank, headings, parents_among, rotated, size_factor, stature
 from .losses import losses
-from .network import Autoencoder, RaggedTokens
+from .network import Autoencoder
+from .network.tokens import RaggedTokens
 from .settings import Design, Settings
 
 AUTOENCODER = "autoencoder"

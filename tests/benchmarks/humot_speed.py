@@ -33,7 +33,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
 
 from humot_reference import PlainDecoder, PlainEncoder, batch
 
-from retarget_bench.methods.humot.network import Decoder, Encoder, RaggedTokens
+from retarget_bench.methods.humot.network import Decoder, Encoder
+from retarget_bench.methods.humot.network.tokens import RaggedTokens
 from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT, Design
 
 DESIGNS = {"paper_count": PAPER_COUNT, "text": TEXT, "small": SMALL}

@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torch import Tensor, nn
 
-from retarget_bench.methods.humot.network import Decoder, Encoder, RaggedTokens
+from retarget_bench.methods.humot.network import Decoder, Encoder
 from retarget_bench.methods.humot.network import block as blocks
+from retarget_bench.methods.humot.network.tokens import RaggedTokens
 from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT, Design
 from tests.examples import examples
 

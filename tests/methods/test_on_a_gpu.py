@@ -1,7 +1,7 @@
 """Training steps on a GPU: nothing is left on the CPU, and next to no step waits for the device.
 
-Without a GPU, steps go through torch's ``meta`` device, which holds no numbers. A mode on top of it raises at
-what mixes devices and notes what asks for a number or copies from the CPU, since each of these waits.
+Without a GPU, steps go through torch's ``meta`` device, which holds no numbers. Modes on top of it raise at
+what mixes devices, and note what asks for a number or copies from the CPU, since each of these waits.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def line() -> str:
 
 
 class Asking(TorchFunctionMode):
-    """Notes what asks for numbers, or makes tensors of what Python has."""
+    """Notes what asks for numbers, and what copies numbers of Python: new tensors, and lists of indices."""
 
     def __init__(self, found: list[str]) -> None:
         super().__init__()
@@ -113,6 +113,10 @@ class Asking(TorchFunctionMode):
         result = func(*args, **(kwargs or {}))
         if func in (torch.tensor, torch.as_tensor, Tensor.new_tensor) and result.is_meta:
             self.found.append(f"{line()}: {func.__name__}")
+        if func in (Tensor.__getitem__, Tensor.__setitem__) and args[0].is_meta:
+            index = args[1] if isinstance(args[1], tuple) else (args[1],)
+            if any(isinstance(each, list | np.ndarray) for each in index):
+                self.found.append(f"{line()}: {func.__name__}")
         return result
 
 

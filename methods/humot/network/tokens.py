@@ -51,8 +51,9 @@ class RaggedTokens(NamedTuple):
 
     @classmethod
     def of(cls, joints: np.ndarray, frames: np.ndarray, more: int = 0) -> RaggedTokens:
-        """Tokens of real joints ``(rows, joints)`` bool in real frames ``(rows, frames)`` bool, and ``more``
-        tracks before them."""
+        """Tokens of real joints ``(rows, joints)`` bool in real frames ``(rows, frames)`` bool.
+
+        more: tracks before them."""
         rows, places = np.nonzero(joints)
         counts, lengths = joints.sum(1) + more, frames.sum(1)
         blank = np.cumsum(counts + 1) - 1
