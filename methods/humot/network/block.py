@@ -143,7 +143,7 @@ class BatchNorm(nn.Module):
 
     def _counted(self, values: Tensor, own: RaggedTokens) -> tuple[Tensor, Tensor]:
         """Mean and variance of real tokens; the running ones follow."""
-        flat, count = own.zero_padding_(values).flatten(0, 1).float(), own.real.sum()
+        flat, count = own.zero_padding_(values).flatten(0, 1).to(self.mean), own.real.sum()
         mean = flat.sum(0) / count
         missing = len(flat) - count
         variance = ((flat - mean).square().sum(0) - missing * mean.square()).clamp(min=0.0) / count
