@@ -29,6 +29,8 @@ from retarget_bench.training.weight_average import WeightAverage
 
 SAVED = 60.0
 """Seconds between checkpoints, about; a validation makes one too."""
+PAUSE = {"cpu": 0.0, "cuda": 60.0}
+"""Seconds between validations, at least: while the CPU scores cases, a GPU waits for hundreds of steps."""
 LOOKED = 10
 """Steps between looks at what a GPU measured: each look waits for it. On a CPU every step is looked at."""
 
@@ -102,7 +104,7 @@ class Loop:
         first = parallel.rank() == 0
         self._log = log.Log(self.folder, self.at.step) if first else None
         self._begun = time.perf_counter() - self.at.seconds
-        self._saved = time.perf_counter()
+        self._saved = self._validated = time.perf_counter()
         self._step = self.at.step
         self._batches = self._drawn()
         share = self._share()
@@ -171,11 +173,13 @@ class Loop:
             self._look()
         if self._log is None:
             return
+        due = ended or (due and time.perf_counter() - self._validated >= PAUSE[self.device.type])
         losses = self._log.means
         scores = None
         if due and self.validator is not None:
             with self._averaged():
                 scores = self.validator(self.module.modules, self.module.method())
+            self._validated = time.perf_counter()
         if row:
             columns = {
                 f"{log.VALIDATION} {split} {name}": value
