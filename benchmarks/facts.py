@@ -1,8 +1,9 @@
 """The facts by which two revisions are compared: what each does, asked through its own command line.
 
-A kind of facts is a function of a ``Revision`` that yields ``(fact, value)``: the fact's name has parts, as in
-``rows / main / cross / ik / puppets/ada>boulder/sit-001 / mpjpe_h.world``, the value is text. No code of either
-revision is imported here; where a later one has other commands or other files, this file knows both spellings.
+A kind of facts is a function of a ``Revision`` that yields ``(fact, value)``: the fact's name has
+parts, as in ``rows / main / cross / ik / puppets/ada>boulder/sit-001 / mpjpe_h.world``, the value is
+text. No code of either revision is imported here; where a later one has other commands or other files,
+this file knows both spellings.
 """
 
 import csv
@@ -63,7 +64,8 @@ plugin = SeedTold
 class Revision:
     """A revision of the project that can be run.
 
-    tree: its files. python: the interpreter of its environment. scratch: a folder for what its commands write.
+    tree: its files. python: the interpreter of its environment. scratch: a folder for what its commands
+    write.
     data: the folder of motion of others, None where there is none.
     """
 
@@ -103,7 +105,8 @@ class Revision:
         return replace(self, scratch=self.scratch / name)
 
 
-# ------------------------------------------------------------------------------------------- results folders
+# ------------------------------------------------------------------------------------------- results
+# folders
 def rows(name: str, folder: Path) -> Facts:
     """Every number of a results folder, with counts of cases and reasons of those without an answer."""
     for path in sorted(folder.glob("*/*/*/*.json")):
@@ -138,7 +141,8 @@ def cases(name: str, folder: Path) -> Facts:
 
 
 def table(head: tuple[str, ...], text: str, keys: tuple[str, ...]) -> Facts:
-    """The cells of a table as CSV; rows are told apart by some columns, and by their order where these agree."""
+    """The cells of a table as CSV; rows are told apart by some columns, and by their order where these
+    agree."""
     seen: dict[tuple[str, ...], int] = {}
     for row in csv.DictReader(text.splitlines()):
         key = tuple(row[each] for each in keys)
@@ -194,7 +198,8 @@ def mixamo(revision: Revision) -> Facts:
 
 
 def tasks(revision: Revision) -> Facts:
-    """Rows of the derived tasks, of sources that are points, and of people with dogs; eight motions each."""
+    """Rows of the derived tasks, of sources that are points, and of people with dogs; eight motions
+    each."""
     for task in ("reconstruct", "denoise", "joint-completion"):
         folder = revision.run(task, "--motions", "8", command=("task", task))
         yield from rows(task, folder)
@@ -209,7 +214,9 @@ def papers(revision: Revision) -> Facts:
     """Published tables with the numbers of the main job, and of Mixamo, beside them."""
     folders = [revision.main_job]
     if revision.data is not None:
-        folders.append(revision.run("mixamo", *UNTRAINED, "-d", "mixamo", "--root", revision.data / "mixamo_san"))
+        folders.append(
+            revision.run("mixamo", *UNTRAINED, "-d", "mixamo", "--root", revision.data / "mixamo_san")
+        )
     for folder in folders:
         for paper in PAPERS:
             text = revision.bench("table", folder, "--paper", paper, "-f", "csv", fails=True)
@@ -224,7 +231,20 @@ def ablations(revision: Revision) -> Facts:
     """Rows of the ablations, after two steps each."""
     for method, name in ABLATIONS:
         out = revision.scratch / f"ablate-{method}-{name}"
-        words = ("--preset", "quick", "--budget", "2it", "-f", "csv", "--out", out, "-j", "1", "--device", "cpu")
+        words = (
+            "--preset",
+            "quick",
+            "--budget",
+            "2it",
+            "-f",
+            "csv",
+            "--out",
+            out,
+            "-j",
+            "1",
+            "--device",
+            "cpu",
+        )
         text = revision.bench("ablate", method, name, "-d", "puppets", *words)
         start = text.index('"dataset"')
         yield from table(("ablation", method, name), text[start:], ("dataset", "split", "method"))
@@ -240,7 +260,8 @@ def seeds(revision: Revision) -> Facts:
 
 
 def training(revision: Revision) -> Facts:
-    """The losses of the first steps of every method, and a hash of the weights that training goes on from."""
+    """The losses of the first steps of every method, and a hash of the weights that training goes on
+    from."""
     for method in TRAINED:
         yield from _steps(revision, method, STEPS)
 
@@ -264,12 +285,15 @@ def _steps(revision: Revision, method: str, steps: int) -> Facts:
 
 
 def _tensors(path: Path, prefix: str) -> str:
-    """Hash of the tensors of a safetensors file whose names begin with a prefix, whatever else they are called."""
+    """Hash of the tensors of a safetensors file whose names begin with a prefix, whatever else they are
+    called."""
     data = path.read_bytes()
     size = int.from_bytes(data[:8], "little")
     header: Mapping[str, Any] = json.loads(data[8 : 8 + size])
     found = [
-        hashlib.sha256(data[8 + size + each["data_offsets"][0] : 8 + size + each["data_offsets"][1]]).hexdigest()
+        hashlib.sha256(
+            data[8 + size + each["data_offsets"][0] : 8 + size + each["data_offsets"][1]]
+        ).hexdigest()
         for name, each in header.items()
         if name.startswith(prefix)
     ]
@@ -312,10 +336,14 @@ def doctor(revision: Revision) -> Facts:
     """What ``bench doctor`` finds in all files of motion."""
     assert revision.data is not None
     endings = {".bvh", ".glb", ".gltf", ".amc", ".fbx", ".npz", ".npy", ".vrm"}
-    files = sorted(p for p in revision.data.rglob("*") if p.suffix.lower() in endings and "oracles" not in p.parts)
+    files = sorted(
+        p for p in revision.data.rglob("*") if p.suffix.lower() in endings and "oracles" not in p.parts
+    )
     for first in range(0, len(files), TOGETHER):
         told = {str(path.relative_to(revision.data)): 0 for path in files[first : first + TOGETHER]}
-        text = _without_paths(revision, revision.bench("doctor", *files[first : first + TOGETHER], fails=True))
+        text = _without_paths(
+            revision, revision.bench("doctor", *files[first : first + TOGETHER], fails=True)
+        )
         name = ""
         for line in text.splitlines():
             name = line.removeprefix("DATA/") if line.removeprefix("DATA/") in told else name
@@ -325,7 +353,9 @@ def doctor(revision: Revision) -> Facts:
 
 def _flat(found: Any, head: tuple[str, ...] = ()) -> Facts:
     """The leaves of what a JSON file holds."""
-    pairs = found.items() if isinstance(found, dict) else enumerate(found) if isinstance(found, list) else None
+    pairs = (
+        found.items() if isinstance(found, dict) else enumerate(found) if isinstance(found, list) else None
+    )
     if pairs is None:
         yield head, json.dumps(found)
         return

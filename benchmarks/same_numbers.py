@@ -3,16 +3,17 @@
     python benchmarks/same_numbers.py 2a4e1f43 HEAD --quick      a minute
     python benchmarks/same_numbers.py 2a4e1f43 HEAD --data DIR   everything: about an hour
 
-Both revisions are checked out, get environments of their own, and are run side by side; what they say is compared
-fact by fact (``benchmarks/facts.py``). A difference is
+Both revisions are checked out, get environments of their own, and are run side by side; what they say
+is compared fact by fact (``benchmarks/facts.py``). A difference is
 
 - *renamed*, if ``benchmarks/renamed.csv`` says that a part of the fact's name is called otherwise now;
-- *named*, if a pattern in ``results/CHANGES.md`` of the later revision fits the fact (under "Numbers that moved":
+- *named*, if a pattern in ``results/CHANGES.md`` of the later revision fits the fact (under "Numbers
+that moved":
   lines that begin with the pattern in backquotes, and say why);
 - else *unnamed*: the exit status is 1 then. A fact that is gone is a difference; one that is new is none.
 
-Checkouts, environments and facts lie in ``build/same_numbers`` and are used again: facts of a revision are computed
-once on a machine. Delete the folder to begin anew (and run ``git worktree prune``).
+Checkouts, environments and facts lie in ``build/same_numbers`` and are used again: facts of a revision
+are computed once on a machine. Delete the folder to begin anew (and run ``git worktree prune``).
 """
 
 import argparse
@@ -45,10 +46,14 @@ Found = Mapping[tuple[str, ...], str]
 
 def main() -> int:
     """Compare two revisions; 0: nothing is unnamed, 1: something is, 2: one of them could not be asked."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("old", help="the revision to compare with")
     parser.add_argument("new", help="the later revision; what is not committed does not count")
-    parser.add_argument("--quick", action="store_true", help="one split of four methods, two steps of training")
+    parser.add_argument(
+        "--quick", action="store_true", help="one split of four methods, two steps of training"
+    )
     parser.add_argument("--data", type=Path, help="folder of motion of others, for what is computed on it")
     parser.add_argument("--only", action="append", help="only facts of this kind; may be repeated")
     options = parser.parse_args()
@@ -68,11 +73,13 @@ def main() -> int:
         found = compare(before, after, renames(kind.__name__), patterns(new.tree / CHANGES))
         unnamed += len(found.unnamed)
         print(found.text(kind.__name__), flush=True)
-    print(f"{unnamed or 'no'} unnamed difference{'s' * (unnamed != 1)} ({time.perf_counter() - started:.0f} s)")
+    taken = time.perf_counter() - started
+    print(f"{unnamed or 'no'} unnamed difference{'s' * (unnamed != 1)} ({taken:.0f} s)")
     return int(unnamed > 0)
 
 
-# -------------------------------------------------------------------------------------------------- revisions
+# --------------------------------------------------------------------------------------------------
+# revisions
 def revision(name: str, data: Path | None) -> Revision:
     """A revision's checkout, with an environment that it shares with revisions of equal requirements."""
     sha = _git("rev-parse", f"{name}^{{commit}}")[:12]
@@ -92,7 +99,9 @@ def revision(name: str, data: Path | None) -> Revision:
 
 
 def _git(*words: str) -> str:
-    return subprocess.run(["git", *words], cwd=ROOT, check=True, capture_output=True, text=True).stdout.strip()
+    return subprocess.run(
+        ["git", *words], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout.strip()
 
 
 def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
@@ -108,13 +117,16 @@ def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
                 csv.writer(file).writerows(lines)
             unfinished.replace(path)
             taken = time.perf_counter() - started
-            print(f"{revision.tree.parent.name} {kind.__name__}: {taken:.0f} s", file=sys.stderr, flush=True)
+            print(
+                f"{revision.tree.parent.name} {kind.__name__}: {taken:.0f} s", file=sys.stderr, flush=True
+            )
         with path.open(newline="", encoding="utf-8") as file:
             found.append({tuple(fact.split(SEPARATOR)): value for fact, value in csv.reader(file)})
     return found
 
 
-# -------------------------------------------------------------------------------------------------- comparing
+# --------------------------------------------------------------------------------------------------
+# comparing
 @dataclass
 class Comparison:
     """Facts by what became of them; those that differ as (name, before, now)."""
@@ -126,7 +138,8 @@ class Comparison:
     unnamed: list[tuple[str, str, str]] = field(default_factory=list)
 
     def text(self, kind: str) -> str:
-        """A line of counts, one for each pattern that named something, and examples of what nothing named."""
+        """A line of counts, one for each pattern that named something, and examples of what nothing
+        named."""
         named = sum(map(len, self.named.values()))
         counts = f"{self.same:,} same, {self.renamed:,} renamed, {self.new:,} new, {named:,} named"
         lines = [f"{kind}: {counts}, {len(self.unnamed):,} UNNAMED"]
@@ -136,7 +149,9 @@ class Comparison:
             groups[SEPARATOR.join(fact.split(SEPARATOR)[:5])].append((fact, before, now))
         for head, each in groups.items():
             lines.append(f"  unnamed: {head}: {len(each):,}")
-            lines += [f"    {fact}: {before!r:.160} -> {now!r:.160}" for fact, before, now in each[:EXAMPLES]]
+            lines += [
+                f"    {fact}: {before!r:.160} -> {now!r:.160}" for fact, before, now in each[:EXAMPLES]
+            ]
         return "\n".join(lines)
 
 
