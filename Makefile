@@ -1,12 +1,14 @@
 # make bench   the main job: every method on the embedded motion, and the table
 # make test    everything that is checked: ruff, mypy, the regression gate, pytest, side by side
-# Both make their own virtual environment in $(VENV) with the versions of constraints.txt.
+# make gpu-bundle METHODS="pan humot" [CMU=DIR] [EARLIER=DIR]   what travels to a machine with a GPU
+# All make their own virtual environment in $(VENV) with the versions of constraints.txt.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 PIP_OPTIONS ?=
 ARGS ?=
 JOBS ?= auto
+METHODS ?= nkn pan humot paired
 
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile $(PIP_OPTIONS) \
@@ -16,7 +18,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 # these when they are. What it compiled is kept: tests start hundreds of processes, and each would do it anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: bench test check lint pytest format clean
+.PHONY: bench test check lint pytest format clean gpu-bundle
 
 bench: $(VENV)/installed
 	$(BIN)/bench run $(ARGS)
@@ -38,6 +40,16 @@ lint: $(VENV)/installed-test
 format: $(VENV)/installed-test
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# What Python has beside PyTorch there lacks these.
+build/wheels: constraints.txt | $(VENV)/python
+	$(BIN)/python -m pip download --quiet --disable-pip-version-check --dest $@ --no-deps --only-binary=:all: \
+		--python-version 3.12 --implementation cp --platform manylinux_2_17_x86_64 --platform manylinux2014_x86_64 \
+		-c constraints.txt pydantic pydantic-core annotated-types typing-extensions typing-inspection platformdirs
+	touch $@
+
+gpu-bundle: build/wheels
+	WHEELS=build/wheels CMU='$(CMU)' EARLIER='$(EARLIER)' tools/gpu_bundle.sh build/gpu $(METHODS)
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info

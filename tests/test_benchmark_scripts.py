@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-SCRIPTS = sorted((Path(__file__).parent / "benchmarks").glob("*.py"))
 ROOT = Path(__file__).parents[1]
+SCRIPTS = sorted([*ROOT.glob("tests/benchmarks/*.py"), *ROOT.glob("benchmarks/*.py")])
 BEGUN = """
 import contextlib, io, json, runpy, sys
 found = {}

@@ -108,6 +108,7 @@ class HuMoT(LearnedMethod):
             schedule="cosine",
             warm_up=50,
             validate=1000,
+            average=0.999,
         ),
         "gpu": TrainingConfig(
             steps=20_000,
@@ -118,11 +119,14 @@ class HuMoT(LearnedMethod):
             warm_up=100,
             validate=300,
             precision="bfloat16",
+            average=0.999,
         ),
         "ablation": TrainingConfig(
             steps=5000, batch=4, window=30, rate=7e-4, schedule="cosine", warm_up=50, validate=2500
         ),
-        "quick": TrainingConfig(steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(
+            steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2, average=0.999
+        ),
     }
 
     def __init__(

@@ -11,9 +11,11 @@ import torch
 from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions, Prediction
+from retarget_bench.training.phases import to_device
 
 from .features import HumotBody, blank, body, headings, rotated, size_factor
 from .network import Autoencoder
+from .network.tokens import RaggedTokens
 from .settings import Windows
 
 WINDOW, HOP = 30, 15
@@ -128,11 +130,9 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> Ite
         angles = headings(given["places"], given["template"], given["joints"], mask)
         given["places"] = rotated(given["places"], -angles)
     device = next(network.parameters()).device
-    sides = [
-        {key: torch.from_numpy(array).to(device) for key, array in side.items()} for side in (given, asked)
-    ]
+    batch = given, asked, RaggedTokens.between(given["joints"], asked["joints"], mask)
     with torch.inference_mode():
-        answer = network(*sides, torch.from_numpy(mask).to(device)).cpu().double().numpy()
+        answer = network(*to_device(batch, device)).cpu().double().numpy()
     for piece, length, found in zip(group, lengths, rotated(answer, angles), strict=True):
         question = piece.question
         found = found[:length, : len(question.body.joints)]

@@ -17,6 +17,7 @@ from .augmentation import build, proportions, reproportion, rotate_limbs, slante
 from .features import HumotBody, blank, headings, parents_among, rotated, size_factor, stature
 from .losses import losses
 from .network import Autoencoder
+from .network.tokens import RaggedTokens
 from .settings import Design, Settings
 
 AUTOENCODER = "autoencoder"
@@ -55,8 +56,8 @@ class HumotTraining:
 
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
-        """``frames`` ``(rows, frames)`` bool, and ``given`` and ``asked``, two draws of each row's joints,
-        each with
+        """``frames`` ``(rows, frames)`` bool; ``given`` and ``asked``, two draws of each row's joints; and
+        ``tokens``, the ``RaggedTokens`` of both. Draws have
 
         places ``(rows, frames, joints, 3)`` and template ``(rows, joints, 3)``, metres; joints
         ``(rows, joints)`` bool; parents ``(rows, joints)`` among them, -1 where there is none.
@@ -80,7 +81,8 @@ class HumotTraining:
             angles = headings(given["places"], given["template"], given["joints"], windows.mask)
             for part in (given, asked):
                 part["places"] = rotated(part["places"], -angles)
-        return {"frames": windows.mask, "given": given, "asked": asked}
+        tokens = RaggedTokens.between(given["joints"], asked["joints"], windows.mask)
+        return {"frames": windows.mask, "given": given, "asked": asked, "tokens": tokens}
 
     def _performed(
         self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray, turns: np.ndarray
@@ -151,7 +153,7 @@ class HumotTraining:
 
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
-        answer = self._network(batch["given"], batch["asked"], batch["frames"])
+        answer = self._network(batch["given"], batch["asked"], batch["tokens"])
         return losses(answer, batch["asked"], batch["frames"], self._settings.consistency)
 
     # ---------------------------------------------------------------------------------------- weights

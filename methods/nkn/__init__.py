@@ -69,12 +69,28 @@ class Nkn(OneStructure, Retargeter):
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=50_000, batch=16, window=60, rate=1e-4),
         "default": TrainingConfig(
-            steps=6_000, batch=16, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
+            steps=6_000,
+            batch=16,
+            window=60,
+            rate=5e-4,
+            schedule="cosine",
+            warm_up=200,
+            validate=200,
+            average=0.999,
         ),
         "gpu": TrainingConfig(
-            steps=6_000, batch=256, window=60, rate=1e-3, schedule="cosine", warm_up=100, validate=200
+            steps=6_000,
+            batch=256,
+            window=60,
+            rate=1e-3,
+            schedule="cosine",
+            warm_up=100,
+            validate=200,
+            average=0.999,
         ),
-        "quick": TrainingConfig(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(
+            steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2, average=0.999
+        ),
     }
 
     card = MethodCard(

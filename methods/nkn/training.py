@@ -200,7 +200,7 @@ class NknTraining(UnpairedTraining):
 
     def _discriminate(self, fakes: Sequence[Fake]) -> Terms:
         learns = self._rule.update([(fake.structure, fake.logits) for fake in fakes])
-        if not bool(learns.any()):
+        if not any(learns):
             return {}
         found = []
         for fake in fakes:

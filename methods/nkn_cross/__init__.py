@@ -34,7 +34,14 @@ class NknCross(ManyStructures, Retargeter):
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         **Nkn.presets,
         "default": TrainingConfig(
-            steps=6_000, batch=32, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
+            steps=6_000,
+            batch=32,
+            window=60,
+            rate=5e-4,
+            schedule="cosine",
+            warm_up=200,
+            validate=200,
+            average=0.999,
         ),
     }
 

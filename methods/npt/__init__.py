@@ -89,6 +89,7 @@ class NPT(LearnedMethod):
             warm_up=100,
             validate=1000,
             cases=3,
+            average=0.999,
         )
         return {
             "paper": TrainingConfig(steps=500_000, batch=8, window=1, rate=5e-5, fps=10.0, validate=10_000),

@@ -91,7 +91,9 @@ class Paired(LearnedMethod):
 
 
 PRESETS = {
-    "paper": TrainingConfig(steps=200_000, batch=64, window=64, rate=1e-3, schedule="cosine", warm_up=500),
+    "paper": TrainingConfig(
+        steps=200_000, batch=64, window=64, rate=1e-3, schedule="cosine", warm_up=500, average=0.998
+    ),
     "default": TrainingConfig(
         steps=40_000,
         batch=16,
@@ -100,6 +102,7 @@ PRESETS = {
         schedule="cosine",
         warm_up=200,
         validate=1000,
+        average=0.998,
     ),
     "gpu": TrainingConfig(
         steps=40_000,
@@ -110,9 +113,18 @@ PRESETS = {
         warm_up=200,
         validate=500,
         precision="bfloat16",
+        average=0.998,
     ),
     "quick": TrainingConfig(
-        steps=60, batch=8, window=64, rate=1e-3, schedule="cosine", warm_up=10, validate=30, cases=4
+        steps=60,
+        batch=8,
+        window=64,
+        rate=1e-3,
+        schedule="cosine",
+        warm_up=10,
+        validate=30,
+        cases=4,
+        average=0.998,
     ),
 }
 """No paper prints any; ``paper`` is the longest that we know to pay."""

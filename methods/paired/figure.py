@@ -14,12 +14,11 @@ from torch import Tensor, nn
 
 from retarget_bench.motion.body22 import JOINTS, PARENTS
 from retarget_bench.motion.structures import BODY22
+from retarget_bench.training.layers.indices import indices
 
 from .augmentation import SPARED, bones_without
 
-_LEGS = [
-    [BODY22.index(f"{side}_{part}") for part in ("up_leg", "leg", "foot")] for side in ("left", "right")
-]
+_LEGS = [BODY22.index(f"{side}_{part}") for side in ("left", "right") for part in ("up_leg", "leg", "foot")]
 _ABOVE = [max(parent, 0) for parent in PARENTS]
 
 
@@ -102,9 +101,10 @@ def _bridging(bones: Tensor) -> Tensor:
     """``(rows, 22)``: bones whose parent is a joint of no length, other than the hips."""
     none = ~bones.any(-1)
     none[:, 0] = False
-    return none[:, _ABOVE]
+    return none[:, indices(_ABOVE, none)]
 
 
 def _drop(offsets: Tensor) -> Tensor:
     """``(rows, 1)`` metres: from the hips down to the ankles, the mean of both legs."""
-    return -offsets[:, _LEGS, 1].sum(-1).mean(-1, keepdim=True)
+    legs = offsets[:, indices(_LEGS, offsets), 1].view(-1, 2, 3)
+    return -legs.sum(-1).mean(-1, keepdim=True)

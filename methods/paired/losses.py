@@ -7,6 +7,7 @@ from torch import Tensor
 
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
+from retarget_bench.training.layers.indices import indices
 
 from .features import FEET, HANDS
 from .pose import Posed
@@ -26,12 +27,12 @@ def terms(
     off = ours - theirs
     relative = off - off[:, :, :1]
     pairs = real[:, 1:] & real[:, :-1]
-    feet = ours[:, :, list(FEET)]
+    feet = indices(FEET, ours)
     rests = (truth["planted"][:, 1:] * truth["planted"][:, :-1]) * pairs[..., None]
-    speed = length(feet.diff(dim=1))
+    speed = length(ours[:, :, feet].diff(dim=1))
     acceleration = off.diff(dim=1).diff(dim=1)
     steady = pairs[:, 1:] & pairs[:, :-1]
-    heights = off[:, :, list(FEET), 1].abs() * truth["planted"] * real[..., None]
+    heights = off[:, :, feet, 1].abs() * truth["planted"] * real[..., None]
     dot = (answer.turned * turned).sum(-1).abs().clamp(max=1.0)
     return {
         "world": masked(length(off).mean(-1), real),

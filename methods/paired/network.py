@@ -10,6 +10,7 @@ from torch.nn import functional
 from retarget_bench.motion.body22 import JOINTS, SKELETON
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
+from retarget_bench.training.layers.indices import indices
 from retarget_bench.training.weights import fill
 
 from .features import FEET, FPS
@@ -198,14 +199,15 @@ def goals_of(correction: Correction, start: Posed, turn: Tensor, target: Arrays)
     height = target["lengths"][:, :1, None]
     hips = start.positions[:, :, 0] + world(correction.hips, turn) * height
     moves = world(correction.limbs, turn[:, :, None]) * height[..., None]
-    ends = start.positions[:, :, END]
+    first, last = (indices(each, start.positions) for each in (UPPER, END))
+    ends = start.positions[:, :, last]
     return Goals(
         trunk=exponential(correction.trunk),
         hips=hips,
         feet=ends[:, :, LEGS] + moves[:, :, LEGS],
-        hands=(ends - start.positions[:, :, UPPER])[:, :, ARMS] + moves[:, :, ARMS],
+        hands=(ends - start.positions[:, :, first])[:, :, ARMS] + moves[:, :, ARMS],
         swivel=correction.swivel,
-        ends=multiply(start.turned[:, :, END], exponential(correction.ends)),
+        ends=multiply(start.turned[:, :, last], exponential(correction.ends)),
     )
 
 

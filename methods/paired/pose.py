@@ -16,6 +16,7 @@ from retarget_bench.motion.hinges import HINGES
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.motion.structures import BODY22
+from retarget_bench.training.layers.indices import indices
 
 _PARTS = ("up_leg", "leg", "foot"), ("arm", "forearm", "hand")
 LIMBS = tuple(
@@ -68,24 +69,27 @@ def copied(tree: Tree, rotations: Tensor, hips: Tensor, offsets: Tensor) -> Pose
 def posed(tree: Tree, rotations: Tensor, offsets: Tensor, goals: Goals) -> Posed:
     """The pose that meets the goals. rotations: ``(rows, frames, 22, 4)`` local, of the pose they start
     from. offsets: ``(rows, 22, 3)`` metres."""
+    trunk, firsts, seconds, lasts, tips = (
+        indices(each, rotations) for each in (TRUNK, UPPER, LOWER, END, TOES)
+    )
     local = rotations.clone()
-    local[:, :, list(TRUNK)] = multiply(rotations[:, :, list(TRUNK)], goals.trunk)
+    local[:, :, trunk] = multiply(rotations[:, :, trunk], goals.trunk)
     places, turned = kinematics(tree, offsets, local, goals.hips)
-    first, second, last = places[:, :, UPPER], places[:, :, LOWER], places[:, :, END]
+    first, second, last = (places[:, :, each] for each in (firsts, seconds, lasts))
     aims = torch.cat([goals.feet - first[:, :, LEGS], goals.hands], 2)
-    axes = rotate(turned[:, :, UPPER], AXES.to(places, non_blocking=True).expand_as(first))
+    axes = rotate(turned[:, :, firsts], AXES.to(places, non_blocking=True).expand_as(first))
     swing, fold = bend(second - first, last - second, aims, axes, goals.swivel)
-    upper, lower = multiply(swing, turned[:, :, UPPER]), multiply(fold, turned[:, :, LOWER])
+    upper, lower = multiply(swing, turned[:, :, firsts]), multiply(fold, turned[:, :, seconds])
     knee = first + rotate(swing, second - first)
     end = knee + rotate(fold, last - second)
-    toes = multiply(goals.ends[:, :, LEGS], local[:, :, TOES])
+    toes = multiply(goals.ends[:, :, LEGS], local[:, :, tips])
     tip = end[:, :, LEGS] + rotate(
-        goals.ends[:, :, LEGS], offsets[:, None, TOES].expand_as(end[:, :, LEGS])
+        goals.ends[:, :, LEGS], offsets[:, None, tips].expand_as(end[:, :, LEGS])
     )
     places, turned = places.clone(), turned.clone()
-    for joints, where, how in ((LOWER, knee, lower), (END, end, goals.ends), (TOES, tip, toes)):
+    for joints, where, how in ((seconds, knee, lower), (lasts, end, goals.ends), (tips, tip, toes)):
         places[:, :, joints], turned[:, :, joints] = where, how
-    turned[:, :, UPPER] = upper
+    turned[:, :, firsts] = upper
     return Posed(places, turned)
 
 

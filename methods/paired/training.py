@@ -1,7 +1,6 @@
 """Paired while it is trained: windows of one performance by two bodies."""
 
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -34,8 +33,6 @@ SAME = 0.1
 """Share of rows whose target is the source itself."""
 LIFTED, LIFT = 0.5, 0.04
 """Share of rows whose floor is not at zero, and its standard deviation in heights of the hips."""
-MEMORY = 0.998
-"""Of the average of the weights in a step; the average is what is exported."""
 
 
 class PairedTraining:
@@ -62,8 +59,8 @@ class PairedTraining:
         self._bodies = {name: (body.offsets, body.lengths) for name, body in bodies.items()}
         self._window, self._trained = config.window, trained
         network.figures.learn(self._bodies.values())
-        self.network, self.average = network, deepcopy(network).requires_grad_(False)
-        self.modules = nn.ModuleDict({"network": network, "average": self.average})
+        self.network = network
+        self.modules = nn.ModuleDict({"network": network})
         self.phases: Sequence[Phase] = (Phase("network", ("network",), clip=20.0),)
 
     # ---------------------------------------------------------------------------------------- batches
@@ -119,7 +116,6 @@ class PairedTraining:
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         del phase, memory
-        self._remember()
         network, real = self.network, batch["real"]["frames"]
         bodies = batch["source"], batch["target"]
         correction = network(*seen(network, batch["motion"], *bodies), real)
@@ -128,19 +124,13 @@ class PairedTraining:
             found = losses.terms(network.tree, answer, batch["truth"], batch["target"], real)
         return {name: WEIGHTS[name] * term for name, term in found.items()}
 
-    @torch.no_grad()
-    def _remember(self) -> None:
-        for kept, now in zip(self.average.parameters(), self.network.parameters(), strict=True):
-            kept.lerp_(now, 1.0 - MEMORY)
-
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:
         return self._trained(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        return exported(self.average)
+        return exported(self.network)
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
-        for network in (self.network, self.average):
-            network.take(tensors)
-            network.figures.learn(self._bodies.values())
+        self.network.take(tensors)
+        self.network.figures.learn(self._bodies.values())

@@ -105,7 +105,14 @@ class Pan(SkeletalMethod):
     presets: Mapping[str, TrainingConfig] = {
         "paper": TrainingConfig(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
         "default": TrainingConfig(
-            steps=20_000, batch=16, window=64, rate=3e-4, schedule="cosine", warm_up=100, validate=200
+            steps=20_000,
+            batch=16,
+            window=64,
+            rate=3e-4,
+            schedule="cosine",
+            warm_up=100,
+            validate=200,
+            average=0.999,
         ),
         "gpu": TrainingConfig(
             steps=20_000,
@@ -115,11 +122,14 @@ class Pan(SkeletalMethod):
             schedule="cosine",
             warm_up=100,
             validate=300,
+            average=0.999,
         ),
         "ablation": TrainingConfig(
             steps=5000, batch=4, window=32, rate=3e-4, schedule="cosine", warm_up=100, validate=2500
         ),
-        "quick": TrainingConfig(steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(
+            steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2, average=0.999
+        ),
     }
 
     def __init__(

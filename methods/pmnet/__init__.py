@@ -51,12 +51,28 @@ class Pmnet(OneStructure, Retargeter):
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=15_000, batch=16, window=60, rate=1e-4),
         "default": TrainingConfig(
-            steps=20_000, batch=16, window=60, rate=1e-3, schedule="cosine", warm_up=200, validate=500
+            steps=20_000,
+            batch=16,
+            window=60,
+            rate=1e-3,
+            schedule="cosine",
+            warm_up=200,
+            validate=500,
+            average=0.999,
         ),
         "gpu": TrainingConfig(
-            steps=20_000, batch=256, window=60, rate=2e-3, schedule="cosine", warm_up=200, validate=500
+            steps=20_000,
+            batch=256,
+            window=60,
+            rate=2e-3,
+            schedule="cosine",
+            warm_up=200,
+            validate=500,
+            average=0.999,
         ),
-        "quick": TrainingConfig(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(
+            steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2, average=0.999
+        ),
     }
 
     card = MethodCard(

@@ -132,6 +132,7 @@ class PmnetTraining(UnpairedTraining):
         given = torch.cat([there, divided(walks, 1.0 / other.sizes)], -1)
 
         nothing, weights = places.new_zeros(()), self._emphasis[names[0]].to(places.device)
+        self._emphasis[names[0]] = weights  # to stay there: another copy would be waited for
         terms = {
             "places": losses.places(here, places, weights, real),
             "same_places": nothing,
@@ -178,7 +179,7 @@ class PmnetTraining(UnpairedTraining):
     def _discriminate(self, shown: Sequence[Shown]) -> Terms:
         """Sources are real to the discriminator of their structure, answers are not to that of theirs."""
         learns = self._rule.update([(each.structures[1], each.logits) for each in shown])
-        if not bool(learns.any()):
+        if not any(learns):
             return {}
         found: list[Tensor] = []
         for each in shown:

@@ -25,7 +25,14 @@ from .network import SkeletonAwareNetwork
 from .training import R2ETTraining
 
 OURS = TrainingConfig(
-    steps=12_000, batch=16, window=24, rate=1e-3, schedule="cosine", warm_up=100, validate=500
+    steps=12_000,
+    batch=16,
+    window=24,
+    rate=1e-3,
+    schedule="cosine",
+    warm_up=100,
+    validate=500,
+    average=0.999,
 )
 
 

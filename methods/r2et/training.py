@@ -156,7 +156,7 @@ class R2ETTraining:
 
     def _discriminate(self, memory: dict[str, Any]) -> Terms:
         real, shown, lengths, logits = memory["shown"]
-        if not self.rule.update([(0, logits)]):
+        if not any(self.rule.update([(0, logits)])):
             return {}
         true, fake = (self.discriminator(each, lengths, learns=True) for each in (real, shown))
         return {"real": cross_entropy(true, True).mean(), "shown": cross_entropy(fake, False).mean()}

@@ -129,7 +129,7 @@ class Same(LearnedMethod):
 
 
 _OURS = TrainingConfig(
-    steps=12_000, batch=16, window=8, rate=3e-3, schedule="cosine", warm_up=100, validate=500
+    steps=12_000, batch=16, window=8, rate=3e-3, schedule="cosine", warm_up=100, validate=500, average=0.999
 )
 PRESETS = {
     "paper": TrainingConfig(

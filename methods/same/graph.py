@@ -37,7 +37,7 @@ class Nodes(NamedTuple):
 class Graphs(NamedTuple):
     """The graphs of the rows of a batch, the nodes of one behind those of the other.
 
-    shape:   ``(nodes, 6)`` cm, see ``SameBody``. turning: ``(nodes,)`` bool.
+    shape:   ``(nodes, 6)`` cm, see ``SameBody``. turning: which nodes turn.
     row:     ``(nodes,)`` whose node. hips: ``(rows,)`` the first node of each row.
     mine, near: ``(edges,)`` nodes and their neighbours: what they hang from, and what hangs from them.
     levels:  nodes and what they hang from, by depth.
@@ -65,7 +65,7 @@ class Graphs(NamedTuple):
         above = parents[below]
         return cls(
             shape=torch.from_numpy(np.concatenate([each.shape for each in rows])),
-            turning=torch.from_numpy(np.concatenate([each.turning for each in rows])),
+            turning=torch.from_numpy(np.flatnonzero(np.concatenate([each.turning for each in rows]))),
             row=torch.from_numpy(np.repeat(np.arange(len(rows)), counts)),
             hips=torch.from_numpy(hips),
             mine=torch.from_numpy(np.concatenate([below, above])),

@@ -60,12 +60,28 @@ class San(SkeletalMethod):
     presets: Mapping[str, TrainingConfig] = {
         "paper": TrainingConfig(steps=150_000, batch=512, window=64, rate=2e-4, validate=2000),
         "default": TrainingConfig(
-            steps=20_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
+            steps=20_000,
+            batch=16,
+            window=64,
+            rate=1e-3,
+            schedule="cosine",
+            warm_up=100,
+            validate=200,
+            average=0.999,
         ),
         "gpu": TrainingConfig(
-            steps=20_000, batch=128, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=300
+            steps=20_000,
+            batch=128,
+            window=64,
+            rate=1e-3,
+            schedule="cosine",
+            warm_up=100,
+            validate=300,
+            average=0.999,
         ),
-        "quick": TrainingConfig(steps=20, batch=8, window=32, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(
+            steps=20, batch=8, window=32, rate=1e-3, validate=20, cases=2, average=0.999
+        ),
     }
 
     def __init__(

@@ -8,6 +8,7 @@ from torch import Tensor, nn
 from torch.nn.functional import l1_loss, mse_loss
 
 from retarget_bench.training.contract import Terms
+from retarget_bench.training.layers.indices import indices
 from retarget_bench.training.layers.skeletal.end_effectors import FASTER, NEAR, RESTING, ends_of
 from retarget_bench.training.layers.skeletal.layout import Layout, shared
 
@@ -104,7 +105,7 @@ class Objective:
 
         pair: source and target structure. code: of the source. again: of its answer."""
         here, there = (self._layouts[name] for name in pair)
-        common = [*shared(here, there), -1]
+        common = indices([*shared(here, there), -1], code)
         distance = l1_loss(carried(code, here, there)[:, :, common], again[:, :, common])
         self.add("cycle", self.weights.cycle, distance)
 
@@ -116,6 +117,7 @@ class Objective:
         term = answer.new_zeros(())  # processes must agree on the names of terms
         if both:
             term = end_effectors(
-                source[:, :, [ours[end] for end in both]], answer[:, :, [theirs[end] for end in both]]
+                source[:, :, indices([ours[end] for end in both], source)],
+                answer[:, :, indices([theirs[end] for end in both], answer)],
             )
         self.add("ends", self.weights.ends, term)

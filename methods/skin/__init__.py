@@ -36,6 +36,7 @@ OURS = TrainingConfig(
     warm_up=200,
     validate=1000,
     cases=9,
+    average=0.999,
 )
 DRAWS = 8
 """Estimates of each body's joints that are trained with in turn."""

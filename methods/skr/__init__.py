@@ -39,6 +39,7 @@ OURS = TrainingConfig(
     warm_up=500,
     validate=2000,
     cases=9,
+    average=0.999,
 )
 
 

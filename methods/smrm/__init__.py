@@ -132,6 +132,7 @@ class SMRM(Weighting, LearnedMethod):
             schedule="cosine",
             warm_up=200,
             validate=200,
+            average=0.999,
         )
         return {
             "paper": TrainingConfig(

@@ -203,7 +203,7 @@ class SmrmTraining:
 
     def _discriminate(self, batch: Batch, memory: dict[str, Any]) -> Terms:
         shown, bones, lengths, logits = memory["shown"]
-        if not self.rule.update([(0, logits)]):
+        if not any(self.rule.update([(0, logits)])):
             return {}
         other, real = batch["other"], batch["real"]
         truth = self._shown(real["positions"], real["moves"])[other]

@@ -51,6 +51,9 @@ if TYPE_CHECKING:
     type=click.Choice(("float32", "bfloat16")),
     help="Precision of matrix products in training. [default: the preset's, float32]",
 )
+@click.option(
+    "--augment", is_flag=True, help="Train on changed windows too: limbs, turns, mirror images, speeds."
+)
 @click.option("--resume", is_flag=True, help="Continue the run in DIR from its last checkpoint.")
 @click.option("--init", metavar="WEIGHTS", help="Initial weights: shipped ones, a card, or a run.")
 @options.jobs_option

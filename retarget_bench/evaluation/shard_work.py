@@ -165,7 +165,9 @@ class ShardWork:
         except CannotStore:
             raise
         except Exception as error:
-            return {case: Outcome("failed", one_line(error)) for case in task.lacking[unit] if case in cases}
+            return {
+                case: Outcome("failed", one_line(error)) for case in task.lacking[unit] if case in cases
+            }
 
     def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,

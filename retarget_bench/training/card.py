@@ -3,6 +3,7 @@
 import platform
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ def card(
     best, spec = at.best, Spec.parse(request.method)
     # without the weights that were asked for: those that are trained were scored
     scored = Spec(spec.name, {name: x for name, x in spec.parameters.items() if name != "weights"})
-    config = dict(vars(request.recipe))
+    config = asdict(request.recipe)
     if not request.limit.steps:  # the time was limited, not the preset's number of steps
         del config["steps"]
     unknown = [UNKNOWN] if request.init and not request.seen_all else []

@@ -49,7 +49,12 @@ def _data(data: Card) -> str:
 
 def _recipe(card: Card) -> str:
     timed = bool(card.get("budget")) and not str(card["budget"]).endswith("it")
-    config = _pairs(item for item in card.get("recipe", {}).items() if not (timed and item[0] == "steps"))
+    told = {**card.get("recipe", {})}
+    if timed:
+        told.pop("steps", None)
+    if augmentation := told.pop("augmentation", None):
+        told["augmentation"] = f"({_pairs(augmentation.items())})"
+    config = _pairs(told.items())
     return f"{card['preset']}: {config}" if card.get("preset") else config
 
 
@@ -59,6 +64,8 @@ def _training(card: Card) -> str:
         best = card.get("step", card["steps"])
         kept = f" (kept: those of step {best:,})" if best != card["steps"] else ""
         parts.append(f"{card['steps']:,} steps{kept}")
+    if card.get("recipe", {}).get("average"):
+        parts.append("an exponential average of weights")
     if "seconds" in card:
         parts.append(hours(card["seconds"]))
     if "seed" in card:

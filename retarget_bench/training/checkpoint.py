@@ -39,7 +39,8 @@ class Checkpoint:
     """State of a run.
 
     step:     steps done. seconds: what they took, over all resumptions.
-    state:    everything that the next step depends on: ``modules/...`` and ``optimisers/PHASE/...``.
+    state:    everything that the next step depends on: ``modules/...`` and ``optimisers/PHASE/...``, and
+              ``average/...`` where weights are averaged.
     best:     None before the first validation. exported: the tensors of those weights, as exported.
     validation: of every validation the step, seconds, scores and number of cases by split.
     """

@@ -14,6 +14,28 @@ Schedule = Literal["constant", "cosine", "triangular"]
 
 
 @dataclass(frozen=True)
+class Augmentation:
+    """Other motion made of the windows that a batch draws; the first four are shares of rows.
+
+    exchanged: parts of the body (arms, legs, trunk, head, tail) move as in another row.
+    turned:    some joints are turned about random axes, smoothly over time. joints: which share of them, a
+               chain (a spine, a neck, a tail, a finger) being one. deviation: degrees, of the angle.
+    mirrored:  left and right exchanged, on bodies whose sides are alike.
+    warped:    at speeds that change smoothly. speed: the fastest; its inverse is the slowest.
+
+    The lowest joint stays as high in every frame, and the root's path over the floor the same.
+    """
+
+    exchanged: float = 0.5
+    turned: float = 0.6
+    joints: float = 1 / 3
+    deviation: float = 30.0
+    mirrored: float = 0.5
+    warped: float = 0.5
+    speed: float = 1.4
+
+
+@dataclass(frozen=True)
 class TrainingConfig:
     """One preset of a method. A budget on the command line replaces ``steps``.
 
@@ -26,6 +48,9 @@ class TrainingConfig:
     warm_up:   steps over which the rate rises from zero first.
     validate:  steps between validations, 0: only at the end. cases: validation cases of each split.
     precision: of matrix products while training (``bfloat16``: torch's autocast, where a method allows it).
+    average:   decay, in a step, of the exponential average of the weights (``weight_average.py``), which is
+               what is validated and exported; 0: the weights themselves are.
+    augmentation: None: windows are as the clips have them.
     """
 
     steps: int
@@ -40,6 +65,8 @@ class TrainingConfig:
     validate: int = 500
     cases: int = 12
     precision: Precision = "float32"
+    average: float = 0.0
+    augmentation: Augmentation | None = None
 
     def rate_at(self, step: int, progress: float) -> float:
         """The learning rate of a step (from 0), when this share of the budget is used up."""

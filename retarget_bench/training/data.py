@@ -16,10 +16,13 @@ from retarget_bench.api import Dataset, TrainingClips, optional
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.bvh.catalogue import some
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.augmentation.augmenter import Augmenter, ClipWindow
+from retarget_bench.training.augmentation.body import AugmentedBody
 from retarget_bench.training.clips import Progress, by_character, training_clips
+from retarget_bench.training.config import Augmentation
 from retarget_bench.training.joint_datasets import dataset
 
 Arrays = Mapping[str, np.ndarray]
@@ -27,11 +30,17 @@ Arrays = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class ClipArrays:
-    """One clip of one character: arrays ``(frames, ...)`` float32, as ``Trainable.prepare`` made them."""
+    """One clip of one character.
+
+    arrays: ``(frames, ...)`` float32, as ``Trainable.prepare`` made them.
+    motion: where windows are augmented, the ``rotations`` ``(frames, joints, 4)``, in aligned form, and the
+            ``root`` ``(frames, 3)`` that they were made of; else empty.
+    """
 
     character: str
     name: str
     arrays: Arrays
+    motion: Arrays = field(default_factory=dict)
 
     @property
     def frames(self) -> int:
@@ -72,11 +81,13 @@ class TrainingData:
 
     characters: name -> body, of those that have clips. clips: character -> its clips.
     notes:      sentences on what was left out and why.
+    augmenter:  changes windows as they are drawn; None: they are as the clips have them.
     """
 
     characters: Mapping[str, Character]
     clips: Mapping[str, Sequence[ClipArrays]]
     notes: Sequence[str] = ()
+    augmenter: Augmenter | None = None
     _counted: dict[Any, tuple[Sequence[Sequence[int]], np.ndarray]] = field(
         default_factory=dict, init=False, repr=False
     )
@@ -116,7 +127,7 @@ class TrainingData:
         """One window per character asked for, each start of each of its clips as likely as any other.
 
         hop: windows begin at multiples of it; left_out: but at these. Arrays of characters that differ in
-        shape (in joints) are followed by zeros.
+        shape (in joints) are followed by zeros. Single frames are not augmented.
         """
         cuts = [self._cut(numbers, name, frames, hop, left_out) for name in characters]
         shapes = {
@@ -127,12 +138,19 @@ class TrainingData:
             key: np.zeros((len(cuts), frames, *map(int, shapes[key])), array.dtype)
             for key, array in cuts[0][0].arrays.items()
         }
-        lengths = np.zeros(len(cuts), dtype=np.int64)
+        lengths = np.array([min(frames, clip.frames - start) for clip, start in cuts])
+        changed: Mapping[int, Arrays] = {}
+        if self.augmenter is not None and frames > 1:
+            windows = [
+                ClipWindow(self._augmented[clip.character], **clip.motion, start=start, length=length)
+                for (clip, start), length in zip(cuts, lengths.tolist(), strict=True)
+            ]
+            changed = self.augmenter.changed(numbers, windows, warping=left_out is None)
         for row, (clip, start) in enumerate(cuts):
-            lengths[row] = min(frames, clip.frames - start)
             for key, array in clip.arrays.items():
+                window = changed[row][key] if row in changed else array[start : start + frames]
                 part = (slice(lengths[row]), *(slice(size) for size in array.shape[1:]))
-                rows[key][row][part] = array[start : start + frames]
+                rows[key][row][part] = window
         return WindowBatch(rows, lengths, tuple(characters))
 
     def cast(
@@ -152,6 +170,10 @@ class TrainingData:
         """``(frames of all clips, ...)``: one array of every clip in a row, for statistics."""
         names = sorted(self.clips) if characters is None else characters
         return np.concatenate([clip.arrays[key] for name in names for clip in self.clips[name]])
+
+    @cached_property
+    def _augmented(self) -> Mapping[str, AugmentedBody]:
+        return {name: AugmentedBody(body) for name, body in self.characters.items()}
 
     def _cut(
         self, numbers: np.random.Generator, name: str, frames: int, hop: int, left_out: LeftOut | None
@@ -178,7 +200,14 @@ class TrainingData:
         return self._counted[key]
 
 
-def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress) -> TrainingData:
+def gather(
+    data: Spec,
+    trainee: Spec,
+    fps: float,
+    jobs: int,
+    progress: Progress,
+    augmentation: Augmentation | None = None,
+) -> TrainingData:
     """Every training clip that the method can take, in a fixed order.
 
     Raises NotSupported where nothing is left to train on or a clip cannot be had.
@@ -190,7 +219,8 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     unfit = {name: why for name, body in bodies.items() if (why := asked.unfit(body))}
     unfit |= dict.fromkeys(sorted(set(cast) - set(bodies)), "none of its clips can be used")
     fit = [name for name in bodies if name not in unfit]
-    common = {"dataset": data, "method": trainee, "fps": fps}
+    augmented = augmentation is not None
+    common = {"dataset": data, "method": trainee, "fps": fps, "augmented": augmented}
     with scratch() as folder:
         found = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
         kept = {name: stored.read() for name, (stored, *_) in found.items() if stored.clips}
@@ -204,7 +234,8 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
             clips = f"{number} clip{'s' * (number > 1)}"
             notes.append(f"not trained on {clips} of {name}, in which the body is another one")
     notes += _unusable({name: unusable for name, (*_, unusable) in found.items() if unusable})
-    return TrainingData({name: bodies[name] for name in kept}, kept, tuple(notes))
+    augmenter = None if augmentation is None else Augmenter(augmentation, fps, asked.prepare)
+    return TrainingData({name: bodies[name] for name in kept}, kept, tuple(notes), augmenter)
 
 
 _FEW = 5
@@ -230,26 +261,33 @@ def _unusable(found: Mapping[str, Sequence[str]]) -> list[str]:
     return [f"not trained on {len(every)} clips of {len(found)} characters: {some(every, 10)}"]
 
 
+_Shapes = Mapping[str, tuple[int, ...]]
+
+
 @dataclass(frozen=True)
 class StoredClips:
     """Arrays of clips in one file, clip after clip, float32.
 
-    clips: of each, in order, character, name, frames, and array -> its shape without frames.
+    clips: of each, in order, character, name, frames, and array -> its shape without frames, of
+    ``ClipArrays.arrays`` and of ``motion``.
     """
 
     file: Path
-    clips: tuple[tuple[str, str, int, Mapping[str, tuple[int, ...]]], ...]
+    clips: tuple[tuple[str, str, int, _Shapes, _Shapes], ...]
 
     @classmethod
     def write(cls, file: Path, clips: Sequence[ClipArrays]) -> Self:
         """Raises OSError."""
         with file.open("wb") as out:
             for clip in clips:
-                for array in clip.arrays.values():
+                for array in (*clip.arrays.values(), *clip.motion.values()):
                     np.ascontiguousarray(array, np.float32).tofile(out)
-        shapes = [{key: array.shape[1:] for key, array in clip.arrays.items()} for clip in clips]
-        every = zip(clips, shapes, strict=True)
-        return cls(file, tuple((clip.character, clip.name, clip.frames, shape) for clip, shape in every))
+
+        def shapes(arrays: Arrays) -> _Shapes:
+            return {key: array.shape[1:] for key, array in arrays.items()}
+
+        facts = ((c.character, c.name, c.frames, shapes(c.arrays), shapes(c.motion)) for c in clips)
+        return cls(file, tuple(facts))
 
     def read(self) -> list[ClipArrays]:
         """Clips whose arrays are read from disk as they are needed, so that any amount of motion fits. The
@@ -258,13 +296,15 @@ class StoredClips:
             return []
         whole = np.asarray(np.memmap(self.file, np.float32, mode="r"))
         found, first = [], 0
-        for character, name, frames, shapes in self.clips:
-            arrays: dict[str, np.ndarray] = {}
-            for key, shape in shapes.items():
-                size = frames * math.prod(shape)
-                arrays[key] = whole[first : first + size].reshape(frames, *shape)
-                first += size
-            found.append(ClipArrays(character, name, arrays))
+        for character, name, frames, *kinds in self.clips:
+            parts: list[dict[str, np.ndarray]] = []
+            for shapes in kinds:
+                parts.append({})
+                for key, shape in shapes.items():
+                    size = frames * math.prod(shape)
+                    parts[-1][key] = whole[first : first + size].reshape(frames, *shape)
+                    first += size
+            found.append(ClipArrays(character, name, *parts))
         return found
 
 
@@ -301,8 +341,15 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
         elif motion.frames > 1:
             arrays = asked.prepare(motion)  # type: ignore[attr-defined]
             arrays = {key: np.asarray(array, np.float32) for key, array in arrays.items()}
-            found.append(ClipArrays(name, clips.names[number], arrays))
+            source = _source(motion) if job["augmented"] else {}
+            found.append(ClipArrays(name, clips.names[number], arrays, source))
     return StoredClips.write(job["folder"] / slug(name), found), others, unusable
+
+
+def _source(motion: Motion) -> Arrays:
+    """See ``ClipArrays.motion``."""
+    aligned = AugmentedBody(motion.character).see(motion)
+    return {"rotations": aligned.astype(np.float32), "root": motion.root.astype(np.float32)}
 
 
 def _alike(body: Character, other: Character) -> bool:

@@ -7,6 +7,7 @@ but the state before it, and a run that goes on from a checkpoint does what it w
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from multiprocessing import get_all_start_methods
 from pathlib import Path
@@ -24,9 +25,12 @@ from retarget_bench.training.config import LONGEST, Budget, TrainingConfig
 from retarget_bench.training.contract import Batch, TrainingModule
 from retarget_bench.training.phases import optimiser_phases, to_device
 from retarget_bench.training.validate import Scores, Validator
+from retarget_bench.training.weight_average import WeightAverage
 
 SAVED = 60.0
 """Seconds between checkpoints, about; a validation makes one too."""
+PAUSE = {"cpu": 0.0, "cuda": 60.0}
+"""Seconds between validations, at least: while the CPU scores cases, a GPU waits for hundreds of steps."""
 LOOKED = 10
 """Steps between looks at what a GPU measured: each look waits for it. On a CPU every step is looked at."""
 
@@ -83,6 +87,7 @@ class Loop:
         module.modules.to(device)
         parallel.share_state(module.modules)
         self.phases = optimiser_phases(module, config, device)
+        self._average = WeightAverage(module.modules, config.average) if config.average else None
         self.at = Checkpoint(0, 0.0, {})
         self._pending: list[dict[str, Tensor]] = []
 
@@ -99,7 +104,7 @@ class Loop:
         first = parallel.rank() == 0
         self._log = log.Log(self.folder, self.at.step) if first else None
         self._begun = time.perf_counter() - self.at.seconds
-        self._saved = time.perf_counter()
+        self._saved = self._validated = time.perf_counter()
         self._step = self.at.step
         self._batches = self._drawn()
         share = self._share()
@@ -107,9 +112,19 @@ class Loop:
             rate = self.config.rate_at(self._step, share)
             self._pending.append(self._do(rate))
             self._step += 1
+            if self._average is not None:
+                self._average.update(self._step)
             share = self._share()
             self._after(share, rate)
         return self.at
+
+    def export(self) -> dict[str, Tensor]:
+        """The tensors that retargeting needs, on the CPU; of averaged weights where these are kept."""
+        with self._averaged():
+            return {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
+
+    def _averaged(self) -> AbstractContextManager[None]:
+        return nullcontext() if self._average is None else self._average.in_place()
 
     def _share(self) -> float:
         """Of the budget; by the first process's clock where several train together."""
@@ -158,10 +173,13 @@ class Loop:
             self._look()
         if self._log is None:
             return
+        due = ended or (due and time.perf_counter() - self._validated >= PAUSE[self.device.type])
         losses = self._log.means
         scores = None
         if due and self.validator is not None:
-            scores = self.validator(self.module.modules, self.module.method())
+            with self._averaged():
+                scores = self.validator(self.module.modules, self.module.method())
+            self._validated = time.perf_counter()
         if row:
             columns = {
                 f"{log.VALIDATION} {split} {name}": value
@@ -208,27 +226,30 @@ class Loop:
             if score < (best.score if best else math.inf):
                 best = Best(self._step, score, scores)
         new = best is not before.best
-        exported = before.exported
-        if new:
-            exported = {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
+        exported = self.export() if new else before.exported
         self.at = Checkpoint(self._step, self._seconds, {}, best, exported, history)
         state = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
         for phase in self.phases:
             state |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
+        if self._average is not None:
+            state |= {f"average/{name}": each for name, each in self._average.state().items()}
         checkpoint.write(self.folder, replace(self.at, state=state))
         self.saved(self.at, new)
         self._saved = time.perf_counter()
 
     def _restore(self, start: Checkpoint) -> None:
         """Raises BenchError where the checkpoint is of another network."""
-        mine = {key.removeprefix("modules/"): t for key, t in start.state.items() if key[:8] == "modules/"}
+
+        def part(head: str) -> dict[str, Tensor]:
+            found = start.state.items()
+            return {key.removeprefix(head): each for key, each in found if key.startswith(head)}
+
         try:
-            self.module.modules.load_state_dict(mine)
+            self.module.modules.load_state_dict(part("modules/"))
             for phase in self.phases:
-                head = f"optimisers/{phase.name}/"
-                phase.restore(
-                    {key.removeprefix(head): t for key, t in start.state.items() if key.startswith(head)}
-                )
+                phase.restore(part(f"optimisers/{phase.name}/"))
+            if self._average is not None:
+                self._average.restore(part("average/"))
         except (RuntimeError, KeyError) as error:
             raise BenchError(
                 f"{self.folder}: the checkpoint is of another network than this version of the method "

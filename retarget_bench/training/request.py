@@ -61,6 +61,10 @@ class Request:
         return self.recipe.precision
 
     @property
+    def augment(self) -> bool:
+        return self.recipe.augmentation is not None
+
+    @property
     def command(self) -> str:
         """The command that asks for this, without places of files."""
         data = split_spec(Spec.parse(without_places(self.dataset)))
@@ -69,6 +73,7 @@ class Request:
         parts += ["--preset", self.preset]
         parts += ["--budget", self.budget] if self.budget else []
         parts += ["--precision", self.precision] if self.precision != TrainingConfig.precision else []
+        parts += ["--augment"] if self.augment else []
         parts += ["--init", "WEIGHTS"] if self.init else []
         return " ".join([*parts, "--seed", str(self.seed)])
 

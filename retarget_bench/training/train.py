@@ -17,7 +17,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
-from retarget_bench.training.config import Budget, Precision, TrainingConfig
+from retarget_bench.training.config import Augmentation, Budget, Precision, TrainingConfig
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.loop import Loop, TrainingStatus
@@ -47,6 +47,7 @@ class TrainingOptions:
     jobs: int = 1
     device: str = "auto"
     precision: Precision | None = None
+    augment: bool = False
 
 
 class ProgressReporter(Protocol):
@@ -109,9 +110,13 @@ def _train(
 ) -> TrainingResult:
     spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
     data, config = joint_datasets.dataset(data_spec), wanted.recipe
-    collect = gather_pairs if isinstance(bound.method(spec).built, LearnsFromPairs) else gather
+    gathering = _first_only(reporter.gathering)
     training_data = parallel.in_turn(
-        lambda: collect(data_spec, spec, config.fps, asked.jobs, _first_only(reporter.gathering))
+        lambda: (
+            gather_pairs(data_spec, spec, config.fps, asked.jobs, gathering)
+            if isinstance(bound.method(spec).built, LearnsFromPairs)
+            else gather(data_spec, spec, config.fps, asked.jobs, gathering, config.augmentation)
+        )
     )
     wanted = parallel.first(lambda: _with_motion(wanted, training_data))
     torch.manual_seed(wanted.seed)
@@ -157,7 +162,7 @@ def _train(
         reporter.began(wanted, start or Checkpoint(0, 0.0, {}))
     at = loop.run(start)
     if parallel.rank() == 0:
-        write(at, at.exported if at.best else module.export())
+        write(at, at.exported if at.best else loop.export())
         draw()
     return TrainingResult(folder, at, wanted)
 
@@ -215,7 +220,8 @@ def _settled(asked: TrainingOptions) -> tuple[Path, Request]:
 def _same(kept: Request, asked: TrainingOptions, method: Spec | None) -> Request:
     """The run, with its data where they lie now. Raises BenchError where it cannot go on as it began."""
     given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
-    request.contradicted(kept, {**given, "budget": asked.budget, "precision": asked.precision})
+    given |= {"budget": asked.budget, "precision": asked.precision, "augment": asked.augment or None}
+    request.contradicted(kept, given)
     if asked.dataset is not None:
         data = str(joint_datasets.canonical(asked.dataset))
         if request.without_places(data) != request.without_places(kept.dataset):
@@ -255,6 +261,8 @@ def _new(asked: TrainingOptions, method: Spec) -> Request:
     if asked.budget and (limit := Budget.parse(asked.budget)).steps:
         config = replace(config, steps=limit.steps)
     config = replace(config, precision=asked.precision or config.precision)
+    if asked.augment:
+        config = replace(config, augmentation=_augmentation(method, built, config))
     before = _initial_weights(method, asked.init).card if asked.init else {}
     seen = before.get("training_manifest") or {}
     return Request(
@@ -275,6 +283,15 @@ def _new(asked: TrainingOptions, method: Spec) -> Request:
         processes=parallel.world(),
         versions=versions(),
     )
+
+
+def _augmentation(method: Spec, built: Any, config: TrainingConfig) -> Augmentation:
+    """Raises BenchError where there are no windows of single motions that could be changed."""
+    if isinstance(built, LearnsFromPairs):
+        raise BenchError(f"{method.name} learns from pairs, and --augment makes no pair of a pair")
+    if config.window == 1:
+        raise BenchError(f"{method.name} learns from single frames, and --augment changes windows")
+    return config.augmentation or Augmentation()
 
 
 def _amount(training_data: TrainingData, config: TrainingConfig) -> str:

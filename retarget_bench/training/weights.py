@@ -63,7 +63,7 @@ class _Card(_Fields):
     version: Text
     facts: dict[str, Scalar] = Field(description="parameters by name")
     data: _Data = Field(_Data(), description="facts by name, hours a number")
-    recipe: dict[str, Scalar | None] = Field({}, description="values by name")
+    recipe: dict[str, Scalar | dict[str, Scalar] | None] = Field({}, description="values by name")
     preset: Text = ""
     command: Text = ""
     seed: Whole = 0

@@ -34,6 +34,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
 from humot_reference import PlainDecoder, PlainEncoder, batch
 
 from retarget_bench.methods.humot.network import Decoder, Encoder
+from retarget_bench.methods.humot.network.tokens import RaggedTokens
 from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT, Design
 
 DESIGNS = {"paper_count": PAPER_COUNT, "text": TEXT, "small": SMALL}
@@ -67,7 +68,11 @@ class Pair:
 
     def answer(self) -> Tensor:
         positions, *where = self.given
-        return self.decoder(self.encoder(positions, *where), *where)
+        if isinstance(self.encoder, PlainEncoder):
+            return self.decoder(self.encoder(positions, *where), *where)
+        template, joints, frames = where
+        given, asked = RaggedTokens.between(joints.numpy(), joints.numpy(), frames.numpy())
+        return self.decoder(self.encoder(positions, template, given), template, asked)
 
     def step(self) -> None:
         self._train(True)

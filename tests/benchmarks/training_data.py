@@ -1,12 +1,14 @@
 """How fast training data streams, and how much memory that takes, against the training steps of methods.
 
     python tests/benchmarks/training_data.py [--data 'puppets[size=large,bodies=200]' ...]
-        [--methods pan humot] [--rows 32] [--draws 200] [--step 3.5] [--groups N]
+        [--methods pan humot] [--rows 32] [--draws 200] [--step 3.5] [--groups N] [--augment]
 
 Exact pairs: how many a second are generated into an empty cache, and read from it in random order. Windows:
 what ``bench train`` gathers (motion that is not in the cache is made first), and how long the drawing of
 one batch takes beside ``--step``, the seconds of a training step (PAN's of 32 windows). Memory is that of
-the process itself, mapped files left out. The bar: a batch is drawn in a fiftieth of a step.
+the process itself, mapped files left out. The bar: a batch is drawn in a fiftieth of a step. With
+``--augment`` windows are changed; what that alone takes, without what the method makes of the changed
+motion, is printed too.
 """
 
 from __future__ import annotations
@@ -14,8 +16,10 @@ from __future__ import annotations
 import argparse
 import os
 import resource
+import statistics
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +29,9 @@ from retarget_bench.api import optional
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import joint_datasets
-from retarget_bench.training.data import gather
+from retarget_bench.training.augmentation.augmenter import Augmenter
+from retarget_bench.training.config import Augmentation
+from retarget_bench.training.data import TrainingData, gather
 
 BAR = 50.0
 
@@ -70,14 +76,15 @@ def pairs(data: str, groups: int, step: float, rows: int) -> None:
                 os.environ["RETARGET_BENCH_CACHE"] = usual
 
 
-def windows(data: str, method: str, rows: int, draws: int, step: float) -> None:
+def windows(data: str, method: str, rows: int, draws: int, step: float, augment: bool) -> None:
     """Gathering, and the drawing of batches by the method's own training module."""
     spec, built = Spec.parse(method), bound.method(Spec.parse(method)).built
     config: Any = built.presets["default"]  # type: ignore[attr-defined]
     before = memory()
     begun = time.perf_counter(), time.process_time()
     joint = joint_datasets.joint_spec([Spec.parse(each) for each in data.split("+")])
-    motion = gather(joint, spec, config.fps, 1, lambda *_: None)
+    augmentation = Augmentation() if augment else None
+    motion = gather(joint, spec, config.fps, 1, lambda *_: None, augmentation)
     gathered, own = time.perf_counter() - begun[0], memory()
     hours = motion.frames / config.fps / 3600.0
     module = built.training_module(motion, config)  # type: ignore[attr-defined]
@@ -94,6 +101,24 @@ def windows(data: str, method: str, rows: int, draws: int, step: float) -> None:
     print(f"  a batch of {rows}: {1e3 * each:.1f} ms, {told};")
     print(f"  bar of {BAR:.0f}: {verdict}; memory in MB: {before[0]:.0f} before, {own[0]:.0f} gathered,")
     print(f"  {ready[0]:.0f} with the module, {after[0]:.0f} after {draws} draws; {after[1]:.0f} at most.")
+    if augmentation is not None:
+        keys = next(iter(motion.clips.values()))[0].arrays
+        nothing = Augmenter(augmentation, config.fps, lambda _: dict.fromkeys(keys, np.zeros(())))
+        rates = [
+            drawn(each, rows, config.window, draws) for each in (replace(motion, augmenter=nothing), motion)
+        ]
+        print(f"  windows a second: {rates[0]:.0f} changed, {rates[1]:.0f} changed and seen by the method.")
+
+
+def drawn(motion: TrainingData, rows: int, frames: int, draws: int) -> float:
+    """Windows of all characters that are drawn in a second of processor time."""
+    cast = motion.cast(np.random.default_rng(0), rows)
+    seconds = []
+    for seed in range(draws + 1):
+        begun = time.process_time()
+        motion.draw(np.random.default_rng(seed), cast, frames)
+        seconds.append(time.process_time() - begun)
+    return rows / statistics.median(seconds[1:])
 
 
 def main() -> None:
@@ -104,12 +129,15 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--step", type=float, default=3.5, help="seconds of a training step")
     parser.add_argument("--groups", type=int, default=30, help="groups of pairs to make; 0: no pairs")
+    parser.add_argument(
+        "--augment", action="store_true", help="change windows as bench train --augment does"
+    )
     asked = parser.parse_args()
     for data in asked.data:
         if asked.groups and "+" not in data:
             pairs(data, asked.groups, asked.step, asked.rows)
         for method in asked.methods:
-            windows(data, method, asked.rows, asked.draws, asked.step)
+            windows(data, method, asked.rows, asked.draws, asked.step, asked.augment)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from torch import Tensor, nn
 
 from retarget_bench.methods.humot.network import Decoder, Encoder
 from retarget_bench.methods.humot.network import block as blocks
+from retarget_bench.methods.humot.network.tokens import RaggedTokens
 from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT, Design
 from tests.examples import examples
 
@@ -49,9 +50,13 @@ def networks(design: Design, seed: int = 0) -> tuple[Encoder, Decoder]:
 
 def through(encoder: nn.Module, decoder: nn.Module, sequences: Batch) -> tuple[Tensor, Tensor]:
     """Code and positions."""
-    positions, *where = sequences
-    code = encoder(positions, *where)
-    return code, decoder(code, *where)
+    positions, template, joints, frames = sequences
+    if not isinstance(encoder, Encoder):  # plain ones see the masks
+        code = encoder(positions, template, joints, frames)
+        return code, decoder(code, template, joints, frames)
+    given, asked = RaggedTokens.between(joints.numpy(), joints.numpy(), frames.numpy())
+    code = encoder(positions, template, given)
+    return code, decoder(code, template, asked)
 
 
 def doubled(sequences: Batch) -> Batch:

@@ -1,13 +1,15 @@
-"""Training steps on a GPU: nothing is left on the CPU, and no step waits for the device.
+"""Training steps on a GPU: nothing is left on the CPU, and next to no step waits for the device.
 
-Without a GPU, steps go through torch's ``meta`` device, which holds no numbers: whatever asks for one
-raises, and a mode on top of it raises at what would mix devices or copy from one to the other.
+Without a GPU, steps go through torch's ``meta`` device, which holds no numbers. Modes on top of it raise at
+what mixes devices, and note what asks for a number or copies from the CPU, since each of these waits.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import humot_material
@@ -16,61 +18,124 @@ import numpy as np
 import pan_material
 import pytest
 import r2et_material
+import same_material
 import san_material
 import smrm_material
+import test_nkn_cross
+import test_npt
+import test_pmnet_cross
+import test_skin
+import test_skr
 import torch
 from test_paired import material, training
 from torch import Tensor
+from torch.overrides import TorchFunctionMode
 from torch.utils._python_dispatch import TorchDispatchMode
 from torch.utils._pytree import tree_leaves
 
 from retarget_bench.methods.nkn import plugin as Nkn
-from retarget_bench.methods.paired.training import PairedTraining
+from retarget_bench.methods.nkn_cross import plugin as NknCross
+from retarget_bench.methods.pmnet import plugin as Pmnet
+from retarget_bench.methods.pmnet_cross import plugin as PmnetCross
+from retarget_bench.plugins import registry
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.phases import optimiser_phases, to_device
 
 CUDA = pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
-KINDS = ("pan", "pan[parts=three]", "san", "nkn", "smrm", "r2et", "paired")
-"""``humot`` counts the joints of every row of a batch on the device."""
+MODULES: Mapping[str, Callable[[], Any]] = {
+    "pan": lambda: pan_material.training_module(small=True),
+    "pan[parts=three]": lambda: pan_material.training_module(("one", "rex"), small=True, parts="three"),
+    "san": san_material.training_module,
+    "nkn": lambda: nkn_toys.training_module(Nkn(hidden=16), window=6),
+    "nkn_cross": lambda: nkn_toys.training_module(NknCross(hidden=16), window=6, cast=test_nkn_cross.CAST),
+    "pmnet": lambda: nkn_toys.training_module(Pmnet(hidden=16), window=6),
+    "pmnet_cross": lambda: nkn_toys.training_module(
+        PmnetCross(hidden=16), window=6, cast=test_pmnet_cross.CAST
+    ),
+    "smrm": lambda: smrm_material.training_module(window=6),
+    "r2et": r2et_material.training_module,
+    "humot": lambda: humot_material.training_module(thin=True),
+    "humot[variant=text]": lambda: humot_material.training_module(thin=True, variant="text"),
+    "same": same_material.training_module,
+    "skr": test_skr.training_module,
+    "skin": test_skin.training_module,
+    "npt": test_npt.module,
+}
+"""The training modules of all methods but ``paired``, small."""
+KINDS = (*MODULES, "paired")
+WAITS = 3
+"""How often a step may wait for the device."""
+REPOSITORY = Path(__file__).parents[2]
 __all__ = ["material", "training"]
 
 
 @pytest.fixture
-def module(request: pytest.FixtureRequest, training: Any) -> Any:
-    """The training module of a method, small."""
-    match request.param:
-        case "pan":
-            return pan_material.training_module(small=True)
-        case "pan[parts=three]":
-            return pan_material.training_module(("one", "rex"), small=True, parts="three")
-        case "san":
-            return san_material.training_module()
-        case "nkn":
-            return nkn_toys.training_module(Nkn(hidden=16), window=6)
-        case "smrm":
-            return smrm_material.training_module(window=6)
-        case "r2et":
-            return r2et_material.training_module()
-        case "humot":
-            return humot_material.training_module(thin=True)
-    return training
+def module(request: pytest.FixtureRequest) -> Any:
+    if request.param == "paired":
+        return request.getfixturevalue("training")
+    return MODULES[request.param]()
+
+
+NUMBERS: Mapping[Any, Callable[[Tensor], Any]] = {
+    Tensor.item: lambda _: 1.0,
+    Tensor.tolist: lambda tensor: np.ones(tensor.shape).tolist(),
+    Tensor.cpu: lambda tensor: torch.ones(tensor.shape, dtype=tensor.dtype),
+    Tensor.__bool__: lambda _: True,
+    Tensor.__int__: lambda _: 1,
+    Tensor.__index__: lambda _: 1,
+    Tensor.__float__: lambda _: 1.0,
+}
+"""What a step asks a tensor for, and the answer that it gets from a device without numbers."""
+
+
+def line() -> str:
+    """The line of a method, or of what methods share, that is being carried out."""
+    frame: Any = sys._getframe()
+    while frame:
+        place = Path(frame.f_code.co_filename)
+        if any(place.is_relative_to(REPOSITORY / folder) for folder in ("methods", "retarget_bench")):
+            return f"{place.relative_to(REPOSITORY)}:{frame.f_lineno}"
+        frame = frame.f_back
+    return "?"
+
+
+class Asking(TorchFunctionMode):
+    """Notes what asks for numbers, and what copies numbers of Python: new tensors, and lists of indices."""
+
+    def __init__(self, found: list[str]) -> None:
+        super().__init__()
+        self.found = found
+
+    def __torch_function__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
+        if func in NUMBERS and args[0].is_meta:
+            self.found.append(f"{line()}: {func.__name__}")
+            return NUMBERS[func](args[0])
+        result = func(*args, **(kwargs or {}))
+        if func in (torch.tensor, torch.as_tensor, Tensor.new_tensor) and result.is_meta:
+            self.found.append(f"{line()}: {func.__name__}")
+        if func in (Tensor.__getitem__, Tensor.__setitem__) and args[0].is_meta:
+            index = args[1] if isinstance(args[1], tuple) else (args[1],)
+            if any(isinstance(each, list | np.ndarray) for each in index):
+                self.found.append(f"{line()}: {func.__name__}")
+        return result
 
 
 class OneDevice(TorchDispatchMode):
-    """Raises where an operation mixes devices, or waits for a copy from one to another; single numbers may
-    come from the CPU. indexed: joints may be chosen by lists, too, which torch copies."""
+    """Raises where an operation mixes devices, and notes copies from one to another that are waited for, of
+    indices too; single numbers may come from the CPU."""
 
-    def __init__(self, indexed: bool = False) -> None:
+    def __init__(self, found: list[str]) -> None:
         super().__init__()
-        self.indexed = indexed
+        self.found = found
 
     def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         result, kwargs = func(*args, **(kwargs or {})), kwargs or {}
-        if kwargs.get("non_blocking") or (self.indexed and "index" in str(func)):
-            return result
         tensors = [each for each in tree_leaves((args, kwargs, result)) if isinstance(each, Tensor)]
         devices = {each.device.type for each in tensors if each.ndim}
-        assert len(devices) < 2, f"{func} is of {', '.join(sorted(devices))}"
+        if len(devices) > 1 and not kwargs.get("non_blocking"):
+            told = f"{line()}: {func}"
+            assert "copy" in str(func) or "index" in str(func), f"{told} is of {', '.join(sorted(devices))}"
+            self.found.append(told)
         return result
 
 
@@ -97,25 +162,29 @@ def drawn(module: Any, device: torch.device, seed: int = 0) -> Any:
 
 
 @pytest.mark.parametrize("module", KINDS, indirect=True)
-def test_no_step_asks_the_device_or_mixes_it_with_the_cpu(module: Any) -> None:
+def test_next_to_no_step_waits_for_the_device_and_none_mixes_it_with_the_cpu(module: Any) -> None:
     meta = torch.device("meta")
     for part in module.modules.modules():
         if hasattr(part, "_full"):  # a buffer asks until it is full
             part._full, part._count = True, len(part.kept)
     module.modules.to(meta)
-    for rule in module.modules.children():
-        if hasattr(rule, "running"):  # who learns is asked for once a step
-            rule.update = lambda logits, rule=rule: np.ones(len(rule.running), bool)
-    batches = [drawn(module, meta, seed) for seed in range(2)]
     with without_autocast():
-        step(module, batches[0])  # constants are moved with the first step
-        with OneDevice(indexed=isinstance(module, PairedTraining)):
-            step(module, batches[1])
+        for seed in range(2):  # constants are moved with the first step
+            batch, found = drawn(module, meta, seed), []
+            with Asking(found), OneDevice(found):
+                step(module, batch)
+    assert len(found) <= WAITS, "\n".join(found)
+
+
+def test_no_method_that_can_be_trained_is_left_out() -> None:
+    plugins, _ = registry.working("methods")
+    trained = {name for name, each in plugins.items() if hasattr(each, "training_module")}
+    assert trained == {name.partition("[")[0] for name in KINDS}
 
 
 # ------------------------------------------------------------------------------------------ with a GPU
 @CUDA
-@pytest.mark.parametrize("module", [*KINDS, "humot"], indirect=True)
+@pytest.mark.parametrize("module", KINDS, indirect=True)
 def test_losses_are_those_of_the_cpu(module: Any) -> None:
     here = drawn(module, torch.device("cpu"))
     module.modules.eval()
@@ -130,7 +199,7 @@ def test_losses_are_those_of_the_cpu(module: Any) -> None:
 
 @CUDA
 @pytest.mark.parametrize("precision", ["float32", "bfloat16"])
-@pytest.mark.parametrize("module", [*KINDS, "humot"], indirect=True)
+@pytest.mark.parametrize("module", KINDS, indirect=True)
 def test_steps_lower_the_loss(module: Any, precision: Any) -> None:
     cuda = torch.device("cuda")
     module.modules.to(cuda)

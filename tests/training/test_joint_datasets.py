@@ -170,7 +170,8 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
     """It builds the data sets anew and gives a character's clips by the name that it has among all."""
     here = gathered(BOTH).clips["tall-2"]
     job = {"character": "tall-2", "dataset": BOTH, "method": Spec("toy_trainee"), "fps": 30.0}
-    sent = pickle.loads(pickle.dumps({**job, "plugins": registry.files(), "folder": tmp_path}))
+    others = {"plugins": registry.files(), "folder": tmp_path, "augmented": True}
+    sent = pickle.loads(pickle.dumps({**job, **others}))
     joint_datasets._several.cache_clear()
     plan._dataset.cache_clear()
     stored, others, unusable = clips_of(sent)
@@ -180,6 +181,8 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
     for clip, read in zip(here, stored.read(), strict=True):
         assert clip.arrays.keys() == read.arrays.keys()
         assert all(np.array_equal(read.arrays[key], clip.arrays[key]) for key in clip.arrays)
+        np.testing.assert_array_equal(read.motion["root"], clip.arrays["root"])
+        assert read.motion["rotations"].shape == (clip.frames, 9, 4)
 
 
 def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkeypatch):

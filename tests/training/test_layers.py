@@ -80,7 +80,7 @@ def test_a_discriminator_learns_while_it_takes_enough_answers_for_real():
     rule = NknUpdateRule(discriminators=3)
     rule.running.copy_(torch.tensor([0.5, 0.2, 0.5]))
     learns = rule.update([(0, torch.zeros(2)), (1, torch.full((4,), 100.0)), (0, torch.full((2,), 100.0))])
-    assert learns.tolist() == [True, False, False], "the last has seen no answer"
+    assert learns == [True, False, False], "the last has seen no answer"
     assert rule.running.tolist() == pytest.approx([0.99 * 0.5 + 0.01 * 0.75, 0.99 * 0.2 + 0.01, 0.5])
 
 

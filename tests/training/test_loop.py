@@ -254,6 +254,16 @@ def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkey
     assert json.loads((tmp_path / "run" / "weights.json").read_text())["step"] == best
 
 
+def test_between_validations_lies_a_pause(toy_run, tmp_path, monkeypatch):
+    """Without one, a validation is due every five steps; the last step always has one."""
+    every, _ = toy_run("every", preset="quick")
+    monkeypatch.setitem(loop.PAUSE, "cpu", 1e9)
+    done, _ = toy_run("paused", preset="quick")
+    assert [each["step"] for each in every.at.validation] == [5, 10]
+    assert [each["step"] for each in done.at.validation] == [10]
+    same(state(tmp_path / "every"), state(tmp_path / "paused"))
+
+
 # ------------------------------------------------------------------------------------ drawn beforehand
 def test_batches_drawn_beforehand_by_processes_change_nothing(toy_plugins, tmp_path):
     built = registry.create("methods", "toy_trainee")

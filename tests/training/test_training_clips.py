@@ -88,6 +88,7 @@ def test_progress_is_told(tmp_path):
     told = []
     names = list(training_clips(registry.create("datasets", "odd_clips"))["toy"])
     common = {"dataset": Spec("odd_clips"), "method": Spec("rooted"), "fps": 60.0, "folder": tmp_path}
+    common["augmented"] = False
     by_character(clips_of, names, common, 1, lambda *at: told.append(at))
     assert told == [(0, 2), (1, 2), (2, 2)]
 

@@ -47,27 +47,25 @@ class Encoder(nn.Module):
         self.code = nn.Linear(design.width, design.latent)
         initialise_orthogonal([*self.template, *self.motion, *self.joined, self.merged, self.code], ELU)
 
-    def forward(self, positions: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
+    def forward(self, positions: Tensor, template: Tensor, ragged: RaggedTokens) -> Tensor:
         """The code ``(rows, frames, latent)``, zero where there is no frame.
 
         positions: ``(rows, frames, joints, 3)`` metres, Z up, centred. template: ``(rows, joints, 3)``.
-        joints: ``(rows, joints)``, True where there is one. frames: ``(rows, frames)``, True where there is
-        one; padding lies behind. What padding holds does not matter.
+        ragged: of both, with a latent track. What padding holds does not matter.
         """
-        ragged = RaggedTokens.of(joints, frames, more=1)
-        tracks = positions.transpose(1, 2)[joints]
+        tracks = positions.transpose(1, 2)[ragged.rows, ragged.joints]
         mask = None
         if ragged.frames is not None:
-            mask = frames.repeat_interleave(joints.sum(1), 0).unsqueeze(2)
+            mask = ragged.frames[ragged.rows].unsqueeze(2)
             tracks = tracks.masked_fill(~mask, 0.0)
-        template = template[joints]
+        template = template[ragged.rows, ragged.joints]
         tokens = self._tokens(tracks, _activated(self.template, template), ragged, mask)
         for number, block in enumerate(self.blocks):
             if self.design.anchored:
                 tokens = self.common[number](tokens, template, ragged)
-            tokens = block(tokens, ragged, kept=1 if number == len(self.blocks) - 1 else None)
+            tokens = block(tokens, ragged, latent=number == len(self.blocks) - 1)
         code = self.code(tokens[::2])
-        return code if ragged.frames is None else code * frames.unsqueeze(2)
+        return code if ragged.frames is None else code * ragged.frames.unsqueeze(2)
 
     def _tokens(
         self, tracks: Tensor, template: Tensor, ragged: RaggedTokens, mask: Tensor | None
@@ -84,7 +82,7 @@ class Encoder(nn.Module):
             moving = functional.linear(_activated(self.joined, moving), weight[:, half:])
             return moving + still[group].unsqueeze(1) + time
 
-        return in_groups(tokens, ragged.behind(1), embedded)
+        return in_groups(tokens, ragged.own, embedded)
 
 
 class Decoder(nn.Module):
@@ -116,19 +114,18 @@ class Decoder(nn.Module):
         initialise_orthogonal([*self.latent, self.shared, *self.motion, *self.written[:-1]], ELU)
         initialise_orthogonal(self.written[-1:], FIRST)
 
-    def forward(self, code: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
+    def forward(self, code: Tensor, template: Tensor, ragged: RaggedTokens) -> Tensor:
         """Positions ``(rows, frames, joints, 3)`` in metres, zero where there is no joint or no frame.
 
-        code: ``(rows, frames, latent)``. The others are as the encoder's.
+        code: ``(rows, frames, latent)``. template: ``(rows, joints, 3)``, which ``ragged`` is of.
         """
-        ragged = RaggedTokens.of(joints, frames)
-        tokens = self._tokens(template[joints], ragged)
-        mask = None if ragged.frames is None else frames.unsqueeze(2)
+        tokens = self._tokens(template[ragged.rows, ragged.joints], ragged)
+        mask = None if ragged.frames is None else ragged.frames.unsqueeze(2)
         code = code if mask is None else code.masked_fill(~mask, 0.0)
         latent = functional.elu_(self.shared(_activated(self.latent, code, mask)))
         for style_of, block in zip(self.styles, self.blocks, strict=True):
             tokens = block(styled(tokens, style_of(latent), ragged), ragged)
-        own = ragged.behind(0)
+        own = ragged.own
 
         def written(group: slice) -> Tensor:
             mask = None if ragged.mask is None else ragged.mask[own[group]]
@@ -139,8 +136,8 @@ class Decoder(nn.Module):
 
         every = torch.arange(len(own), device=own.device)
         tracks = in_groups(tokens.new_zeros(len(own), ragged.length, 3), every, written)
-        result = tracks.new_zeros(*joints.shape, ragged.length, 3)
-        return result.index_put((joints,), tracks).transpose(1, 2)
+        result = tracks.new_zeros(*template.shape[:2], ragged.length, 3)
+        return result.index_put((ragged.rows, ragged.joints), tracks).transpose(1, 2)
 
     def _tokens(self, template: Tensor, ragged: RaggedTokens) -> Tensor:
         """Input of the first block, without its style ``(tracks, frames, width)``."""
@@ -152,7 +149,7 @@ class Decoder(nn.Module):
             still = still + NEAR * self.anchors(template).softmax(1)
         time = time_code(ragged.length, self.design, still)
         tokens = still.new_zeros(ragged.total, ragged.length, self.design.width)
-        return in_groups(tokens, ragged.behind(0), lambda group: still[group].unsqueeze(1) + time)
+        return in_groups(tokens, ragged.own, lambda group: still[group].unsqueeze(1) + time)
 
 
 def _activated(layers: Iterable[nn.Module], values: Tensor, mask: Tensor | None = None) -> Tensor:
@@ -170,10 +167,10 @@ class Autoencoder(nn.Module):
         super().__init__()
         self.encoder, self.decoder = Encoder(design), Decoder(design)
 
-    def forward(self, given: Batch, asked: Batch, frames: Tensor) -> Tensor:
-        """``(rows, frames, joints asked, 3)`` metres. given, asked: see ``HumotTraining.draw``."""
-        code = self.encoder(given["places"], given["template"], given["joints"], frames)
-        answer: Tensor = self.decoder(code, asked["template"], asked["joints"], frames)
+    def forward(self, given: Batch, asked: Batch, tokens: tuple[RaggedTokens, RaggedTokens]) -> Tensor:
+        """``(rows, frames, joints asked, 3)`` metres. given, asked, tokens: see ``HumotTraining.draw``."""
+        code = self.encoder(given["places"], given["template"], tokens[0])
+        answer: Tensor = self.decoder(code, asked["template"], tokens[1])
         return answer
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:

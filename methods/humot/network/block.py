@@ -8,12 +8,15 @@ projection would do: neither is ever applied to tokens one by one.
 
 from itertools import product
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from retarget_bench.training.phases import to_device
+
 from ..settings import Design
-from .tokens import RaggedTokens
+from .tokens import HALO, RaggedTokens
 
 EPSILON = 1e-5
 SMALLEST = 1e-12
@@ -24,8 +27,6 @@ LONG = 1 << 14
 """Tokens of a sequence beyond which it is read in parts, where no gradients are wanted."""
 SIDE = (32, 64)
 """Tracks and frames of a part."""
-HALO = 2
-"""How far the two convolutions of the local interaction reach."""
 MOMENTUM = 0.1
 
 
@@ -56,10 +57,10 @@ class Attention(nn.Module):
         sizes = list(zip(ragged.counts, ragged.lengths, strict=True))
         few = [n for n, (count, length) in enumerate(sizes) if count * length < FEW * normed.shape[-1]]
         if few:
-            own = [self._directly(sequences[n][: sizes[n][0], : sizes[n][1]]) for n in few]
-            index = torch.tensor(few, device=normed.device)
-            squares = squares.index_copy(0, index, torch.stack([each for each, _ in own]))
-            scores = scores.index_copy(0, index, torch.stack([each for _, each in own]))
+            every = list(zip(squares.unbind(), scores.unbind(), strict=True))
+            for n in few:
+                every[n] = self._directly(sequences[n][: sizes[n][0], : sizes[n][1]])
+            squares, scores = (torch.stack(each) for each in zip(*every, strict=True))
         matrices, bias = self.mixing(squares, scores)
         if kept is not None:
             ragged, index = kept
@@ -142,7 +143,7 @@ class BatchNorm(nn.Module):
 
     def _counted(self, values: Tensor, own: RaggedTokens) -> tuple[Tensor, Tensor]:
         """Mean and variance of real tokens; the running ones follow."""
-        flat, count = own.zero_padding_(values).flatten(0, 1), own.real.sum()
+        flat, count = own.zero_padding_(values).flatten(0, 1).to(self.mean), own.real.sum()
         mean = flat.sum(0) / count
         missing = len(flat) - count
         variance = ((flat - mean).square().sum(0) - missing * mean.square()).clamp(min=0.0) / count
@@ -213,27 +214,26 @@ class Block(nn.Module):
         self.local = Local(design)
         self.feed = FeedForward(design)
 
-    def forward(self, tokens: Tensor, ragged: RaggedTokens, kept: int | None = None) -> Tensor:
-        """``(tracks, frames, width)``; with ``kept``, only so many first tracks of each sequence.
+    def forward(self, tokens: Tensor, ragged: RaggedTokens, latent: bool = False) -> Tensor:
+        """``(tracks, frames, width)``; with ``latent``, of each sequence only the latent track.
 
         What the other ones would become is then worked out only for statistics over a batch.
         """
         separable = not (self.training and isinstance(self.local.inner, BatchNorm))
         if separable and not torch.is_grad_enabled() and ragged.length * max(ragged.counts) > LONG:
-            return self._in_parts(tokens, ragged, kept)
-        chosen = ragged.first(kept + HALO) if separable and kept is not None else None
+            return self._in_parts(tokens, ragged, latent)
+        chosen = ragged.near if separable and latent else None
         tokens = self.attention(tokens, ragged, chosen)
         ragged = ragged if chosen is None else chosen[0]
         tokens = self.local(tokens, ragged)
-        if kept is not None:
-            tokens = tokens[ragged.first(kept)[1]]
-        return self.feed(tokens)
+        return self.feed(tokens[ragged.first] if latent else tokens)
 
-    def _in_parts(self, tokens: Tensor, ragged: RaggedTokens, kept: int | None) -> Tensor:
+    def _in_parts(self, tokens: Tensor, ragged: RaggedTokens, latent: bool) -> Tensor:
         """The same with little memory besides tokens and result."""
-        out = ragged if kept is None else ragged.first(kept)[0]
-        result = tokens.new_zeros(out.total, *tokens.shape[1:])
-        for number, (own, found) in enumerate(zip(ragged.over(tokens), out.over(result), strict=True)):
+        counts = [2 if latent else count + 1 for count in ragged.counts]
+        result = tokens.new_zeros(sum(counts), *tokens.shape[1:])
+        parts = zip(ragged.over(tokens), torch.split(result, counts), strict=True)
+        for number, (own, found) in enumerate(parts):
             own = own[:-1, : ragged.lengths[number]]
             pairs, total = own.new_zeros(own.shape[2], own.shape[2]), own.new_zeros(own.shape[2])
             for part in _parts(*own.shape[:2]):
@@ -253,7 +253,8 @@ class Block(nn.Module):
         read = own[starts[0] : part[0].stop + HALO, starts[1] : part[1].stop + HALO]
         normed = self.attention.norm(read)
         mixed = torch.addmm(bias, normed.flatten(0, 1), matrix).view(read.shape).add_(read)
-        ragged = RaggedTokens([len(read)], read.shape[1], None, read.device)
+        tracks, frames = (np.ones((1, size), bool) for size in read.shape[:2])
+        ragged = to_device(RaggedTokens.of(tracks, frames), read.device)
         mixed = self.local(functional.pad(mixed, (0, 0, 0, 0, 0, 1)), ragged)
         inner = [slice(s.start - k, s.stop - k) for s, k in zip(part, starts, strict=True)]
         return self.feed(mixed[inner[0], inner[1]])

@@ -52,12 +52,11 @@ class TemporalConvolution(nn.Module):
         joints, frames, inputs = values.shape
         reach, count = self.kernel // 2, -(-frames // STRETCH)
         length = -(-frames // count)
-        bases = _bases(length, self.kernel, count > 1)
+        there, back, taps = _bases(length, self.kernel, count > 1, values.dtype, values.device)
         if count > 1:
             padded = functional.pad(values, (0, 0, reach, reach + count * length - frames))
             windows = padded.unfold(1, length + 2 * reach, length).transpose(2, 3)
             values = windows.reshape(joints * count, -1, inputs)
-        there, back, taps = (each.to(values) for each in bases)
         weights = torch.mm(taps, self.weight.permute(2, 1, 0).flatten(1)).view(-1, inputs, len(self.bias))
         found = _multiplied(values, weights, self.bias, there, back)
         if count > 1:
@@ -84,7 +83,9 @@ def _multiplied(values: Tensor, weights: Tensor, bias: Tensor, there: Tensor, ba
 
 @lru_cache(maxsize=64)
 @torch.inference_mode(False)  # what is kept has to serve where gradients are wanted, too
-def _bases(length: int, kernel: int, within: bool) -> tuple[Tensor, Tensor, Tensor]:
+def _bases(
+    length: int, kernel: int, within: bool, dtype: torch.dtype, device: torch.device
+) -> tuple[Tensor, ...]:
     """To waves, back from them, and from taps to weights.
 
     within: values hold the frames that the kernel reaches before and behind the ``length`` that come out.
@@ -106,7 +107,7 @@ def _bases(length: int, kernel: int, within: bool) -> tuple[Tensor, Tensor, Tens
     there = torch.cat([one.expand(1, len(read)), waves(read, -1.0).transpose(0, 1).flatten(0, 1)])
     back = torch.cat([one.expand(1, length), 2.0 * waves(written, -1.0).transpose(0, 1).flatten(0, 1)])
     taps = torch.cat([one.expand(1, kernel), waves(offsets, 1.0).flatten(0, 1)])
-    return there, (back / count).T.contiguous(), taps
+    return tuple(each.to(device, dtype) for each in (there, (back / count).T.contiguous(), taps))
 
 
 ELU, RELU = 1.2, 2.0**0.5

@@ -7,9 +7,9 @@ that a 3x3 neighbourhood sees zeros beyond the first and the last joint, as it d
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
-from itertools import accumulate
+from typing import NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -17,71 +17,89 @@ from ..settings import Design
 
 TOGETHER = 1 << 15
 """Tokens that go through layers of single joints at a time where no gradients are wanted."""
+HALO = 2
+"""How far the two convolutions of a block's local interaction reach."""
 
 
-class RaggedTokens:
-    """Places of the tracks of each sequence of a batch.
+class RaggedTokens(NamedTuple):
+    """Where the tracks of each sequence of a batch are; made on the CPU beside the batch, moved with it.
 
-    counts: tracks of each sequence. frames: ``(rows, frames)`` bool, or None where all of them are real;
-    padding lies behind.
+    counts:  tracks of each sequence, without the blank one. lengths: frames of each sequence.
+    length:  frames of a track, padding included.
+    rows, joints: ``(real,)`` indices of the real ones among padded joints ``(rows, joints)``.
+    own:     ``(real,)`` their tracks.
+    leading, blank: ``(rows,)`` the first track and the blank one of each sequence.
+    frames:  ``(rows, frames)`` bool, or None where all of them are real; padding lies behind.
+    mask:    ``(total, frames, 1)``, 0 where there is nothing; None if that is blank tracks only.
+    real:    ``(rows,)`` numbers of real tokens, floating.
+    near:    the latent track of each sequence with the tracks that it depends on in a block, as a batch of
+             their own, and ``(tracks,)`` which they are; None where there are no latent tracks.
     """
 
-    def __init__(self, counts: list[int], length: int, frames: Tensor | None, device: torch.device) -> None:
-        self.counts, self.length, self.device = counts, length, device
-        self.frames = frames
-        self.starts = [0, *accumulate(count + 1 for count in counts)]
-        self.total = self.starts.pop()
+    counts: tuple[int, ...]
+    lengths: tuple[int, ...]
+    length: int
+    rows: Tensor
+    joints: Tensor
+    own: Tensor
+    leading: Tensor
+    blank: Tensor
+    frames: Tensor | None
+    mask: Tensor | None
+    real: Tensor
+    near: tuple[RaggedTokens, Tensor] | None = None
 
     @classmethod
-    def of(cls, joints: Tensor, frames: Tensor, more: int = 0) -> RaggedTokens:
-        """Tokens of real joints ``(rows, joints)`` bool, and ``more`` tracks before them."""
-        counts = [count + more for count in joints.sum(1).tolist()]
-        return cls(counts, frames.shape[1], None if bool(frames.all()) else frames, joints.device)
+    def of(cls, joints: np.ndarray, frames: np.ndarray, more: int = 0) -> RaggedTokens:
+        """Tokens of real joints ``(rows, joints)`` bool in real frames ``(rows, frames)`` bool.
 
-    def first(self, most: int) -> tuple[RaggedTokens, Tensor]:
-        """The first tracks of each sequence alone, and which they are, blank ones included."""
-        counts = [min(count, most) for count in self.counts]
-        rows = [
-            row
-            for start, own, count in zip(self.starts, self.counts, counts, strict=True)
-            for row in (*range(start, start + count), start + own)
-        ]
-        return RaggedTokens(counts, self.length, self.frames, self.device), self._index(rows)
+        more: tracks before them."""
+        rows, places = np.nonzero(joints)
+        counts, lengths = joints.sum(1) + more, frames.sum(1)
+        blank = np.cumsum(counts + 1) - 1
+        padded = not frames.all()
+        mask = np.repeat(frames, counts + 1, axis=0).astype(np.float32)[..., None]
+        mask[blank] = 0.0
+        return cls(
+            counts=tuple(counts.tolist()),
+            lengths=tuple(lengths.tolist()),
+            length=frames.shape[1],
+            rows=torch.from_numpy(rows),
+            joints=torch.from_numpy(places),
+            own=torch.from_numpy(np.arange(len(rows)) + (1 + more) * rows + more),
+            leading=torch.from_numpy(blank - counts),
+            blank=torch.from_numpy(blank),
+            frames=torch.from_numpy(frames) if padded else None,
+            mask=torch.from_numpy(mask) if padded else None,
+            real=torch.from_numpy((counts * lengths).astype(np.float32)),
+        )
 
-    @cached_property
-    def leading(self) -> Tensor:
-        """The first track of each sequence."""
-        return self._index(self.starts)
+    @classmethod
+    def with_latent(cls, joints: np.ndarray, frames: np.ndarray) -> RaggedTokens:
+        """The same, with a latent track before the joints' ones."""
+        whole = cls.of(joints, frames, 1)
+        near = cls.of(joints & (joints.cumsum(1) <= HALO), frames, 1)
+        which = np.arange(near.total)
+        which += np.repeat((whole.leading - near.leading).numpy(), np.array(near.counts) + 1)
+        which[near.blank.numpy()] = whole.blank.numpy()
+        return whole._replace(near=(near, torch.from_numpy(which)))
 
-    def behind(self, skipped: int) -> Tensor:
-        """All tracks but blank ones and the first ``skipped`` of each sequence."""
-        pairs = zip(self.starts, self.counts, strict=True)
-        return self._index([row for start, count in pairs for row in range(start + skipped, start + count)])
+    @classmethod
+    def between(
+        cls, given: np.ndarray, asked: np.ndarray, frames: np.ndarray
+    ) -> tuple[RaggedTokens, RaggedTokens]:
+        """Of the encoder and of the decoder, by the joints of both."""
+        return cls.with_latent(given, frames), cls.of(asked, frames)
 
-    @cached_property
-    def blank(self) -> Tensor:
-        """The blank tracks."""
-        return self._index([start + count for start, count in zip(self.starts, self.counts, strict=True)])
+    @property
+    def total(self) -> int:
+        """Tracks of all sequences, blank ones included."""
+        return sum(self.counts) + len(self.counts)
 
-    @cached_property
-    def mask(self) -> Tensor | None:
-        """``(total, frames, 1)``, 0 where there is nothing; None if that is blank tracks only."""
-        if self.frames is None:
-            return None
-        own = torch.tensor([count + 1 for count in self.counts], device=self.device)
-        mask = self.frames.float().repeat_interleave(own, 0).index_fill(0, self.blank, 0.0)
-        return mask.unsqueeze(2)
-
-    @cached_property
-    def lengths(self) -> list[int]:
-        """Frames of each sequence."""
-        return [self.length] * len(self.counts) if self.frames is None else self.frames.sum(1).tolist()
-
-    @cached_property
-    def real(self) -> Tensor:
-        """Numbers of real tokens of each sequence ``(rows,)``, floating."""
-        numbers = [count * length for count, length in zip(self.counts, self.lengths, strict=True)]
-        return torch.tensor(numbers, dtype=torch.float32, device=self.device)
+    @property
+    def first(self) -> Tensor:
+        """The first track and the blank one of each sequence, in turn."""
+        return torch.stack([self.leading, self.blank], 1).flatten()
 
     def zero_padding_(self, values: Tensor) -> Tensor:
         """Values ``(total, frames, width)`` with zeros, in place, where there is nothing."""
@@ -91,15 +109,13 @@ class RaggedTokens:
         """The tracks of each sequence ``(tracks, frames, width)``, the blank one last."""
         return torch.split(values, [count + 1 for count in self.counts])
 
-    def _index(self, rows: list[int]) -> Tensor:
-        return torch.tensor(rows, dtype=torch.long, device=self.device)
-
 
 def time_code(frames: int, design: Design, like: Tensor) -> Tensor:
     """The code of time ``(frames, width)``: sines in even channels, cosines in odd ones."""
     width, basis = design.width, design.basis
-    steps = torch.arange(0, width, 2, dtype=torch.float64)
-    angles = torch.arange(frames, dtype=torch.float64).unsqueeze(1) / basis ** (steps / width)
+    steps = torch.arange(0, width, 2, dtype=torch.float64, device=like.device)
+    times = torch.arange(frames, dtype=torch.float64, device=like.device)
+    angles = times.unsqueeze(1) / basis ** (steps / width)
     code = torch.stack([angles.sin(), angles.cos()], -1).flatten(1)[:, :width]
     return design.time * code.to(like)
 

@@ -36,21 +36,23 @@ class NknUpdateRule(nn.Module):
         self.threshold, self.memory = threshold, memory
         self.register_buffer("running", torch.full((discriminators,), START))
 
-    def update(self, logits: list[tuple[int, Tensor]]) -> Tensor:
-        """``(discriminators,)`` bool: which learn in this step, the same on every process.
+    def update(self, logits: list[tuple[int, Tensor]]) -> list[bool]:
+        """For each discriminator whether it learns in this step, the same on every process; this waits for
+        a GPU, once.
 
         logits: discriminator and its ``(rows,)`` of answers; one that has seen none does not learn.
         """
         sums = self.running.new_zeros(len(self.running), 2)
         for number, each in logits:
-            score = each.detach().float().sigmoid().sum()
-            sums[number] += torch.stack([score, score.new_tensor(float(len(each)))])
+            sums[number, 0] += each.detach().float().sigmoid().sum()
+            sums[number, 1] += len(each)
         total, rows = parallel.mean(sums).unbind(1)
         seen = rows > 0
         now = total / rows.clamp(min=1e-6)
         new = self.memory * self.running + (1.0 - self.memory) * now
         self.running.copy_(torch.where(seen, new, self.running))
-        return seen & (self.running > self.threshold)
+        learns: list[bool] = (seen & (self.running > self.threshold)).tolist()
+        return learns
 
 
 class ReplayBuffer(nn.Module):

@@ -112,7 +112,7 @@ class Hostile:
             each.unlink()
         os.chdir("/")
 
-    # ------------------------------------------------------- at processes and files of others, as far as it can
+    # -------------------------------------------------------- at processes and files of others
     def _kill_server(self, target):
         os.kill(_ancestors()[1], signal.SIGKILL)
         time.sleep(60)

@@ -1,11 +1,12 @@
 """Windows a second of whole training steps: by precision, rows of a batch, and ``torch.compile``.
 
-    python tests/benchmarks/training_steps.py pan humot [--rows 16 32 64] [--rounds 3] [--compiled]
+    python benchmarks/training_steps.py pan humot [--rows 16 32 64] [--rounds 3] [--compiled]
         [--dataset puppets] [--preset default] [--threads 1] [--device cpu] [--steps 200] [--shares]
 
 A step is one of ``bench train``: a batch drawn and moved to the device, losses, gradients and Adam of
 all phases. Contenders take turns with batches of the same seeds, and the median round counts: of processor
-time, on a GPU of wall time with the device waited for. ``--compiled`` adds contenders whose networks
+time, on a GPU of wall time with the device waited for, without drawing, which other processes do meanwhile
+and which is printed beside it. ``--compiled`` adds contenders whose networks
 ``torch.compile`` has translated with its CPU backend; what that takes beforehand is printed too. With
 ``--steps`` both precisions are trained from one beginning on the same batches, and losses are printed. With
 ``--shares`` the share of every phase, and of the forward passes of every class of network, is printed.
@@ -39,8 +40,9 @@ PARTS = ("Encoder", "Decoder", "SkeletonEncoder", "Autoencoder", "Corrector", "G
 
 def stepper(
     data: TrainingData, method: Any, rows: int, precision: Any, compiled: bool, asked: argparse.Namespace
-) -> Callable[[int], tuple[float, float]]:
-    """A function of a seed: seconds of one step, and the sum of the first phase's losses."""
+) -> Callable[[int], tuple[float, float, float]]:
+    """A function of a seed: seconds of one step and of drawing its batch, and the sum of the first phase's
+    losses."""
     config = replace(method.presets[asked.preset], precision=precision)
     device = torch.device(asked.device)
     torch.manual_seed(0)
@@ -51,17 +53,20 @@ def stepper(
     phases = optimiser_phases(module, config, device)
     clock = time.process_time if device.type == "cpu" else time.perf_counter
 
-    def step(seed: int) -> tuple[float, float]:
+    def step(seed: int) -> tuple[float, float, float]:
         torch.manual_seed(seed)
         begun = clock()
-        batch = to_device(module.draw(np.random.default_rng(seed), rows), device)
+        batch = module.draw(np.random.default_rng(seed), rows)
+        drawing = clock() - begun
+        batch = to_device(batch, device)
         memory: dict[str, Any] = {}
         measured = [phase(batch, memory, config.rate_at(seed, 0.0)) for phase in phases]
         if device.type == "cuda":
             torch.cuda.synchronize()
+            begun += drawing
         seconds = clock() - begun
         terms = {key: each for key, each in measured[0].items() if not key.endswith(NORM)}
-        return seconds, sum(float(each) for each in terms.values())
+        return seconds, drawing, sum(float(each) for each in terms.values())
 
     return step
 
@@ -92,17 +97,21 @@ def compare(name: str, asked: argparse.Namespace) -> None:
         choices = [(kind, compiled) for compiled in asked.compiled for kind in ("float32", "bfloat16")]
         steps = {each: stepper(data, method, rows, *each, asked) for each in choices}
         before = {each: step(0)[0] for each, step in steps.items()}
-        found: dict[Any, list[float]] = {each: [] for each in choices}
+        found: dict[Any, list[tuple[float, ...]]] = {each: [] for each in choices}
         for round_ in range(1, asked.rounds + 1):
             for each, step in steps.items():
-                found[each].append(step(round_)[0])
-        base = statistics.median(found[choices[0]])
-        for (kind, compiled), seconds in found.items():
-            each = statistics.median(seconds)
+                found[each].append(step(round_))
+        medians = {
+            each: [statistics.median(column) for column in zip(*measured, strict=True)]
+            for each, measured in found.items()
+        }
+        base = medians[choices[0]][0]
+        for (kind, compiled), (each, drawing, _) in medians.items():
             told = f", {before[kind, compiled]:.0f} s for the first step" if compiled else ""
             print(
                 f"  {rows:4d} rows, {kind}{' compiled' * compiled}: {rows / each:8.1f}, "
-                f"{1e3 * each:.0f} ms a step, {base / each:.2f} times the first{told}",
+                f"{1e3 * each:.0f} ms a step, {base / each:.2f} times the first, "
+                f"drawing {1e3 * drawing:.0f} ms{told}",
                 flush=True,
             )
 
@@ -111,7 +120,7 @@ def curves(name: str, method: Any, data: TrainingData, asked: argparse.Namespace
     """Print mean losses over each quarter of the steps."""
     rows = asked.rows[0]
     steps = {kind: stepper(data, method, rows, kind, False, asked) for kind in ("float32", "bfloat16")}
-    losses = np.array([[step(seed)[1] for step in steps.values()] for seed in range(asked.steps)])
+    losses = np.array([[step(seed)[2] for step in steps.values()] for seed in range(asked.steps)])
     for kind, each in zip(steps, losses.T, strict=True):
         quarters = "  ".join(f"{part.mean():.5g}" for part in np.array_split(each, 4))
         print(f"{name}, {rows} rows, {asked.steps} steps, {kind}: {quarters}", flush=True)
@@ -172,11 +181,14 @@ def main() -> None:
     parser.add_argument("--compiled", action="store_const", const=(False, True), default=(False,))
     asked = parser.parse_args()
     torch.set_num_threads(asked.threads)
+    failed = False
     for name in asked.methods:
         try:
             compare(name, asked)
-        except BenchError as error:
-            raise SystemExit(str(error)) from None
+        except (BenchError, RuntimeError) as error:  # out of a GPU's memory, for one; others go on
+            failed = True
+            print(f"{name}: {error}", flush=True)
+    raise SystemExit(failed)
 
 
 if __name__ == "__main__":

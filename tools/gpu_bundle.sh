@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Gathers what travels to a machine with a GPU and without a network (docs/training.md).
+#
+#     make gpu-bundle METHODS="pan humot" [CMU=DIR] [EARLIER=DIR]
+#     tools/gpu_bundle.sh FOLDER METHOD...
+#
+# The folder gets the code at HEAD, the shipped weights that the methods begin with, the folder WHEELS as
+# wheels/, CMU's files (CMU=DIR or RETARGET_BENCH_CMU) as cmu.tar.xz, and of an earlier run (EARLIER=DIR, its
+# folder OUT) METHOD.tar, which takes the place of shipped weights.
+set -euo pipefail
+
+folder=$(realpath -m "$1") && shift
+cd "$(dirname "$0")/.."
+limit=40000000
+cmu=${CMU:-${RETARGET_BENCH_CMU:-}}
+
+rm -rf "$folder" && mkdir -p "$folder/earlier"
+weights=()
+for method; do
+    if [ -e "${EARLIER:-}/$method.tar" ]; then
+        cp "$EARLIER/$method.tar" "$folder/earlier"
+    else
+        weights+=(":(glob)methods/${method%%[*}/weights/puppets.*")
+    fi
+done
+echo "$@" >"$folder/METHODS"
+code=(retarget_bench methods metrics datasets tools benchmarks pyproject.toml constraints.txt LICENSE)
+git archive HEAD "${code[@]}" ':(exclude,glob)**/*.safetensors' ':(exclude,glob)methods/*/weights/*' |
+    tar x -C "$folder"
+if [ ${#weights[@]} -gt 0 ]; then git archive HEAD "${weights[@]}" | tar x -C "$folder"; fi
+if [ -n "${WHEELS:-}" ]; then cp -r "$WHEELS" "$folder/wheels"; fi
+if [ -n "$cmu" ]; then (cd "$cmu" && find . -name '*.bvh' -print0 | tar c --null -T - | xz -9) >"$folder/cmu.tar.xz"; fi
+
+size=$(du -sb --apparent-size "$folder" | cut -f1)
+echo "$folder: $((size / 1000000)) MB; on the machine, in that folder:"
+echo "    OUT=DIR tools/gpu_run.sh"
+if [ "$size" -gt $limit ]; then
+    echo "It is larger than $((limit / 1000000)) MB: name fewer METHODS, or leave CMU out." >&2
+    exit 1
+fi
