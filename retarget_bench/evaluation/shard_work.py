@@ -159,7 +159,7 @@ class ShardWork:
         return CaseResult(case.info.id, "ok", values=score(self.metrics.of_cases, case, scored))
 
     def _safely(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-        """The outcomes; what a data set does wrong when it gives a method what that needs costs its cases."""
+        """The outcomes; where a data set cannot give a method what that needs, it costs the cases."""
         try:
             return self._outcomes(unit, task, cases)
         except CannotStore:
