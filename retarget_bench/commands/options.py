@@ -216,6 +216,12 @@ limit_options = together(
         metavar="GB",
         help="A method that takes more while it answers a case has failed on it. [default: no limit]",
     ),
+    click.option(
+        "--isolate",
+        metavar="COMMAND",
+        help="Start methods under this command: bwrap, so that they can write to no file of yours and see "
+        "no other process, or any other prefix.",
+    ),
 )
 executor_option = click.option(
     "--executor",

@@ -339,6 +339,7 @@ def make_plan(
     metric: Sequence[str] = (),
     timeout: float | None = None,
     memory: float | None = None,
+    isolate: str | None = None,
     limit: int | None = None,
     **others: Any,
 ) -> Any:
@@ -347,6 +348,7 @@ def make_plan(
 
     data = options.dataset_spec(dataset, root)
     others |= {"root": out, "timeout": timeout or 0.0, "memory": memory or 0.0, "limit": limit or 0}
+    others["isolate"] = isolate or ""
     return plans.make_plan(list(map(Spec.parse, methods)), [data], metric, _left_out, **others)
 
 

@@ -1,5 +1,7 @@
 """Plans (methods x data sets x splits) and the keys of their results."""
 
+import shlex
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache
@@ -40,6 +42,7 @@ class Plan:
     seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
     timeout:  seconds in which a method answers a case; 0: a minute, and a second for each frame.
     memory:   gigabytes that a method may take; 0: as the machine has.
+    isolate:  a command that methods are started under, see ``prediction/limits.py``; "": none.
     clips:    patterns of the clips that are asked for, see ``clips.py``; none: all.
     limit:    at most so many clips of each split are asked for; 0: all.
     executor: where the missing cases are computed: ``local``, or one of ``evaluation/executors``.
@@ -59,6 +62,7 @@ class Plan:
     external: Path | None = None
     timeout: float = 0.0
     memory: float = 0.0
+    isolate: str = ""
     clips: tuple[str, ...] = ()
     limit: int = 0
     executor: str = "local"
@@ -198,6 +202,8 @@ class EvaluationUnit:
 
 def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
     """Every unit of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
+    if plan.isolate and shutil.which(word := shlex.split(plan.isolate)[0]) is None:
+        raise BenchError(f"methods are to be started under {word}, which is not installed here")
     if unknown := [split for split in plan.splits if split not in SPLITS]:
         raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
     found = []

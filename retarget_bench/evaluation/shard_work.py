@@ -57,7 +57,7 @@ class ShardWork:
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
         self.metrics = bound.metrics(self.plan.metrics)
-        limits = Limits(self.plan.timeout, int(self.plan.memory * 2**30))
+        limits = Limits(self.plan.timeout, int(self.plan.memory * 2**30), self.plan.isolate)
         preload = self.stored.facts["preload"]
         place = scratch / str(os.getpid())
         self.pool = WorkerPool(place, scratch, self.plan.plugin_files, limits, preload)

@@ -44,6 +44,7 @@ class Suite(BaseModel):
     plugin: Names | None = None
     timeout: float | None = Field(default=None, gt=0, lt=1e9)
     memory: float | None = Field(default=None, gt=0, lt=1e9)
+    isolate: str | None = None
     executor: str | None = None
 
 

@@ -41,6 +41,7 @@ def run(
     seeds: int = 1,
     timeout: float | None = None,
     memory: float | None = None,
+    isolate: str = "",
     timed: bool = True,
     progress: bool = True,
 ) -> Results:
@@ -63,6 +64,7 @@ def run(
     seeds:     stochastic methods run with so many seeds, from ``seed`` on.
     timeout:   seconds in which a method answers a case; by default a minute, and a second for each frame.
     memory:    gigabytes that a method may take while it answers; by default there is no limit.
+    isolate:   a command that methods are started under, such as ``"bwrap"`` (docs/isolation.md).
     timed:     measure the speed of methods, which takes a few seconds.
     progress:  show a progress bar.
 
@@ -100,6 +102,7 @@ def run(
         seeds=seeds,
         timeout=timeout or 0.0,
         memory=memory or 0.0,
+        isolate=isolate,
         clips=of_clips.patterns((clips,) if isinstance(clips, str) else clips),
         limit=limit or 0,
     )

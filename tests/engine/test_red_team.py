@@ -5,12 +5,14 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from shutil import which
 
 import psutil
 import pytest
 from small_plans import asked
 
 from retarget_bench import files
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.executors import local
 from retarget_bench.evaluation.prediction import launch
@@ -171,6 +173,32 @@ def test_folders_of_killed_runs_are_removed_by_the_next(tmp_path, monkeypatch):
         assert mine.is_dir()
     left = {each.name for each in tmp_path.iterdir()}
     assert left == {f"retarget-bench-{os.getpid()}-x", "retarget-bench-somebody-x"}
+
+
+@pytest.mark.parametrize(
+    ("prefix", "status"),
+    [
+        ("env FREE=1", "ok"),
+        pytest.param("bwrap", "failed", marks=pytest.mark.skipif(not which("bwrap"), reason="needs bwrap")),
+    ],
+)
+def test_methods_start_under_a_command(tmp_path, prefix, status):
+    """Under bwrap nothing can be written that is not the method's own."""
+    left = Path.home() / ".retarget-bench-hostile"
+    try:
+        plan = asked(tmp_path, "hostile[does=home]", "copy_rotations", clips=1, isolate=prefix)
+        runner.run(plan, lambda done, total: None)
+        assert left.exists() == (status == "ok")
+    finally:
+        left.unlink(missing_ok=True)
+    found = _results(tmp_path)
+    assert {each.status for each in found["hostile[does=home]"].entries} == {status}
+    assert {each.status for each in found["copy_rotations"].entries} == {"ok"}
+
+
+def test_a_command_that_is_not_there_is_told(tmp_path):
+    with pytest.raises(BenchError, match="started under nosuch, which is not installed here"):
+        runner.run(asked(tmp_path, "copy_rotations", isolate="nosuch -x"), lambda done, total: None)
 
 
 @pytest.mark.parametrize("where", ["", f"@{sys.executable}"], ids=["forked", "elsewhere"])

@@ -35,20 +35,22 @@ def in_full(environment: str) -> str:
     return shlex.join(str(Path(word).absolute()) if Path(word).is_file() else word for word in words)
 
 
-def start(environment: str, log: Path, mark: str) -> tuple[launch.Spawned, Mapping[str, Any]]:
+def start(
+    environment: str, log: Path, mark: str, prefix: Sequence[str] = ()
+) -> tuple[launch.Spawned, Mapping[str, Any]]:
     """A worker that waits to be told its method, and the facts of where it runs.
 
     environment: of ``in_full``. A Python is started with this package; a command that names a ``.py`` file
     is a worker of its own (``numpy_worker.py``). log: takes what it prints. mark: of ``launch.new_mark``.
-    Raises NoWorker.
+    prefix: words before its command. Raises NoWorker.
     """
-    words = shlex.split(environment)
+    words = [*prefix, *shlex.split(environment)]
     command = words if own_worker(environment) else [*words, str(BOOT)]
     inherited = {name: value for name, value in os.environ.items() if name not in NOT_INHERITED}
     try:
         started = launch.Spawned(command, inherited, str(log), mark)
     except OSError as error:
-        raise NoWorker(f"no worker can be started by {environment!r} ({error.strerror})") from error
+        raise NoWorker(f"no worker can be started by {words[0]} ({error.strerror})") from error
     try:
         said = started.channel.receive(STARTING)
         why = f"nothing was said within {STARTING:g} s" if said is None else ""

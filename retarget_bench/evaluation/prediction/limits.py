@@ -1,6 +1,7 @@
 """What a method may take, and what its answer may be: time, memory, disk, prints, messages, files."""
 
 import os
+import shlex
 import stat
 import zipfile
 from collections.abc import Sequence
@@ -26,14 +27,26 @@ LONGEST_LOG = 2**20
 """Bytes that are kept of what a method prints in a run."""
 LONGEST_MESSAGE = 1000
 """Characters of a reason."""
+BWRAP = (
+    *("bwrap", "--ro-bind", "/", "/", "--dev", "/dev", "--proc", "/proc", "--tmpfs", "/tmp"),
+    *("--unshare-pid", "--unshare-ipc", "--unshare-net", "--die-with-parent"),
+)
+"""All files to read and none to write, no other processes, no network, no shared memory of others."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """timeout: seconds for a case; 0: ``BASE`` and ``PER_FRAME``. memory: bytes of a worker; 0: none."""
+    """timeout: seconds for a case; 0: ``BASE`` and ``PER_FRAME``. memory: bytes of a worker; 0: none.
+    isolate: words before the command that starts a worker; ``bwrap`` alone stands for ``BWRAP``."""
 
     timeout: float = 0.0
     memory: int = 0
+    isolate: str = ""
+
+    def prefix(self, folder: Path) -> list[str]:
+        """The words before a worker's command. folder: what it has to be able to write to."""
+        words = shlex.split(self.isolate)
+        return [*BWRAP, "--bind", str(folder), str(folder)] if words == ["bwrap"] else words
 
     def seconds(self, cases: Sequence[Case]) -> float:
         return sum(self.timeout or BASE + PER_FRAME * case.source.frames for case in cases)

@@ -1,6 +1,8 @@
 """Prediction workers as the scoring side sees them: asked by files, limited in what they take, ended."""
 
 import os
+import shlex
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -42,6 +44,8 @@ from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.predictions import read_prediction
 
+OURS = shlex.quote(sys.executable)
+"""The environment of this process."""
 NONSENSE = "the method's process does not answer as it should"
 PRELOAD = (
     "retarget_bench.evaluation.prediction.starting",
@@ -96,8 +100,10 @@ class WorkerPool:
 
     def start(self, start: Mapping[str, Any], environment: str, lock: str) -> launch.Started:
         """Raises OSError and NoWorker."""
-        if environment:
-            started, facts = environments.start(environment, Path(start["log"]), self._mark)
+        log = Path(start["log"])
+        if environment or self.limits.isolate:
+            prefix = self.limits.prefix(log.parent)
+            started, facts = environments.start(environment or OURS, log, self._mark, prefix)
             if lock not in ("", facts["lock"]):
                 launch.end(started)
                 raise environments.NoWorker(

@@ -142,6 +142,9 @@ class Hostile:
             with suppress(OSError):
                 path.write_bytes(path.read_bytes()[::-1])
 
+    def _home(self, target):
+        (Path.home() / ".retarget-bench-hostile").touch()
+
     def _fill(self, target):
         for number in range(10_000):
             Path(str(number)).write_bytes(b"x" * 2**24)
