@@ -81,9 +81,12 @@ def _not_asked(unit: EvaluationUnit, done: Mapping[str, CaseResult]) -> Collecti
 
 def _finish(pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]) -> None:
     """Values of sets, then rows, then the header, which says that all is there."""
+    splits = set[Path]()
     for unit in _with_sets(pool, done):
         listed = [done[unit][info.id] for info in unit.infos]
-        case_metadata.write(unit.paths, unit.data, unit.infos)
+        if unit.paths.folder not in splits:  # all methods share them
+            case_metadata.write(unit.paths, unit.data, unit.infos)
+            splits.add(unit.paths.folder)
         store.write_results(unit.paths, header_of(unit, listed), listed, unit.infos)
         shutil.rmtree(set_files.waiting_folder(unit.paths), ignore_errors=True)
 
