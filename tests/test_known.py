@@ -33,7 +33,10 @@ def comparison(method: str, bodies: str, split: str, **others: str) -> Compariso
 @pytest.fixture
 def written(tmp_path, monkeypatch):
     """Writes comparisons in place of those that are shipped."""
-    monkeypatch.setattr(known, "shipped", lambda: tmp_path / "known.csv")
+    shipped = known.shipped
+    monkeypatch.setattr(
+        known, "shipped", lambda name="known.csv": tmp_path / name if name == "known.csv" else shipped(name)
+    )
 
     def write(*rows: Comparison) -> None:
         with known.shipped().open("w", newline="") as file:
@@ -109,6 +112,14 @@ def test_what_is_known_of_other_bodies_is_not_said(written, files):
     assert dataset(real, "hugo") == "real cross"
     assert dataset(real, real) == ""  # no such rigs were tried each to itself
     assert dataset("rex", "rex") == dataset("ada", "rex") == ""  # the results are people's
+
+
+def test_the_bodies_of_the_default_data_set_are_shipped(script):
+    with known.shipped("known_bodies.csv").open(newline="") as file:
+        assert [*csv.reader(file)] == [
+            list(known.BUILD_FIELDS),
+            *map(list, map(script.built, BODIES.values())),
+        ]
 
 
 @pytest.mark.parametrize("stale", ["version", "weights", "default", "default_version"])

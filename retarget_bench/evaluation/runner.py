@@ -202,9 +202,12 @@ def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) ->
     else:
         for unit in done:
             set_files.write(unit.paths, [])  # earlier results of other metrics may have left some
+    written = set[Path]()
     for unit, found in done.items():
         listed = [found[info.id] for info in unit.infos]
-        case_metadata.write(unit.paths, unit.data, unit.infos)
+        if unit.paths.folder not in written:  # all methods share them
+            case_metadata.write(unit.paths, unit.data, unit.infos)
+            written.add(unit.paths.folder)
         store.write_results(unit.paths, header_of(unit, listed), listed, unit.infos)
         shutil.rmtree(set_files.waiting_folder(unit.paths), ignore_errors=True)
 

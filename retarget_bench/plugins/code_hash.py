@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins.own_files import all_statements
 
 ENGINE = "retarget_bench"
 FOLDER = Path(__file__).resolve().parents[1]
@@ -77,7 +78,7 @@ def _imports_of(source: bytes) -> frozenset[str]:
     except (SyntaxError, ValueError):
         return frozenset()
     found: set[str] = set()
-    for node in ast.walk(tree):
+    for node in all_statements(tree):
         if isinstance(node, ast.Import):
             found |= {each.name for each in node.names}
         elif isinstance(node, ast.ImportFrom) and not node.level:
@@ -105,7 +106,7 @@ def statements(source: bytes) -> str:
     lines = text.splitlines()
     _cut_comments(lines, text)
     imported: set[str] = set()
-    for node in ast.walk(tree):
+    for node in all_statements(tree):
         if isinstance(node, ast.ImportFrom) and not node.level and str(node.module).split(".")[0] == ENGINE:
             imported |= {f"{each.name} as {each.asname or each.name}" for each in node.names}
             _blank(lines, node)

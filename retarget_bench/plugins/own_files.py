@@ -35,11 +35,22 @@ def _tree(folder: Path) -> list[Path]:
 def _relative_imports(file: Path) -> Iterator[Path]:
     """The files that a file's relative imports name."""
     try:
-        nodes = list(ast.walk(ast.parse(file.read_bytes())))
+        tree = ast.parse(file.read_bytes())
     except SyntaxError:
         return
-    for node in nodes:
+    for node in all_statements(tree):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = file.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             for place in (base, *(base / alias.name for alias in node.names)):
                 yield from (p for p in (place.with_suffix(".py"), place / "__init__.py") if p.is_file())
+
+
+def all_statements(tree: ast.Module) -> Iterator[ast.stmt]:
+    """The statements of a file, however deep: a tenth of the nodes that ``ast.walk`` visits."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.stmt):
+            yield node
+        for blocks in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting.extend(getattr(node, blocks, ()))

@@ -1,8 +1,9 @@
 """Results that travel with the methods: where a method is known to be worse than the default one.
 
-``methods/known.csv`` holds comparisons of ``bench compare``, people only; it is made from runs by
-``tests/benchmarks/learned_methods.py``. A comparison counts for the versions and the weights that it was
-made with.
+``methods/known.csv`` holds comparisons of ``bench compare``, people only. A comparison counts for the
+versions and the weights that it was made with. ``methods/known_bodies.csv`` holds how the bodies of the
+default data set are built, so that they are recognised without it. ``tests/benchmarks/learned_methods.py``
+writes both.
 """
 
 from __future__ import annotations
@@ -68,9 +69,32 @@ class Comparison:
 FIELDS = tuple(each.name for each in fields(Comparison))
 
 
-def shipped() -> Path:
-    """The file that came with this package: inside it, or beside it in a checkout."""
-    places = [Path(base) / "methods" / "known.csv" for base in retarget_bench.__path__]
+@dataclass(frozen=True)
+class Build:
+    """How a body is built, whatever its unit. topology: of its skeleton. shares: of its bones in the length
+    of all, in the order of the joints."""
+
+    topology: str
+    shares: tuple[float, ...]
+
+    @classmethod
+    def of(cls, body: Character) -> Build:
+        lengths = body.skeleton.bone_lengths
+        return cls(body.skeleton.topology_id, tuple((lengths / lengths.sum()).tolist()))
+
+    def same_as(self, other: Build) -> bool:
+        """True for bodies of the same joints, in the same order, and proportions."""
+        if self.topology != other.topology:
+            return False
+        return bool(np.allclose(self.shares, other.shares, rtol=0, atol=PROPORTIONS))
+
+
+BUILD_FIELDS = tuple(each.name for each in fields(Build))
+
+
+def shipped(name: str = "known.csv") -> Path:
+    """A file that came with this package: inside it, or beside it in a checkout."""
+    places = [Path(base) / "methods" / name for base in retarget_bench.__path__]
     return next((place for place in places if place.exists()), places[-1])
 
 
@@ -101,7 +125,7 @@ def caution(spec: Spec | str, source: Character, target: Character) -> str:
     if source.four_legged or target.four_legged:
         return ""
     alike = _joints(source) == _joints(target)
-    split = "cross" if not alike else "self" if _same_body(source, target) else "intra"
+    split = "cross" if not alike else "self" if Build.of(source).same_as(Build.of(target)) else "intra"
     found = [each for each in worse(spec) if each.split == split]
     bodies = GENERATED if found and _generated(source) and _generated(target) else REAL
     return next((each.sentence for each in found if each.bodies == bodies), "")
@@ -115,19 +139,12 @@ def _joints(body: Character) -> set[tuple[str, str]]:
     }
 
 
-def _same_body(one: Character, other: Character) -> bool:
-    """True for bodies of the same joints, in the same order, and proportions, whatever their unit."""
-    if one.skeleton.topology_id != other.skeleton.topology_id:
-        return False
-    first, second = (body.skeleton.bone_lengths for body in (one, other))
-    return bool(np.allclose(first / first.sum(), second / second.sum(), rtol=0, atol=PROPORTIONS))
-
-
 def _generated(body: Character) -> bool:
     """True for a body of the default data set, as files of its motions have it, too."""
-    return any(_same_body(body, each) for each in _cast())
+    return any(Build.of(body).same_as(each) for each in _builds())
 
 
 @cache
-def _cast() -> tuple[Character, ...]:
-    return tuple(registry.create("datasets", defaults.DATASET).characters().values())
+def _builds() -> tuple[Build, ...]:
+    rows = store.read_csv(shipped("known_bodies.csv"), BUILD_FIELDS)
+    return tuple(Build(topology, tuple(map(float, shares.split()))) for topology, shares in rows)

@@ -3,8 +3,9 @@
     python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo
 
 Computes what is missing or outdated in --out (runs/learned). Writes ``results/learned.md``,
-``results/learned_curves.png`` from the cards of the weights, and ``methods/known.csv``, by which ``bench
-retarget`` and ``bench info`` warn. Methods without shipped weights are left out.
+``results/learned_curves.png`` from the cards of the weights, and ``methods/known.csv`` and
+``methods/known_bodies.csv``, by which ``bench retarget`` and ``bench info`` warn. Methods without shipped
+weights are left out.
 """
 
 from __future__ import annotations
@@ -266,10 +267,18 @@ def _trained(methods: Iterable[str]) -> list[str]:
     return [name for name, each in made.items() if not getattr(each, "untrained", "")]
 
 
+def built(body: rb.Character) -> tuple[str, str]:
+    """A body's row of ``methods/known_bodies.csv``."""
+    build = known.Build.of(body)
+    return build.topology, " ".join(f"{share:.6g}" for share in build.shares)
+
+
 def write(results: dict[str, rb.Results], known_structures: rb.Results) -> None:
-    """Both files, from results by ``puppets`` and ``mixamo``."""
+    """The files, from results by ``puppets`` and ``mixamo``."""
     rows = [each for name, found in results.items() for each in comparisons(found, BODIES[name])]
     write_csv(known.shipped(), known.FIELDS, [dataclasses.astuple(row) for row in rows])
+    bodies = registry.create("datasets", defaults.DATASET).characters().values()
+    write_csv(known.shipped("known_bodies.csv"), known.BUILD_FIELDS, map(built, bodies))
     write_text(PROJECT / "results" / "learned.md", text := page(results, known_structures))
     print(text)
 

@@ -2,11 +2,11 @@
 
     python tests/benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs --fold RUNS
 
-Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md`` and the table of
-the README. --pairs: a folder with ``pair.txt``, whose lines name a source and the file of its answer by an
-animator's tool. --fold: a folder with a training run for each learned method, named after it, on the part
-for training of a fold of the Mixamo clips: ``bench train METHOD -d 'mixamo[protocol=folds,root=...]' --init
-puppets --out RUNS/METHOD``; those that know the structures of their training alone begin without --init.
+Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md``. --pairs: a
+folder with ``pair.txt``, whose lines name a source and the file of its answer by an animator's tool.
+--fold: a folder with a training run for each learned method, named after it, on the part for training of a
+fold of the Mixamo clips: ``bench train METHOD -d 'mixamo[protocol=folds,root=...]' --init puppets --out
+RUNS/METHOD``; those that know the structures of their training alone begin without --init.
 """
 
 from __future__ import annotations
@@ -44,7 +44,6 @@ FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
 """They know the structures of their training alone: others are shown beside them on the same cases."""
 MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "plant_recall"
 METRICS = ("position", "plant")
-MARKS = ("<!-- peers -->", "<!-- /peers -->")
 SPLITS = {
     "puppets": ("self", "intra", "cross"),
     "mixamo": ("intra", "cross"),
@@ -99,6 +98,13 @@ def table(
             yield f"| {PEERS.get(method, method)} | {training(method, fold)} | {cells} |"
 
 
+def _cell(row: Any) -> str:
+    if row is None or row.value != row.value:
+        return "n/a"
+    told = row.low is not None and row.low == row.low
+    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if told else "")
+
+
 def plain(label: str) -> str:
     """The method of a row, without its weights."""
     return label.partition("[")[0]
@@ -134,30 +140,6 @@ def beside_few(found: Beside) -> Iterator[str]:
     for method, label in PEERS.items():
         cells = " | ".join(f"{found[method, s][0]:.2f} | {found[method, s][1]}" for s in splits)
         yield f"| {label} | {training(method)} | {cells} |"
-
-
-def in_short(results: dict[str, rb.Results], few: Beside) -> str:
-    """The table of the README, which this script keeps there between two marks."""
-    frames = {name: same_cases(each.table(MPJPE).frame, name) for name, each in results.items()}
-    rows = {
-        (name, plain(row.method), row.split): row for name, f in frames.items() for row in f.itertuples()
-    }
-    lines = [
-        "| method | trained | puppets, cross | minus SAN | Mixamo, cross | SAME's pairs | Mixamo fold |",
-        "|---|---|---:|---:|---:|---:|---:|",
-    ]
-    for method, label in PEERS.items():
-        value, apart, _ = few[method, "cross"]
-        cells = " | ".join(_cell(rows.get((name, method, "cross"))) for name in ("mixamo", "pairs", "fold"))
-        lines.append(f"| {label} | {training(method)} | {value:.2f} | {apart} | {cells} |")
-    return "\n".join(lines) + "\n"
-
-
-def _cell(row: Any) -> str:
-    if row is None or row.value != row.value:
-        return "n/a"
-    told = row.low is not None and row.low == row.low
-    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if told else "")
 
 
 def paired_folder(pairs: Path, folder: Path) -> Path:
@@ -232,10 +214,6 @@ def main() -> None:
             for name, splits in SPLITS.items()
         }
         few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
-    readme = PROJECT / "README.md"
-    before, _, after = readme.read_text(encoding="utf-8").partition(MARKS[0])
-    short = in_short(results, on_few(few))
-    write_text(readme, f"{before}{MARKS[0]}\n{short}{MARKS[1]}{after.partition(MARKS[1])[2]}")
     write_text(PROJECT / "results" / "peers.md", text := page(results, few, given.fold))
     print(text)
 

@@ -23,8 +23,8 @@ MEMORY = 1.5e9
 
 def performed(size: str) -> list[tuple[str, str, str]]:
     """(clip, body, manner) of all motions that the cases of a size consist of, long clips first."""
+    from retarget_bench.datasets.puppets.contract import SECOND, USUAL
     from retarget_bench.datasets.puppets.corpus.cases import performers
-    from retarget_bench.datasets.puppets.corpus.studio import SECOND, USUAL
 
     found = []
     for clip, (names, targets) in performers(size, "test", 0).items():
@@ -35,10 +35,10 @@ def performed(size: str) -> list[tuple[str, str, str]]:
 
 def make(job: tuple[str, str, str, str]) -> tuple[int, float, int]:
     """Solve or read one motion: its frames, the seconds it took, the process' largest memory in bytes."""
-    from retarget_bench.datasets.puppets import plugin
+    from retarget_bench.datasets.puppets.corpus.generated import Generated
 
     size, clip, name, manner = job
-    data = CORPORA.setdefault(size, plugin(size=size))
+    data = CORPORA.setdefault(size, Generated(size))
     start = time.process_time()
     frames = data.motion(clip, name, manner).frames
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -1,10 +1,10 @@
-"""Writes anew what is frozen of the puppets: who cannot do what, the stored sample, and the release.
+"""Writes anew what is frozen of the puppets: who cannot do what, the corpus of size tiny, and the release.
 
     PYTHONPATH=. python tests/datasets/freeze_puppets.py [--processes 2] [--release-only]
 
-To be run after a deliberate change of the generator, together with a new ``corpus.VERSION``; takes a few
+To be run after a deliberate change of the generator, together with a new ``contract.VERSION``; takes a few
 minutes. After a new version of a metric alone, ``--release-only``. Prints what changed. What was published
-under a name stays under it: a change of the release asks for a new ``corpus.RELEASE``.
+under a name stays under it: a change of the release asks for a new ``dataset.RELEASE``.
 """
 
 from __future__ import annotations
@@ -16,15 +16,12 @@ import os
 import tempfile
 from pathlib import Path
 
-from test_puppets import SAMPLE, sample
 from test_puppets_release import FILE, release
 
-from retarget_bench.datasets.puppets import plugin as Puppets
+from retarget_bench.datasets.puppets import archives
+from retarget_bench.datasets.puppets.corpus import freezing
 from retarget_bench.datasets.puppets.corpus.clips import EXCLUSIONS, write_exclusions
-
-
-def drawn() -> dict[str, list[list[float]]]:
-    return sample(Puppets())
+from retarget_bench.datasets.puppets.frozen import FOLDER
 
 
 def main() -> None:
@@ -42,8 +39,11 @@ def main() -> None:
         # lists depend on the exclusions and are remembered: in a process of its own
         with multiprocessing.get_context("spawn").Pool(1) as pool:
             if not options.release_only:
-                found = pool.apply(drawn)
-                print(f"sample: {len(found)} motions, {_written(SAMPLE, json.dumps(found))}")
+                sums = FOLDER / archives.SUMS
+                before = sums.read_text(encoding="utf-8")
+                pool.apply(freezing.write)
+                same = sums.read_text(encoding="utf-8") == before
+                print(f"tiny: {'as before' if same else 'changed'}")
             made = pool.apply(release)
     print(f"release: {made['release']}, {_written(FILE, json.dumps(made, indent=1))}")
 

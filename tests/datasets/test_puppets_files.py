@@ -20,17 +20,22 @@ from retarget_bench.motion import bvh, importer
 
 
 # --------------------------------------------------------------------------------------------- cache
+def generated() -> Puppets:
+    """A corpus that is solved on demand and kept in the cache, as tiny is not."""
+    return Puppets(size="default")
+
+
 def cached(cache: Path) -> list[Path]:
     return sorted(cache.rglob("*.npz"))
 
 
 def test_solved_clips_are_kept_and_read_back(cache: Path) -> None:
-    info = Puppets().cases("retarget", "cross")[0]
-    first = Puppets().load(info).reference
+    info = generated().cases("retarget", "cross")[0]
+    first = generated().load(info).reference
     files = cached(cache)
     assert len(files) == 3  # source, reference, second answer
     stamps = [file.stat().st_mtime_ns for file in files]
-    second = Puppets().load(info).reference
+    second = generated().load(info).reference
     assert [file.stat().st_mtime_ns for file in files] == stamps
     assert np.array_equal(first.rotations, second.rotations)
     assert np.array_equal(first.root, second.root)
@@ -38,8 +43,8 @@ def test_solved_clips_are_kept_and_read_back(cache: Path) -> None:
 
 @pytest.mark.parametrize("damage", ["cut", "flip", "empty", "other", "exchanged"])
 def test_a_damaged_cache_is_noticed_and_rebuilt(cache: Path, damage: str) -> None:
-    info = Puppets().cases("retarget", "cross")[0]
-    good = Puppets().load(info).reference
+    info = generated().cases("retarget", "cross")[0]
+    good = generated().load(info).reference
     (file,) = [path for path in cached(cache) if path.name == f"{info.target}-usual.npz"]
     whole = file.read_bytes()
     if damage == "flip":
@@ -51,8 +56,8 @@ def test_a_damaged_cache_is_noticed_and_rebuilt(cache: Path, damage: str) -> Non
         file.write_bytes(next(path for path in cached(cache) if path != file).read_bytes())
     else:
         file.write_bytes(whole[: len(whole) // 3] if damage == "cut" else b"")
-    assert np.array_equal(Puppets().load(info).reference.rotations, good.rotations)
-    assert np.array_equal(Puppets().load(info).reference.root, good.root)
+    assert np.array_equal(generated().load(info).reference.rotations, good.rotations)
+    assert np.array_equal(generated().load(info).reference.root, good.root)
     assert file.read_bytes() == whole
 
 
@@ -61,12 +66,12 @@ def test_a_cache_that_cannot_be_written_costs_nothing_but_time(
 ) -> None:
     (tmp_path / "file").write_text("not a folder")
     monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "file"))
-    data = Puppets()
+    data = generated()
     assert data.load(data.cases("retarget", "self")[0]).reference.frames > 0
 
 
 def _load_some(start: int) -> float:
-    data = Puppets()
+    data = generated()
     infos = data.cases("retarget", "cross")[:12]
     return float(sum(data.load(infos[(start + k) % 12]).reference.rotations.sum() for k in range(12)))
 
@@ -75,17 +80,18 @@ def test_several_processes_build_at_once(cache: Path) -> None:
     with multiprocessing.get_context("spawn").Pool(3) as pool:
         totals = pool.map(_load_some, [0, 4, 8])
     np.testing.assert_allclose(totals, totals[0])
-    infos = Puppets().cases("retarget", "cross")[:12]
+    infos = generated().cases("retarget", "cross")[:12]
     performed = {(i.clip, name, "usual") for i in infos for name in (i.source, i.target)}
     performed |= {(i.clip, i.target, "second") for i in infos}
     assert len(cached(cache)) == len(performed)
     assert not [path for path in cache.rglob(".*") if path.is_file()]
 
 
-def test_building_the_data_set_reads_and_makes_nothing(cache: Path) -> None:
+@pytest.mark.parametrize("size", ["tiny", "default"])
+def test_building_the_data_set_reads_and_makes_nothing(cache: Path, size: str) -> None:
     code = (
         "from retarget_bench.datasets.puppets import plugin; import sys;"
-        "d = plugin(); d.cases('retarget', 'intra'); d.notes;"
+        f"d = plugin({size!r}); d.cases('retarget', 'intra'); d.notes;"
         "assert not {'torch', 'scipy', 'pandas', 'matplotlib'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONPATH": "."})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -18,8 +19,29 @@ from retarget_bench.plugins.code_hash import (
     relative_to,
     statements,
 )
+from retarget_bench.plugins.own_files import all_statements
 from retarget_bench.plugins.spec import Spec
 
+ROOT = Path(__file__).parents[2]
+ROOMS = ("retarget_bench", "methods", "metrics", "datasets")
+BLOCKS = """
+async def one():
+    async with two: import a
+    async for b in c: import d
+    else: import e
+    match f:
+        case g if h: import i
+    try: import j
+    except* k: import l
+    else: import m
+    finally: import n
+    while o: import p
+    else: import q
+    if r: import s
+    elif t: import u
+    else: import v
+    class W: import x
+"""
 SOURCE = '''"""A method."""
 
 from __future__ import annotations
@@ -75,6 +97,16 @@ def test_what_says_something_else_changes_the_text(name):
     before, after = OTHER[name]
     assert before in SOURCE
     assert statements(SOURCE.replace(before, after).encode()) != statements(SOURCE.encode())
+
+
+def test_all_statements_are_found_wherever_they_stand():
+    """Those among the nodes that ``ast.walk`` visits, in every file here and in blocks of all kinds."""
+    files = [path for folder in ROOMS for path in (ROOT / folder).rglob("*.py")]
+    texts = [BLOCKS, *(path.read_text(encoding="utf-8") for path in files)]
+    for tree in map(ast.parse, texts):
+        found = [*all_statements(tree)]
+        assert {*map(id, found)} == {id(node) for node in ast.walk(tree) if isinstance(node, ast.stmt)}
+        assert len(found) == len({*map(id, found)})
 
 
 def test_what_is_no_python_counts_byte_by_byte():

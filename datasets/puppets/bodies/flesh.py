@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..cones import Cones
 from ..conventions import SIDES, sign
 from ..curves import soft_min
 from .structures import Body
@@ -33,38 +34,21 @@ class Cone:
     follows: tuple[tuple[str, float], ...]
 
 
-class Flesh:
-    """Cones as one field."""
+class Flesh(Cones):
+    """The cones of a body as one field."""
 
     def __init__(self, body: Body, least: float) -> None:
         """least: radius of the thinnest cone, metres."""
         cones = _dog_cones(body) if "tail_1" in body.part else _person_cones(body)
-        self.start = np.stack([cone.start for cone in cones])
-        self.line = np.stack([cone.end for cone in cones]) - self.start
-        self.radii = np.maximum(np.array([cone.radii for cone in cones]), least)
-        self.melt, self.spread = MELT * body.proportions.girth, SPREAD * body.proportions.girth
-        self.edge = 0.05 * body.proportions.girth
-        self.follows = np.zeros((len(cones), body.structure.joints))
-        for row, cone in enumerate(cones):
-            for part, share in cone.follows:
-                joint = body.part[part]
-                while joint >= body.structure.joints:
-                    # no joint of the rig: the nearest above moves it
-                    joint = body.structure.parents[joint]
-                self.follows[row, joint] += share
-
-    def distances(self, points: np.ndarray) -> np.ndarray:
-        """``(cones, points)`` metres."""
-        return np.stack([self._distance(cone, points.T) for cone in range(len(self.line))])
-
-    def _distance(self, cone: int, points: np.ndarray) -> np.ndarray:
-        """``(points,)`` metres from one cone; points ``(3, points)``."""
-        line, (near, far) = self.line[cone], self.radii[cone]
-        x, y, z = (points[axis] - self.start[cone, axis] for axis in range(3))
-        square = max(float(line @ line), 1e-12)
-        along = np.clip((x * line[0] + y * line[1] + z * line[2]) / square, 0.0, 1.0)
-        apart = (x - along * line[0]) ** 2 + (y - along * line[1]) ** 2 + (z - along * line[2]) ** 2
-        return np.sqrt(apart) - (near + along * (far - near))
+        start, girth = np.stack([cone.start for cone in cones]), body.proportions.girth
+        super().__init__(
+            start,
+            line=np.stack([cone.end for cone in cones]) - start,
+            radii=np.maximum(np.array([cone.radii for cone in cones]), least),
+            follows=_follows(cones, body),
+            spread=SPREAD * girth,
+        )
+        self.melt, self.edge = MELT * girth, 0.05 * girth
 
     def field(self, points: np.ndarray) -> np.ndarray:
         """``(points,)`` metres to the skin of all cones melted together, cut flat at the floor."""
@@ -73,18 +57,25 @@ class Flesh:
         melted = nearest - self.melt * np.log(np.exp((nearest - each) / self.melt).sum(axis=0))
         return -soft_min(-melted, points[:, 1], self.edge)
 
-    def weights(self, points: np.ndarray) -> np.ndarray:
-        """``(points, joints)`` shares of the joints, fading with the distance from their cones."""
-        each = self.distances(points)
-        pull = np.exp((each.min(axis=0) - each) / self.spread)
-        return (pull / pull.sum(axis=0)).T @ self.follows
-
     @property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """Opposite corners of a box around it."""
         ends = np.concatenate([self.start, self.start + self.line])
         radii = np.concatenate([self.radii[:, 0], self.radii[:, 1]])[:, None] + 4.0 * self.melt
         return (ends - radii).min(axis=0), (ends + radii).max(axis=0)
+
+
+def _follows(cones: Sequence[Cone], body: Body) -> np.ndarray:
+    """``(cones, joints)`` shares of the joints of the rig."""
+    found = np.zeros((len(cones), body.structure.joints))
+    for row, cone in enumerate(cones):
+        for part, share in cone.follows:
+            joint = body.part[part]
+            while joint >= body.structure.joints:
+                # no joint of the rig: the nearest above moves it
+                joint = body.structure.parents[joint]
+            found[row, joint] += share
+    return found
 
 
 def _chain(part: str, *balls: tuple[np.ndarray, float]) -> list[Cone]:

@@ -163,7 +163,14 @@ def mesh(body: Body, pose: np.ndarray) -> Mesh:
 
 
 def _built(body: Body) -> Arrays:
-    """Drawn once to count vertices, and again with the step that gives the right number of them. The first
+    vertices, faces, solid = skin(body)
+    return {"vertices": vertices, "faces": faces, "weights": solid.weights(vertices)}
+
+
+def skin(body: Body) -> tuple[np.ndarray, np.ndarray, Flesh]:
+    """Vertices ``(V, 3)`` and triangles ``(F, 3)`` around a body, made anew, and the flesh inside.
+
+    Drawn once to count vertices, and again with the step that gives the right number of them. The first
     step of the grid, metres, is from the area of the cones, as if half of each lay on the outside."""
     solid = Flesh(body, 0.0)
     lengths, radius = np.sqrt((solid.line**2).sum(axis=-1)), solid.radii.mean(axis=-1)
@@ -172,8 +179,7 @@ def _built(body: Body) -> Arrays:
     coarse, _ = _drawn(Flesh(body, _THINNEST * step), step)
     step = round(step * (len(coarse) / VERTICES) ** 0.5, 4)
     solid = Flesh(body, _THINNEST * step)
-    vertices, faces = _drawn(solid, step)
-    return {"vertices": vertices, "faces": faces, "weights": solid.weights(vertices)}
+    return *_drawn(solid, step), solid
 
 
 def _drawn(solid: Flesh, step: float) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,6 @@ axis, as motion-capture software writes skeletons).
 """
 
 from functools import cache, partial
-from typing import Literal
 
 import numpy as np
 
@@ -16,13 +15,13 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
+from ..contract import Surface
 from ..conventions import SIDES, sign
 from ..matrices import about, unit
 from .clothes import clothed
 from .meshes import mesh
 from .structures import Body
 
-Surface = Literal["bare", "clothed"]
 RESTS = ("t_pose", "a_pose", "arms_down", "z_up", "along_x")
 _DROP = {"a_pose": np.radians(45.0), "arms_down": np.radians(80.0)}
 """How far below the horizontal the arms are drawn."""

@@ -1,3 +1,3 @@
-"""The corpus: who performs what, lists of clips and cases, training and test parts, the data set.
+"""The corpus: who performs what, lists of clips and cases, training and test parts.
 
-May import all other rooms. Offers ``dataset.Puppets``."""
+May import all other rooms. Offers ``generated.Generated``."""

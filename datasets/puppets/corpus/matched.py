@@ -15,13 +15,14 @@ from typing import Literal, overload
 
 import numpy as np
 
+from ..contract import Clips, Training
 from ..conventions import FPS
 from ..performances.dogs.following import PARTNERS, follow, speeds
 from ..performances.score import Score
 from ..randomness import Stream
 from .clips import SIZES, Clip
 from .families import Family, bodies_of, families
-from .studio import Clips, Studio, Training
+from .studio import Studio
 
 LOCOMOTION: Mapping[str, tuple[str, ...]] = {
     "idle": ("stand",),
@@ -105,7 +106,7 @@ class Matches(Sequence[Match]):
                 structure = clip.family.bodies[body].structure.name
                 found.setdefault(structure, {}).setdefault(body, []).append(clip)
         return {
-            structure: {body: Clips(self._studio, body, mine) for body, mine in each.items()}
+            structure: {body: Clips(body, mine, self._studio.motion) for body, mine in each.items()}
             for structure, each in found.items()
         }
 

@@ -1,42 +1,24 @@
 """Clips solved for bodies on demand, with their labels, and the training set made of them."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
 
 from retarget_bench.api import Contacts, Touch
 from retarget_bench.errors import Unusable
-from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.lazy_clips import LazyClips
 
 from ..bodies import rigs
 from ..bodies.structures import Body
 from ..cache import Arrays, kept
+from ..contract import SECOND, USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
 from ..conventions import FPS, SIDES
 from ..performances.score import Score
 from ..solver.hands import plant_rests
 from ..solver.touch_points import touch_point, touching
 from .clips import Clip, training_clips, unable
 from .families import bodies_of, families, family_of_structure
-
-
-@dataclass(frozen=True, eq=False)
-class Labels:
-    """Labels of one clip by one body.
-
-    kind:     ``(frames,)`` text: what is done in each frame; sequences change.
-    phase:    ``(frames,)`` 0 to 1 within what is done, or turns of its cycle.
-    contacts: of the feet: planted, pivoting, or neither.
-    touches:  "left hand on right_knee" -> ``(frames,)`` bool: the hand rests there.
-    """
-
-    kind: np.ndarray
-    phase: np.ndarray
-    contacts: Contacts
-    touches: Mapping[str, np.ndarray]
 
 
 def labels(score: Score, contacts: Contacts) -> Labels:
@@ -87,32 +69,11 @@ def self_touches(rests: Rests, body: Body) -> tuple[Touch, ...]:
     return tuple(told)
 
 
-USUAL, SECOND = "usual", "second"
-"""Manners: the reference's, and that of the other right answer."""
-
 _HELD = 64
 
 
 def _score(clip: Clip) -> Score:
     return clip.score()
-
-
-class Cast(Mapping[str, Character]):
-    """Bodies as characters, each made when it is first asked for."""
-
-    def __init__(self, bodies: Mapping[str, Body], flesh: rigs.Surface) -> None:
-        self._bodies, self._flesh, self._made = bodies, flesh, dict[str, Character]()
-
-    def __getitem__(self, name: str) -> Character:
-        if name not in self._made:
-            self._made[name] = rigs.character(self._bodies[name], self._flesh)
-        return self._made[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._bodies)
-
-    def __len__(self) -> int:
-        return len(self._bodies)
 
 
 class Studio:
@@ -128,18 +89,18 @@ class Studio:
         identity: str,
         drawn: Mapping[str, Body] | None = None,
         drawn_identity: str = "",
-        flesh: rigs.Surface = "bare",
+        flesh: Surface = "bare",
     ) -> None:
         self.identity, self.drawn = identity, drawn or {}
         self.drawn_identity = drawn_identity
         usual = {name: body for family in families() for name, body in family.bodies.items()}
         self.bodies: Mapping[str, Body] = {**usual, **self.drawn}
-        self.cast = Cast(self.bodies, flesh)
+        self.cast = Cast(self.bodies, lambda name: rigs.character(self.bodies[name], flesh))
         self._arrays = lru_cache(maxsize=_HELD)(self._kept)
         # whatever kind of clip it is
         self.score = lru_cache(maxsize=_HELD)(_score)
 
-    def motion(self, clip: Clip, name: str, manner: str = USUAL) -> Motion:
+    def motion(self, clip: Clip, name: str, manner: Manner = USUAL) -> Motion:
         """Raises Unusable where a drawn body cannot do the clip."""
         arrays = self._arrays(clip, name, manner)
         if float(arrays.get("short", 0.0)):
@@ -150,7 +111,7 @@ class Studio:
         arrays = self._arrays(clip, name, USUAL)
         return Contacts(self.bodies[name].structure.labelled, arrays["planted"], arrays["pivoting"])
 
-    def _kept(self, clip: Clip, name: str, manner: str) -> Arrays:
+    def _kept(self, clip: Clip, name: str, manner: Manner) -> Arrays:
         names, drawn = {"rotations", "root", "planted", "pivoting"}, name in self.drawn
         arrays = kept(
             f"{self.identity}{self.drawn_identity if drawn else ''}, {clip.name}",
@@ -158,13 +119,10 @@ class Studio:
             frozenset(names | {"short"} if drawn else names),
             lambda: self.solved(clip, name, manner, measured=drawn),
         )
-        # rotations are stored in single precision: a motion is off by less than a micrometre
-        local = arrays["rotations"].astype(np.float64)
-        local /= np.sqrt((local * local).sum(axis=-1, keepdims=True))
-        return {**arrays, "rotations": local}
+        return {**arrays, "rotations": in_double(arrays["rotations"])}
 
     def solved(
-        self, clip: Clip, name: str, manner: str = USUAL, *, measured: bool = True
+        self, clip: Clip, name: str, manner: Manner = USUAL, *, measured: bool = True
     ) -> dict[str, np.ndarray]:
         """The arrays of a motion, solved anew. measured: with ``short``, metres by which the body misses
         what it has to touch; the published corpus has a list of that."""
@@ -185,30 +143,6 @@ class Studio:
         return found
 
 
-Training = Mapping[str, Mapping[str, "Clips"]]
-"""Structure -> character -> its clips."""
-
-
-class Clips(LazyClips[Clip]):
-    """Motions of one character, each solved when it is first asked for."""
-
-    def __init__(self, studio: Studio, character: str, listed: Sequence[Clip]) -> None:
-        super().__init__(listed)
-        self._studio, self.character = studio, character
-
-    def made(self, each: Clip) -> Motion:
-        return self._studio.motion(each, self.character)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(clip.name for clip in self.listed)
-
-    @property
-    def frames(self) -> int:
-        """Number of frames of all clips together, known without solving any."""
-        return sum(clip.frames for clip in self.listed)
-
-
 def training(studio: Studio, size: str, seed: int) -> Training:
     """Every training character with what it is able to do; held-out bodies, structures and kinds are
     absent, and so are ``VALIDATION_BODIES``.
@@ -222,8 +156,8 @@ def training(studio: Studio, size: str, seed: int) -> Training:
             mine = training_clips(size, name, seed, len(studio.drawn))
             able = [clip for clip in mine if not unable(clip, (name,))]
             structure = family.bodies[name].structure.name
-            found.setdefault(structure, {})[name] = Clips(studio, name, able)
+            found.setdefault(structure, {})[name] = Clips(name, able, studio.motion)
     for name, body in studio.drawn.items():
         mine = training_clips(size, name, seed, len(studio.drawn))
-        found.setdefault(body.structure.name, {})[name] = Clips(studio, name, mine)
+        found.setdefault(body.structure.name, {})[name] = Clips(name, mine, studio.motion)
     return found

@@ -1,0 +1,184 @@
+"""Writes the files of the frozen corpus (``frozen.py``) anew, from what the generator makes.
+
+    python -m retarget_bench.datasets.puppets.corpus.freezing
+
+It takes a minute; ``tests/datasets/freeze_puppets.py`` does it among all else that is frozen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from retarget_bench.api import SPLITS, Touch
+
+from .. import archives
+from ..bodies.meshes import skin
+from ..bodies.structures import Body
+from ..contract import USUAL, VERSION, Part, Size
+from ..conventions import FPS
+from ..frozen import FOLDER, PREFIX, columns
+from ..solver.reach import ground
+from .cases import clip_action, performers
+from .clips import Clip, clips
+from .families import HELD_OUT_KINDS, families, only_tested
+from .generated import Generated
+from .studio import Studio, hand_rests, self_touches, touches
+
+SIZE: Size = "tiny"
+SEED = 0
+Arrays = dict[str, np.ndarray]
+Facts = dict[str, Any]
+
+
+def write(folder: Path = FOLDER) -> None:
+    """All files of the corpus; its test part is where most of the motion is."""
+    parts = {part: Generated(SIZE, part, SEED) for part in get_args(Part)}
+    studio = parts["test"].studio
+    cast = {name: body for family in families() for name, body in family.bodies.items()}
+    trained = [
+        (clip, name)
+        for mine in parts["test"].training().values()
+        for name, clips in mine.items()
+        for clip in clips.listed
+    ]
+    arrays = {part: _part(corpus) for part, corpus in parts.items()}
+    arrays["training"] = _merged(_take(studio, clip, {name: False}) for clip, name in trained)
+    arrays["bodies"] = _merged(_body(studio, body) for body in cast.values())
+    arrays["skins"] = _merged(_skin(body) for body in cast.values())
+    index = {
+        "generator": VERSION,
+        "fps": FPS,
+        "held_out": HELD_OUT_KINDS,
+        "structures": {body.structure.name: _structure(studio, body) for body in cast.values()},
+        "bodies": {
+            name: {"structure": body.structure.name, "family": family.name, "held_out": only_tested(body)}
+            for family in families()
+            for name, body in family.bodies.items()
+        },
+        **{part: _facts(corpus) for part, corpus in parts.items()},
+        "training": {
+            structure: {
+                name: {clip.name: clip.frames for clip in clips.listed} for name, clips in mine.items()
+            }
+            for structure, mine in parts["test"].training().items()
+        },
+        "manifest": parts["test"].training_manifest(),
+    }
+    archives.write(folder, arrays, index)
+
+
+def _merged(parts: Iterable[Arrays]) -> Arrays:
+    return {name: array for part in parts for name, array in part.items()}
+
+
+# ------------------------------------------------------------------------------------------ bodies
+@cache
+def _hands() -> Mapping[str, tuple[str, str]]:
+    """Label -> side of a hand and place of the own body on which it rests in some clip."""
+    listed = [clip for part in get_args(Part) for clip in clips(SIZE, SEED, part)]
+    found = dict.fromkeys(hand for clip in listed for hand in hand_rests(clip.score()))
+    return {f"{side} hand on {place}": (side, place) for side, place in found}
+
+
+def _touches(body: Body) -> dict[str, Touch]:
+    """Label -> what cases tell of the touch; without those on places whose joints the body lacks."""
+    rests = np.zeros(0, dtype=bool)
+    found = {label: self_touches({hand: rests}, body) for label, hand in _hands().items()}
+    return {label: touch for label, told in found.items() for touch in told}
+
+
+def _structure(studio: Studio, body: Body) -> Facts:
+    skeleton = studio.cast[body.name].skeleton
+    return {
+        "joints": skeleton.names,
+        "parents": skeleton.parents.tolist(),
+        "ends": [site.parent for site in skeleton.end_sites],
+        "roles": body.structure.roles,
+        "contacts": body.structure.labelled,
+        "touches": {label: [touch.end, touch.bearing] for label, touch in _touches(body).items()},
+    }
+
+
+def _body(studio: Studio, body: Body) -> Arrays:
+    character, touched = studio.cast[body.name], _touches(body).values()
+    return {
+        f"{body.name} offsets": character.skeleton.offsets,
+        f"{body.name} ends": np.array([site.offset for site in character.skeleton.end_sites]),
+        f"{body.name} pose": character.reference_pose,
+        f"{body.name} touches": np.array([(touch.point, touch.place) for touch in touched]),
+    }
+
+
+def _skin(body: Body) -> Arrays:
+    vertices, faces, flesh = skin(body)
+    return {
+        f"{body.name} vertices": vertices,
+        f"{body.name} faces": faces.astype(np.uint16),
+        f"{body.name} start": flesh.start,
+        f"{body.name} line": flesh.line,
+        f"{body.name} radii": flesh.radii,
+        f"{body.name} follows": flesh.follows,
+        f"{body.name} spread": np.array(flesh.spread),
+    }
+
+
+# ------------------------------------------------------------------------------------------- clips
+def _facts(corpus: Generated) -> Facts:
+    """A part's lists."""
+    listed = {split: corpus.cases(split) for split in SPLITS} | {"legs": corpus.between_legs()}
+    return {
+        "clips": {clip.name: _clip(clip) for clip in clips(SIZE, SEED, corpus.part)},
+        "cases": {name: [info.id.removeprefix(PREFIX) for info in infos] for name, infos in listed.items()},
+        "exclusions": corpus.exclusions(),
+    }
+
+
+def _clip(clip: Clip) -> Facts:
+    score = clip.score()
+    return {
+        "kind": clip.kind,
+        "frames": clip.frames,
+        "action": clip_action(clip),
+        "flat": score.stairs is None,
+        "stretches": [[act.kind, act.end - act.first] for act in score.stretches()],
+        "touches": [*touches(score)],
+    }
+
+
+def _part(corpus: Generated) -> Arrays:
+    """All arrays of the clips of a part."""
+    found: Arrays = {}
+    for clip, (names, targets) in performers(SIZE, corpus.part, SEED).items():
+        score, rests = clip.score(), touches(clip.score())
+        found |= _take(corpus.studio, clip, {name: name in targets for name in names})
+        found[f"{clip.name} phases"] = np.asarray(score.phases(), dtype=np.float64)
+        if rests:
+            found[f"{clip.name} touches"] = np.stack([*rests.values()])
+        for name in names if score.stairs else ():
+            floor = ground(score, clip.family.bodies[name])
+            assert floor.heights is not None
+            found[f"{clip.name} {name} heights"] = floor.heights
+            found[f"{clip.name} {name} grid"] = np.array([*floor.origin, floor.spacing])
+    return found
+
+
+def _take(studio: Studio, clip: Clip, bodies: Mapping[str, bool]) -> Arrays:
+    """The motions of a clip (``frozen.Take``). bodies: body -> whether there is a second answer."""
+    held = columns(bodies)
+    made = [studio.solved(clip, name, manner, measured=False) for name, manner in held]
+    usual = [each for each, (_, manner) in zip(made, held, strict=True) if manner == USUAL]
+    labels = [np.stack([each["planted"], each["pivoting"]]) for each in usual]
+    return {
+        f"{clip.name} rotations": np.concatenate([np.moveaxis(each["rotations"], 0, -1) for each in made]),
+        f"{clip.name} roots": np.stack([each["root"].T for each in made]),
+        f"{clip.name} contacts": np.concatenate([np.moveaxis(each, -1, 0) for each in labels]),
+    }
+
+
+if __name__ == "__main__":
+    write()

@@ -1,0 +1,148 @@
+"""A corpus whose motions are solved when they are first asked for, and kept in the cache folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache, cached_property
+from typing import Literal
+
+from retarget_bench.api import Case, CaseInfo
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+from ..bodies import clothes
+from ..contract import SECOND, USUAL, VERSION, Labels, Manner, Part, Size, Surface, Training, absent
+from ..solver.reach import ground
+from . import matched, training_bodies
+from .cases import between_legs, cases, family_by_body, of_structure, performers, real_motions
+from .clips import Clip, clips, unable
+from .families import HELD_OUT_KINDS, bodies_of, only_tested, training_manifest
+from .pairs import Pairs
+from .studio import Studio, hand_rests, labels, self_touches, training
+
+
+class Generated:
+    """One part of a corpus (``contract.py``) of any size, seed, number of drawn bodies and surface."""
+
+    def __init__(
+        self, size: Size, part: Part = "test", seed: int = 0, drawn: int = 0, flesh: Surface = "bare"
+    ) -> None:
+        self.size, self.part, self.seed = size, part, seed
+        self._drawn, self._flesh = drawn, flesh
+        self.studio = Studio(
+            f"puppets generator {VERSION}, seed {seed}",
+            training_bodies.training_bodies(seed, drawn),
+            f", bodies {training_bodies.VERSION}",
+            flesh,
+        )
+
+    @property
+    def variant(self) -> str:
+        clothed = f", clothed {clothes.VERSION}" if self._flesh == "clothed" else ""
+        return f"{clothed}, {self._drawn} bodies {training_bodies.VERSION}" if self._drawn else clothed
+
+    @property
+    def bodies(self) -> int:
+        return len(family_by_body())
+
+    @property
+    def clips(self) -> Mapping[str, str]:
+        return {name: clip.kind for name, clip in self._clips.items()}
+
+    @property
+    def cast(self) -> Mapping[str, Character]:
+        return self.studio.cast
+
+    @cached_property
+    def _clips(self) -> dict[str, Clip]:
+        return {clip.name: clip for clip in clips(self.size, self.seed, self.part)}
+
+    def cases(self, split: str) -> Sequence[CaseInfo]:
+        return _infos(self.size, self.part, self.seed, split)
+
+    def between_legs(self) -> Sequence[CaseInfo]:
+        return between_legs(self.size, self.part, self.seed)
+
+    def real(self, structure: str) -> Sequence[CaseInfo]:
+        return of_structure(real_motions(self.size, self.part, self.seed), structure)
+
+    def load(self, info: CaseInfo) -> Case:
+        """Raises BenchError for a case that is none of this corpus."""
+        clip = self._clip(info)
+        if info.target not in clip.family.bodies:
+            return Case(info, self.studio.motion(clip, info.source), self.studio.cast[info.target])
+        return Case(
+            info=info,
+            source=self.studio.motion(clip, info.source),
+            target=self.studio.cast[info.target],
+            reference=self.studio.motion(clip, info.target),
+            contacts=self.studio.contacts(clip, info.target),
+            ground=ground(self.studio.score(clip), clip.family.bodies[info.target]),
+            alternative=self.studio.motion(clip, info.target, SECOND),
+            touches=self_touches(hand_rests(self.studio.score(clip)), clip.family.bodies[info.target]),
+        )
+
+    def _clip(self, info: CaseInfo) -> Clip:
+        clip = self._clips.get(info.clip)
+        if clip is None or info.source not in clip.family.bodies or info.target not in family_by_body():
+            raise absent(info, self.size, self.part)
+        return clip
+
+    def motion(self, clip: str | Clip, name: str, manner: Manner = USUAL) -> Motion:
+        return self.studio.motion(clip if isinstance(clip, Clip) else self._clips[clip], name, manner)
+
+    def labels(self, info: CaseInfo) -> Labels:
+        clip = self._clip(info)
+        return labels(self.studio.score(clip), self.studio.contacts(clip, info.target))
+
+    def unseen(self, info: CaseInfo) -> frozenset[str]:
+        clip = self._clip(info)
+        family = family_by_body()
+        held = {name: only_tested(family[name].bodies[name]) for name in (info.source, info.target)}
+        marks = {
+            "source": held[info.source],
+            "target": held[info.target],
+            "kind": clip.kind in HELD_OUT_KINDS,
+        }
+        return frozenset(name for name, new in marks.items() if new)
+
+    def exclusions(self) -> Mapping[str, Mapping[str, float]]:
+        found = {
+            clip.name: unable(clip, bodies_of(clip.family, self.part)) for clip in self._clips.values()
+        }
+        return {name: short for name, short in found.items() if short}
+
+    def performers(self) -> Mapping[str, tuple[str, ...]]:
+        found = performers(self.size, self.part, self.seed)
+        return {clip.name: names for clip, (names, _) in found.items()}
+
+    def training(self) -> Training:
+        return training(self.studio, self.size, self.seed)
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        manifest = training_manifest()
+        return {**manifest, "characters": [*manifest["characters"], *self.studio.drawn]}
+
+    # ------------------------------------------------------------------------- beyond the contract
+    def training_pairs(self) -> Pairs:
+        return Pairs(self.studio, self.size, self.seed)
+
+    def matched(self, part: Literal["train", "test"]) -> Mapping[matched.Pair, matched.Matches]:
+        return matched.matched(self.studio, self.size, self.seed, part)
+
+
+@cache
+def _infos(size: Size, part: Part, seed: int, split: str) -> tuple[CaseInfo, ...]:
+    return tuple(
+        CaseInfo(
+            id=f"puppets/{source}>{target}/{clip.name}",
+            task="retarget",
+            split=split,
+            source=source,
+            target=target,
+            clip=clip.name,
+            kind=clip.kind,
+            frames=clip.frames,
+        )
+        for clip, source, target in cases(size, part, seed, split)
+    )

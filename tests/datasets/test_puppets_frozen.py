@@ -1,0 +1,276 @@
+"""The corpus that comes with the package is what the generator makes, and is read without it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from retarget_bench.api import SPLITS, CaseInfo
+from retarget_bench.datasets import puppets
+from retarget_bench.datasets.puppets import archives, frozen
+from retarget_bench.datasets.puppets import plugin as Puppets
+from retarget_bench.datasets.puppets.contract import Part
+from retarget_bench.datasets.puppets.corpus import freezing
+from retarget_bench.datasets.puppets.corpus.generated import Generated
+from retarget_bench.datasets.puppets.frozen import FOLDER, Frozen
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion import bvh
+from retarget_bench.motion.motion import Motion
+
+ROOT = Path(__file__).parents[2]
+NEAR = 1e-6
+"""Metres."""
+READERS = {"archives", "cones", "contract", "dataset", "frozen"}
+"""Modules of the puppets that are no part of the generator."""
+
+
+# ------------------------------------------------------------------------------------ the same corpus
+def assert_same_motion(one: Motion | None, other: Motion | None, what: str) -> None:
+    assert one is not None
+    assert other is not None
+    assert (one.character.name, one.fps) == (other.character.name, other.fps)
+    assert np.abs(one.positions - other.positions).max() < NEAR, what
+    assert np.abs(one.rotations - other.rotations).max() < NEAR, what
+
+
+def assert_same_case(kept: Frozen, made: Generated, info: CaseInfo) -> None:
+    mine, theirs = kept.load(info), made.load(info)
+    assert_same_motion(mine.source, theirs.source, info.id)
+    if theirs.reference is None:
+        assert (mine.reference, mine.alternative, mine.contacts, mine.touches) == (None,) * 4
+        return
+    assert_same_motion(mine.reference, theirs.reference, info.id)
+    if info.source != info.target or mine.alternative is not None:
+        assert_same_motion(mine.alternative, theirs.alternative, info.id)
+    assert mine.contacts.roles == theirs.contacts.roles
+    assert np.array_equal(mine.contacts.planted, theirs.contacts.planted)
+    assert np.array_equal(mine.contacts.pivoting, theirs.contacts.pivoting)
+    assert (mine.ground.heights is None) == (theirs.ground.heights is None)
+    if theirs.ground.heights is not None:
+        assert np.abs(mine.ground.heights - theirs.ground.heights).max() < NEAR
+        assert mine.ground.origin == pytest.approx(theirs.ground.origin, abs=NEAR)
+        assert mine.ground.spacing == pytest.approx(theirs.ground.spacing, abs=NEAR)
+    for one, other in zip(mine.touches, theirs.touches, strict=True):
+        assert (one.end, one.bearing) == (other.end, other.bearing)
+        assert np.abs(np.array([one.point, one.place]) - [other.point, other.place]).max() < NEAR
+        assert np.array_equal(one.rests, other.rests)
+    one, other = kept.labels(info), made.labels(info)
+    assert one.kind.tolist() == other.kind.tolist()
+    assert np.abs(one.phase - other.phase).max() < NEAR
+    assert list(one.touches) == list(other.touches)
+    assert all(np.array_equal(one.touches[name], other.touches[name]) for name in one.touches)
+    assert kept.unseen(info) == made.unseen(info)
+
+
+def every(corpus: Frozen | Generated) -> Iterator[CaseInfo]:
+    """All cases, and the real motion that those between legs are compared with."""
+    for split in SPLITS:
+        yield from corpus.cases(split)
+    yield from corpus.between_legs()
+    for structure in dict.fromkeys(body.structure for body in corpus.cast.values()):
+        yield from corpus.real(structure)
+
+
+@pytest.mark.parametrize("part", get_args(Part))
+def test_the_lists_are_those_of_the_generator(part: Part) -> None:
+    kept, made = Frozen(part), Generated("tiny", part)
+    assert list(every(kept)) == list(every(made))
+    assert list(kept.clips.items()) == list(made.clips.items())
+    assert list(kept.performers().items()) == list(made.performers().items())
+    assert kept.exclusions() == made.exclusions()
+    assert (kept.bodies, list(kept.cast)) == (made.bodies, list(made.cast))
+    assert kept.training_manifest() == made.training_manifest()
+    for structure, mine in made.training().items():
+        for name, clips in mine.items():
+            found = kept.training()[structure][name]
+            assert (found.names, found.frames, found.character) == (clips.names, clips.frames, name)
+
+
+def test_some_of_all_is_what_the_generator_makes() -> None:
+    """A case of each structure and of stairs, a case between legs, a training clip, and a skin."""
+    kept, made = Frozen("test"), Generated("tiny", "test")
+    of_structure = {kept.cast[info.target].structure: info for info in kept.cases("intra")}
+    stairs = next(info for info in kept.cases("cross") if info.kind == "stairs_down")
+    touching = next(info for info in kept.cases("cross") if info.kind == "hands_on_hips")
+    for info in (*of_structure.values(), stairs, touching, kept.between_legs()[0]):
+        assert_same_case(kept, made, info)
+    name = next(iter(kept.training()["dog21"]))
+    assert_same_motion(kept.training()["dog21"][name][0], made.training()["dog21"][name][0], name)
+    assert_same_body(kept, made, "pip")
+
+
+def assert_same_body(kept: Frozen, made: Generated, name: str) -> None:
+    one, other = kept.cast[name], made.cast[name]
+    assert one.skeleton.same_as(other.skeleton, NEAR)
+    assert (one.structure, one.roles) == (other.structure, other.roles)
+    assert one.measures.__dict__ == pytest.approx(other.measures.__dict__, abs=NEAR)
+    assert np.abs(one.reference_pose - other.reference_pose).max() < NEAR
+    for site, there in zip(one.skeleton.end_sites, other.skeleton.end_sites, strict=True):
+        assert (site.parent, site.offset) == (there.parent, pytest.approx(there.offset, abs=NEAR))
+    mine, theirs = one.mesh, other.mesh
+    assert mine is not None
+    assert theirs is not None
+    assert np.array_equal(mine.faces, theirs.faces)
+    assert np.abs(mine.vertices - theirs.vertices).max() < NEAR
+    assert np.abs(mine.weights - theirs.weights).max() < NEAR
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", get_args(Part))
+def test_all_is_what_the_generator_makes(part: Part) -> None:
+    kept, made = Frozen(part), Generated("tiny", part)
+    for info in every(kept):
+        assert_same_case(kept, made, info)
+    if part == "test":
+        for structure, mine in made.training().items():
+            for name, clips in mine.items():
+                for number, motion in enumerate(clips):
+                    assert_same_motion(kept.training()[structure][name][number], motion, name)
+        for name in kept.cast:
+            assert_same_body(kept, made, name)
+
+
+@pytest.mark.slow
+def test_the_files_are_written_as_they_are(tmp_path: Path) -> None:
+    """The same lists, and arrays of the same names and shapes, to a micrometre."""
+    freezing.write(tmp_path)
+    assert archives.read(tmp_path, "index.json") == archives.read(FOLDER, "index.json")
+    names = {path.name for path in FOLDER.iterdir()}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    for name in (name for name in names if name.endswith(".npz")):
+        one, other = (archives.Archive(archives.read(folder, name)) for folder in (tmp_path, FOLDER))
+        assert list(one) == list(other)
+        for key in one:
+            assert (one[key].dtype, one[key].shape) == (other[key].dtype, other[key].shape)
+            assert np.abs(one[key].astype(float) - other[key]).max(initial=0.0) < NEAR, key
+
+
+def test_equal_arrays_give_equal_bytes_and_come_back(tmp_path: Path) -> None:
+    numbers = np.random.default_rng(1)
+    arrays = {
+        "a b": numbers.normal(size=(3, 5, 4)),
+        "single": numbers.normal(size=7).astype(np.float32),
+        "one": np.array(2.5),
+        "told": numbers.normal(size=(2, 3)) > 0,
+        "corners": np.arange(6, dtype=np.uint16),
+    }
+    for folder in ("first", "second"):
+        archives.write(tmp_path / folder, {"x": arrays}, {"some": ["facts"]})
+    for path in (tmp_path / "first").iterdir():
+        assert path.read_bytes() == (tmp_path / "second" / path.name).read_bytes()
+    back = archives.Archive(archives.read(tmp_path / "first", "x.npz"))
+    assert list(back) == list(arrays)
+    for name, array in arrays.items():
+        assert back[name].dtype == array.dtype
+        np.testing.assert_array_equal(back[name], array)
+    with np.load(tmp_path / "first" / "x.npz") as plain:  # whoever has no more than NumPy
+        first = np.moveaxis(plain["single"], 0, -1).copy().view("<f4")[..., 0]
+        np.testing.assert_array_equal(first, arrays["single"])
+
+
+# ---------------------------------------------------------------------------------------- requests
+def test_what_is_not_listed_is_refused_in_words() -> None:
+    data = Puppets()
+    walk = next(info for info in data.cases("retarget", "self") if info.kind == "walk")
+    absent = next(name for name in data.characters() if name not in data.performers()[walk.clip])
+    info = CaseInfo(f"puppets/{absent}>{absent}/{walk.clip}", "retarget", "self", absent, absent, walk.clip)
+    with pytest.raises(BenchError, match=rf"size=tiny,part=test\] has no case puppets/{absent}"):
+        data.load(info)
+
+
+def test_motions_of_no_case_are_generated() -> None:
+    data = Puppets()
+    absent = next(name for name in data.characters() if name not in data.performers()["walk-001"])
+    motion = data.motion("walk-001", absent)
+    assert motion.character.name == absent
+    assert motion.frames == data.motion("walk-001", data.performers()["walk-001"][0]).frames
+
+
+# -------------------------------------------------------------------------------------------- damage
+def forget() -> None:
+    """What this process has read of the files."""
+    for each in (frozen._index, frozen._archive, frozen._cast, frozen._take):
+        each.cache_clear()
+
+
+@pytest.fixture
+def copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A copy of the files, which is read in their place."""
+    shutil.copytree(FOLDER, tmp_path / "tiny")
+    monkeypatch.setattr(frozen, "FOLDER", tmp_path / "tiny")
+    forget()
+    yield tmp_path / "tiny"
+    forget()
+
+
+def everything() -> None:
+    """Something of every file."""
+    data = Puppets()
+    for part in data.parts().values():
+        part.load(part.cases("retarget", "self")[0])
+    assert data.training()["body22"]["ada"][0].frames
+    assert data.characters()["ada"].mesh
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in FOLDER.iterdir()))
+@pytest.mark.parametrize("harm", ["flip", "cut", "lose"])
+def test_damaged_files_are_told_in_one_sentence(copied: Path, name: str, harm: str) -> None:
+    path = copied / name
+    whole = path.read_bytes()
+    everything()
+    forget()
+    if harm == "lose":
+        path.unlink()
+    else:
+        half = len(whole) // 2
+        path.write_bytes(whole[:half] + (bytes([whole[half] ^ 1]) + whole[half + 1 :]) * (harm == "flip"))
+    with pytest.raises(FileError, match=r"install the package again$") as told:
+        everything()
+    assert str(told.value).startswith(str(copied))
+    assert "\n" not in str(told.value)
+
+
+def test_a_checkout_may_change_line_ends(copied: Path) -> None:
+    for path in copied.glob("*.json"):
+        path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    everything()
+
+
+# ------------------------------------------------------------------------------ without the generator
+def imported_by(folder: Path, *words: object) -> set[str]:
+    """Modules of the puppets that a command imports, in whatever process."""
+    environment = os.environ | {
+        "PYTHONPROFILEIMPORTTIME": "1",
+        "RETARGET_BENCH_CACHE": str(folder / "cache"),
+    }
+    command = [sys.executable, "-m", "retarget_bench", *map(str, words)]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return set(re.findall(rf"{re.escape(puppets.__name__)}\.([\w.]+)$", done.stderr, re.MULTILINE))
+
+
+def test_a_run_imports_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path) -> None:
+    asked = ("copy_rotations", "other_clip", "--limit", 2, "-j", 1, "--out", tmp_path / "runs")
+    assert imported_by(tmp_path, "run", *asked) == READERS
+    assert not (tmp_path / "cache" / "puppets").exists()
+    assert len([*(tmp_path / "runs").rglob("copy_rotations/*.npz")]) >= 6
+
+
+def test_retargeting_a_file_imports_none_of_the_puppets(tmp_path: Path) -> None:
+    data = Puppets()
+    case = data.load(data.cases("retarget", "cross")[0])
+    for name, motion in (("source", case.source), ("target", case.reference)):
+        assert isinstance(motion, Motion)
+        bvh.write(tmp_path / f"{name}.bvh", motion.at(slice(0, 12)), scale=100.0)
+    files = (tmp_path / "source.bvh", "--target", tmp_path / "target.bvh", "-o", tmp_path / "out.bvh")
+    units = ("--unit", "cm", "--target-unit", "cm")
+    assert imported_by(tmp_path, "retarget", *files, *units, "-m", "pan") == set()
