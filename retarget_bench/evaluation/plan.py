@@ -8,11 +8,13 @@ from typing import Any, Literal
 
 from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, optional
 from retarget_bench.api.datasets import DatasetCard
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips
+from retarget_bench.evaluation.attempt import attempt
 from retarget_bench.evaluation.batches import RULE, batches
+from retarget_bench.evaluation.cases import listed
 from retarget_bench.evaluation.prediction import environments
-from retarget_bench.evaluation.score import declared_values
+from retarget_bench.evaluation.score import BASE, declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import slug
 from retarget_bench.motion.character import Character
@@ -111,8 +113,8 @@ def _built(names: tuple[str, ...]) -> tuple[Any, ...]:
 
 @lru_cache(maxsize=16)
 def _cases(spec: Spec, task: str, split: str) -> Sequence[CaseInfo]:
-    """The cases of a split, which all methods share: there may be a million."""
-    return dataset(spec, task).cases(Spec.parse(task).name, split)
+    """The cases of a split, which all methods share: there may be a million. Raises BenchError."""
+    return listed(dataset(spec, task), Spec.parse(task).name, split)
 
 
 @lru_cache(maxsize=16)
@@ -307,8 +309,8 @@ def located_data(spec: Spec) -> Spec:
 
 def _network(metric: SetMetric, target: Character) -> str:
     try:
-        return metric.network(target)
-    except NotSupported:
+        return attempt(lambda: str(metric.network(target)), BASE, f"network of {metric.card.name}")
+    except BenchError:  # each case will be told
         return ""
 
 

@@ -5,13 +5,15 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseFeatures, OwnSets, Prediction, SetMetric
-from retarget_bench.api.comparison import Comparison
+from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Prediction, SetMetric
 from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.evaluation.attempt import sentence
+from retarget_bench.evaluation.score import Before, Faults, asked, compared, nothing
 from retarget_bench.files import write_csv
 from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
 
@@ -67,45 +69,67 @@ FACTS = ("set", "network", "reason")
 
 
 def collect(
-    metrics: Sequence[SetMetric], case: Case, prediction: Prediction, elsewhere: bool = False
-) -> Arrays:
+    metrics: Sequence[SetMetric],
+    case: Case,
+    prediction: Prediction,
+    elsewhere: bool = False,
+    before: Before = nothing,
+) -> tuple[Arrays, Faults]:
     """Features of one case for the set metrics, as arrays ``<metric>:<name>``; ``<metric>:set`` names the
-    set that it belongs to. None of a metric in none of whose sets it is.
+    set that it belongs to. None of a metric in none of whose sets it is. And what metrics did wrong.
 
     elsewhere: whether the data set has real motion to compare answers without a reference with.
-    Raises BenchError where a metric breaks its contract.
+    Raises BenchError where the case itself does not fit together.
     """
-    comparison = Comparison(case, prediction)
+    comparison = compared(case, prediction)
     arrays: Arrays = {}
+    faults: Faults = {}
     for metric in metrics:
         name = metric.card.name
-        belongs = metric.set_of(case) if isinstance(metric, OwnSets) else case.target.structure
-        if not belongs:
-            continue
-        arrays[f"{name}:set"] = np.array(belongs)
         try:
-            if case.reference is None and not elsewhere:
-                raise NotSupported(NO_REFERENCE)
-            arrays[f"{name}:network"] = np.array(metric.network(case.target))
-            found = _checked(name, case, metric.features(comparison))
-        except NotSupported as reason:
-            arrays[f"{name}:reason"] = np.array(str(reason))
-            continue
-        arrays |= {f"{name}:{part}": np.asarray(getattr(found, part), np.float32) for part in PARTS}
-    return arrays
+            ask = partial(_collected, metric, comparison, elsewhere)
+            found = asked(metric, ask, comparison, before)
+        except BenchError as error:
+            faults[name] = sentence(error)
+            reason = np.array(failed(name, faults[name]))
+            found = {"set": np.array(case.target.structure), "reason": reason}
+        arrays |= {f"{name}:{part}": array for part, array in found.items()}
+    return arrays, faults
 
 
-def _checked(name: str, case: Case, found: CaseFeatures) -> CaseFeatures:
-    paired = [found.generated] if case.reference is None else [found.generated, found.real]
-    shapes = {np.shape(each) for each in paired}
-    if len(shapes) > 1 or len(found.speed) != len(found.generated) or np.ndim(found.generated) != 2:
+def failed(metric: str, fault: str) -> str:
+    """The reason why there is no value of a metric that did something wrong."""
+    return f"metric {metric} failed: {fault}"
+
+
+def _collected(metric: SetMetric, comparison: Comparison, elsewhere: bool) -> Arrays:
+    """Raises BenchError where the metric breaks its contract."""
+    case = comparison.case
+    belongs = metric.set_of(case) if isinstance(metric, OwnSets) else case.target.structure
+    if not belongs:
+        return {}
+    arrays = {"set": np.array(str(belongs))}
+    try:
+        if case.reference is None and not elsewhere:
+            raise NotSupported(NO_REFERENCE)
+        arrays["network"] = np.array(str(metric.network(case.target)))
+        found = metric.features(comparison)
+    except NotSupported as reason:
+        return {**arrays, "reason": np.array(str(reason))}
+    parts = {part: np.asarray(getattr(found, part), np.float32) for part in PARTS}
+    _check(parts, paired=case.reference is not None)
+    return arrays | parts
+
+
+def _check(parts: Arrays, paired: bool) -> None:
+    generated, real, speed = (parts[part].shape for part in PARTS)
+    if (paired and generated != real) or speed != generated[:1] or len(generated) != 2:
         raise BenchError(
-            f"metric {name!r} gave features {np.shape(found.generated)}, {np.shape(found.real)} and "
-            f"{np.shape(found.speed)} for case {case.info.id}; the first two must be (windows, d)"
+            f"gave features {generated}, {real} and {speed}; they must be (windows, d), (windows, d) and "
+            "(windows,)"
         )
-    if not all(np.isfinite(getattr(found, part)).all() for part in PARTS):
-        raise BenchError(f"metric {name!r} gave features that are no numbers for case {case.info.id}")
-    return found
+    if not all(np.isfinite(each).all() for each in parts.values()):
+        raise BenchError("gave features that are not finite")
 
 
 def case_features(paths: ResultPaths, case_id: str) -> Path:

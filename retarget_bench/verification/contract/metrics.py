@@ -155,7 +155,7 @@ class MetricTrial(_Scored[Metric]):
         return None
 
     def measured(self, case: Case, prediction: Prediction) -> Values:
-        return score.score([self.plugin], case, prediction)
+        return score.score([self.plugin], case, prediction).sound()
 
 
 class SetMetricTrial(_Scored[SetMetric]):
@@ -181,7 +181,9 @@ class SetMetricTrial(_Scored[SetMetric]):
         return None if self.cases else "applies to no body of the data set it is tried on"
 
     def measured(self, case: Case, prediction: Prediction) -> Arrays:
-        return collect([self.plugin], case, prediction)
+        arrays, faults = collect([self.plugin], case, prediction)
+        score.Scored(faults=faults).sound()
+        return arrays
 
     @demand("features of a prediction and of the reference are made alike")
     def alike(self) -> str | None:
