@@ -20,6 +20,7 @@ from retarget_bench.motion.motion import Motion, PointSets, Positions
 from retarget_bench.results.store import Values
 
 T = TypeVar("T")
+COPY = "what metrics are given cannot be written to, so take a copy (numpy.array)"
 BASE, PER_FRAME = 60.0, 1.0
 """Seconds that a metric has for a case, and for each of its frames."""
 LARGEST = 1e100
@@ -72,7 +73,7 @@ def score(
             ask = partial(_values, metric, comparison, applicable)
             found.values.update(asked(metric, ask, comparison, before))
         except BenchError as fault:
-            found.faults[metric.card.name] = sentence(fault)
+            found.faults[metric.card.name] = fault_of(fault)
     return found
 
 
@@ -85,6 +86,12 @@ def asked(
     """What a metric says of a case. Raises BenchError where it fails, or is not to be asked."""
     before(metric.card.name)
     return attempt(ask, seconds(comparison.frames), f"metric {metric.card.name}")
+
+
+def fault_of(error: BenchError) -> str:
+    """What a metric did wrong, in a sentence."""
+    said = sentence(error)
+    return f"{said}; {COPY}" if any(word in said for word in ("read-only", "WRITEABLE")) else said
 
 
 def compared(case: Case, prediction: Prediction) -> Comparison:

@@ -12,8 +12,7 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Prediction, SetMetric
 from retarget_bench.errors import BenchError, FileError, NotSupported
-from retarget_bench.evaluation.attempt import sentence
-from retarget_bench.evaluation.score import Before, Faults, asked, compared, nothing
+from retarget_bench.evaluation.score import Before, Faults, asked, compared, fault_of, nothing
 from retarget_bench.files import write_csv
 from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
 
@@ -90,7 +89,7 @@ def collect(
             ask = partial(_collected, metric, comparison, elsewhere)
             found = asked(metric, ask, comparison, before)
         except BenchError as error:
-            faults[name] = sentence(error)
+            faults[name] = fault_of(error)
             reason = np.array(failed(name, faults[name]))
             found = {"set": np.array(case.target.structure), "reason": reason}
         arrays |= {f"{name}:{part}": array for part, array in found.items()}
@@ -165,15 +164,33 @@ def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
     """The features of these cases as arrays ``<case>/<name>``; those of all cases are written beside the
     rows."""
     waiting = {case: _read_waiting(case_features(paths, case)) for case in sorted(cases)}
+    _leave_out(waiting)
     write_npz(features_path(paths), _joined(waiting))
     return {f"{case}/{name}": array for case, mine in waiting.items() for name, array in mine.items()}
+
+
+def _metrics(waiting: Mapping[str, Arrays]) -> list[str]:
+    return sorted({name.partition(":")[0] for mine in waiting.values() for name in mine})
+
+
+def _leave_out(waiting: Mapping[str, Arrays]) -> None:
+    """Put a reason in place of features that do not fit together."""
+    for metric in _metrics(waiting):
+        names = [f"{metric}:{part}" for part in PARTS]
+        found = (mine[name] for mine in waiting.values() for name in names[:2] if name in mine)
+        widths = sorted({each.shape[1] for each in found if len(each)})
+        if len(widths) > 1:
+            reason = failed(metric, f"gave features of {' and '.join(map(str, widths))} numbers")
+            for mine in waiting.values():
+                if [mine.pop(name) for name in names if name in mine]:
+                    mine[f"{metric}:reason"] = np.array(reason)
 
 
 def _joined(waiting: Mapping[str, Arrays]) -> Arrays:
     """For each metric the cases that belong to some of its sets, a text of each for ``FACTS``, and the
     windows of all as one array for each of ``PARTS``, with how many are of which case."""
     joined: Arrays = {}
-    for metric in sorted({name.partition(":")[0] for mine in waiting.values() for name in mine}):
+    for metric in _metrics(waiting):
         mine = {case: arrays for case, arrays in waiting.items() if f"{metric}:set" in arrays}
         joined[f"{metric}:case"] = np.array(list(mine))
         for fact in FACTS:

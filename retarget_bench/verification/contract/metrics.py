@@ -110,16 +110,10 @@ class MetricTrial(_Scored[Metric]):
             if not found and any(not score.missing(v, case, wrong) for v in self.plugin.card.values):
                 return f"{case.info.id}: no value at all"
             for name, number in found.items():
-                if isinstance(number, Mapping) != bool(declared[name].index):
-                    return (
-                        f"{name} declares index {declared[name].index!r} but gave {type(number).__name__}"
-                    )
                 each = number.values() if isinstance(number, Mapping) else [number]
                 if beyond := [one for one in each if not declared[name].allows(one)]:
                     least, most = declared[name].bounds
                     return f"{name} gave {beyond[0]:g}, outside {least:g} to {most:g}; say least and most"
-            if unknown := set(self.plugin.compute(Comparison(case, wrong))) - set(declared):
-                return f"gave undeclared values: {', '.join(sorted(unknown))}"
         return None
 
     @demand("the right answer is never worse than a wrong one")
