@@ -233,12 +233,12 @@ METRIC_FAULTS = {
     "undeclared": (
         {VALUE: VALUE[:-1] + ', "other": 1.0}'},
         "values are finite",
-        "undeclared values: other",
+        "gave 'other', a value that its card does not declare",
     ),
     "number for a curve": (
         {'better="lower",': 'better="lower", index="joint",'},
         "values are finite",
-        "gave float",
+        "instead of numbers by joint for faulty.mean",
     ),
     "nothing": ({VALUE: "{}"}, "values are finite", "no value at all"),
     "wrong way round": (
@@ -259,7 +259,7 @@ METRIC_FAULTS = {
     "writes into the prediction": (
         {"return " + VALUE: "comparison.prediction.root[0] += 1; return " + VALUE},
         "its input is not modified",
-        "prediction.root",
+        "read-only",
     ),
     "random": (
         {"return " + VALUE: "return {'faulty.mean': np.random.rand()}"},

@@ -1,12 +1,14 @@
 """One prediction beside its case: what all metrics share, computed once."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, wraps
+from typing import TypeVar
 
 import numpy as np
 
 from retarget_bench.api.cases import Case, Touch
+from retarget_bench.api.immutable import immutable
 from retarget_bench.errors import BenchError, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
@@ -15,6 +17,8 @@ from retarget_bench.motion.roles import HANDS, ancestors, is_body, is_finger
 
 RATE = 30.0
 """Frames per second at which whatever is stated per frame is stated; other rates are scaled to it."""
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,26 +37,32 @@ class ContactLabels:
     pivoting: np.ndarray
 
 
+def _shared(compute: "Callable[[Comparison], T]") -> cached_property[T]:
+    """A property that is computed once, for all metrics."""
+
+    @wraps(compute)
+    def shared(comparison: "Comparison") -> T:
+        return immutable(compute(comparison))
+
+    return cached_property(shared)
+
+
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """A case, a prediction of its target, and the arrays that metrics ask for more than once.
 
     Shapes: ``frames`` and all ``joints`` of the target's skeleton; metres, Y up. What needs a reference
-    is None where the case has none. Every array is computed when it is first asked for.
+    is None where the case has none. Every array is computed when it is first asked for, and cannot be
+    written to; nor can case and prediction where they are ``immutable``, as in every run.
 
     Raises BenchError when prediction, source and reference do not have the same frames and rate, or the
     prediction or the reference is not a motion of the target, or the target has no height.
     """
 
-    def __init__(self, case: Case, prediction: Prediction) -> None:
-        self.case = case
-        self.prediction = prediction
-        self.target: Character = case.target
-        self.height = float(case.target.height)
-        self.frames = prediction.frames
-        self.fps = float(prediction.fps)
-        self._check()
+    case: Case
+    prediction: Prediction
 
-    def _check(self) -> None:
+    def __post_init__(self) -> None:
         where = f"case {self.case.info.id}"
         if self.frames == 0:
             raise BenchError(f"{where}: the prediction has no frames")
@@ -71,44 +81,61 @@ class Comparison:
             if motion is not None and motion.skeleton.names != self.target.skeleton.names:
                 raise BenchError(f"{where}: the {name} is not a motion of {self.target.name}'s skeleton")
 
+    @property
+    def target(self) -> Character:
+        return self.case.target
+
+    @property
+    def height(self) -> float:
+        """Metres: the target's height, which errors are divided by."""
+        return float(self.target.height)
+
+    @property
+    def frames(self) -> int:
+        return self.prediction.frames
+
+    @property
+    def fps(self) -> float:
+        return float(self.prediction.fps)
+
     # ------------------------------------------------------------------------------------- positions
-    @cached_property
+    @_shared
     def predicted(self) -> np.ndarray:
         """``(frames, joints, 3)`` where the prediction's joints are."""
         return self.prediction.positions
 
-    @cached_property
+    @_shared
     def expected(self) -> np.ndarray | None:
         """``(frames, joints, 3)`` where the reference's joints are."""
         return None if self.case.reference is None else self.case.reference.positions
 
-    @cached_property
+    @_shared
     def predicted_vertices(self) -> np.ndarray | None:
         """``(frames, V, 3)`` metres: the target's skin in the prediction, by skinning where it is known by
         rotations. None where the target has no mesh, or the prediction is known by positions."""
         return vertices(self.prediction, self.target)
 
-    @cached_property
+    @_shared
     def expected_vertices(self) -> np.ndarray | None:
         """``(frames, V, 3)`` metres: the target's skin in the reference, likewise."""
         return None if self.case.reference is None else _expected(self.case.reference, self.target)
 
-    @cached_property
+    @_shared
     def offsets(self) -> np.ndarray | None:
         """``(frames, joints, 3)`` from the reference's joints to the prediction's."""
         return None if self.expected is None else self.predicted - self.expected
 
-    @cached_property
+    @_shared
     def squares(self) -> np.ndarray | None:
         """``(frames, joints)`` squared metres between prediction and reference in the world."""
         return None if self.offsets is None else squared_length(self.offsets)
 
-    @cached_property
+    @_shared
     def distances(self) -> np.ndarray | None:
         """``(frames, joints)`` metres between prediction and reference in the world."""
         return None if self.squares is None else np.sqrt(self.squares)
 
-    @cached_property
+    @_shared
     def centred_distances(self) -> np.ndarray | None:
         """``(frames, joints)`` metres after subtracting each side's own hips in every frame."""
         if self.offsets is None:
@@ -145,7 +172,7 @@ class Comparison:
         """The target's feet and toes, and the fore paws of a four-legged target."""
         return contact_roles(self.target)
 
-    @cached_property
+    @_shared
     def contact_labels(self) -> ContactLabels | None:
         """The contacts asked for: the case's own labels where it has them, else the reference's by speed.
 
@@ -159,7 +186,7 @@ class Comparison:
         labels = planted(self.expected[:, joints], self.height, self.fps)
         return self._contact_labels(joints, labels, np.zeros_like(labels))
 
-    @cached_property
+    @_shared
     def source_contact_labels(self) -> ContactLabels | None:
         """The contacts of the source by speed, for the contact joints that both bodies have."""
         at_source, joints = self.shared(self.contact_roles)
@@ -192,7 +219,7 @@ class Comparison:
         found = planted(self.predicted[:, joints], self.height, self.fps)
         return ContactLabels(np.asarray(joints), labels, found, pivots)
 
-    @cached_property
+    @_shared
     def touches(self) -> tuple[Touch, ...]:
         """The self-touches asked for whose joints the target has; empty where none is known.
 
@@ -227,7 +254,7 @@ def vertices(motion: Prediction, body: Character) -> np.ndarray | None:
 @lru_cache(maxsize=1)
 def _expected(reference: Prediction, body: Character) -> np.ndarray | None:
     """Of a reference, which many predictions in turn are compared with."""
-    return vertices(reference, body)
+    return immutable(vertices(reference, body))
 
 
 def squared_length(vectors: np.ndarray) -> np.ndarray:
@@ -299,6 +326,4 @@ def _virtual(name: str) -> bool:
 
 
 def _indices(joints: Sequence[int]) -> np.ndarray:
-    array = np.array(joints, dtype=np.int64)
-    array.setflags(write=False)
-    return array
+    return immutable(np.array(joints, dtype=np.int64))

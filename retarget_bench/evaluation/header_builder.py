@@ -22,6 +22,7 @@ from retarget_bench.results.header import (
     DatasetInfo,
     DeclaredValue,
     MethodInfo,
+    MetricFault,
     Problem,
     ResultHeader,
 )
@@ -59,6 +60,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
         values=_values(unit.metrics.of_cases),
         counts=Counts.of(entry.status for entry in entries),
         problems=_problems(entries),
+        faults=_faults(entries),
         seeds=(plan.seed,),
         device="cpu",
         threads=1,
@@ -120,6 +122,18 @@ def _problems(entries: Sequence[CaseResult]) -> tuple[Problem, ...]:
     return tuple(
         Problem(status=status, message=message, cases=tuple(sorted(cases)))
         for (status, message), cases in sorted(grouped.items())
+    )
+
+
+def _faults(entries: Sequence[CaseResult]) -> tuple[MetricFault, ...]:
+    """Cases that lack the values of a metric, those with the same fault together."""
+    grouped: dict[tuple[str, str], list[str]] = {}
+    for entry in entries:
+        for each in entry.faults.items():
+            grouped.setdefault(each, []).append(entry.case)
+    return tuple(
+        MetricFault(metric=metric, message=message, cases=tuple(sorted(cases)))
+        for (metric, message), cases in sorted(grouped.items())
     )
 
 

@@ -8,13 +8,17 @@ from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, optional
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, SetMetric, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips
+from retarget_bench.evaluation.attempt import attempt
 from retarget_bench.evaluation.batches import RULE, batches
+from retarget_bench.evaluation.cases import listed
 from retarget_bench.evaluation.prediction import environments
+from retarget_bench.evaluation.score import BASE
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import facts_digest
+from retarget_bench.motion.character import Character
 from retarget_bench.plugins import assets, bound, registry
 from retarget_bench.plugins.bound import BoundDataset, BoundMethod, BoundMetrics
 from retarget_bench.plugins.code_hash import folder_hash
@@ -81,8 +85,8 @@ def _derived(bound: BoundDataset, task: str) -> Dataset:
 
 @lru_cache(maxsize=16)
 def cases(bound: BoundDataset, task: str, split: str) -> Sequence[CaseInfo]:
-    """The cases of a split, which all methods share: there may be a million."""
-    return data_of(bound, task).cases(Spec.parse(task).name, split)
+    """The cases of a split, which all methods share: there may be a million. Raises BenchError."""
+    return listed(data_of(bound, task), Spec.parse(task).name, split)
 
 
 @lru_cache(maxsize=16)
@@ -197,7 +201,11 @@ class EvaluationUnit:
         if not self.metrics.of_sets:
             return {}
         cast = self.data.characters()
-        return self.metrics.networks(cast[name] for name in {info.target for info in self.infos})
+        targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
+        return {
+            each.card.name: {name: _network(each, body) for name, body in sorted(targets.items())}
+            for each in self.metrics.of_sets
+        }
 
 
 def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
@@ -248,6 +256,13 @@ def placed(spec: Spec | str) -> BoundMethod:
             "package"
         )
     return bound.method(replace(method.spec, environment=environment))
+
+
+def _network(metric: SetMetric, target: Character) -> str:
+    try:
+        return attempt(lambda: str(metric.network(target)), BASE, f"network of {metric.card.name}")
+    except BenchError:  # each case will be told
+        return ""
 
 
 def forget() -> None:

@@ -137,7 +137,7 @@ def _lacks(unit: EvaluationUnit) -> bool:
         return True
     counts = header.counts
     complete = header.keys == unit.keys and counts.asked == len(unit.infos) and not counts.missing
-    again = redo == "failed" and counts.failed + counts.invalid
+    again = redo == "failed" and (counts.failed + counts.invalid or header.faults)
     return not complete or bool(again)
 
 

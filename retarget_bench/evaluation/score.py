@@ -1,28 +1,108 @@
-"""Second stage: metrics turn a case and its prediction into named numbers."""
+"""Second stage: metrics turn a case and its prediction into named numbers.
+
+What a metric does wrong with a case costs its own values of that case, and is told in a sentence.
+"""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, TypeVar
 
-from retarget_bench.api import Case, Metric, Prediction, Value
+import numpy as np
+
+from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
 from retarget_bench.api.comparison import Comparison
+from retarget_bench.api.immutable import immutable
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.attempt import attempt, sentence
 from retarget_bench.motion.motion import Motion, PointSets, Positions
 from retarget_bench.results.store import Values
 
+T = TypeVar("T")
+COPY = "what metrics are given cannot be written to, so take a copy (numpy.array)"
+BASE, PER_FRAME = 60.0, 1.0
+"""Seconds that a metric has for a case, and for each of its frames."""
+LARGEST = 1e100
+"""No number is larger: squares of such ones can still be summed and written."""
+LONGEST_INDEX = 200
+"""Characters of the index of a point of a curve."""
 
-def score(metrics: Sequence[Metric], case: Case, prediction: Prediction) -> Values:
-    """Every value that applies to this case. Raises BenchError where a metric breaks its contract."""
-    comparison = Comparison(case, prediction)
-    values: Values = {}
+Faults = dict[str, str]
+"""Metric -> a sentence on what it did wrong."""
+Before = Callable[[str], None]
+"""Called with the name of a metric before it is asked. Raises BenchError where it is not to be asked."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Values of a case by id, and the faults of those metrics whose values it therefore lacks."""
+
+    values: Values = field(default_factory=dict)
+    faults: Faults = field(default_factory=dict)
+
+    def sound(self) -> Values:
+        """The values where no metric failed. Raises BenchError for the first that did."""
+        for name, fault in self.faults.items():
+            raise BenchError(f"metric {name} failed: {fault}")
+        return self.values
+
+
+def nothing(metric: str) -> None:
+    """Every metric is asked."""
+    del metric
+
+
+def score(
+    metrics: Sequence[Metric],
+    case: Case,
+    prediction: Prediction,
+    before: Before = nothing,
+) -> Scored:
+    """Every value that applies to this case.
+
+    Raises BenchError where the case itself does not fit together.
+    """
+    comparison = compared(case, prediction)
+    found = Scored()
     for metric in metrics:
         applicable = {value.id for value in metric.card.values if not missing(value, case, prediction)}
         if not applicable:
             continue
-        for value_id, number in metric.compute(comparison).items():
-            if value_id in applicable:
-                values[value_id] = _finite(metric, value_id, number)
-    return values
+        try:
+            ask = partial(_values, metric, comparison, applicable)
+            found.values.update(asked(metric, ask, comparison, before))
+        except BenchError as fault:
+            found.faults[metric.card.name] = fault_of(fault)
+    return found
+
+
+def asked(
+    metric: Metric | SetMetric,
+    ask: Callable[[], T],
+    comparison: Comparison,
+    before: Before,
+) -> T:
+    """What a metric says of a case. Raises BenchError where it fails, or is not to be asked."""
+    before(metric.card.name)
+    return attempt(ask, seconds(comparison.frames), f"metric {metric.card.name}")
+
+
+def fault_of(error: BenchError) -> str:
+    """What a metric did wrong, in a sentence."""
+    said = sentence(error)
+    return f"{said}; {COPY}" if any(word in said for word in ("read-only", "WRITEABLE")) else said
+
+
+def compared(case: Case, prediction: Prediction) -> Comparison:
+    """A prediction beside its case, of which no metric can change what the others see. Raises BenchError
+    where they do not fit together."""
+    return Comparison(immutable(case), immutable(prediction))
+
+
+def seconds(frames: int) -> float:
+    """The time that a metric has for so many frames."""
+    return BASE + PER_FRAME * frames
 
 
 def missing(value: Value, case: Case, prediction: Prediction) -> str:
@@ -40,15 +120,53 @@ def missing(value: Value, case: Case, prediction: Prediction) -> str:
     return next((need for need in value.needs if not has.get(need, False)), "")
 
 
-def _finite(metric: Metric, value_id: str, number: Any) -> Any:
-    if type(number) is float and math.isfinite(number):  # nearly all: joints and frames have one each
-        return number
-    if isinstance(number, Mapping):
-        return {str(key): _finite(metric, value_id, each) for key, each in number.items()}
-    number = float(number)
-    if not math.isfinite(number):
-        raise BenchError(
-            f"metric {metric.card.name!r} gave {number} for {value_id!r}; a value that is undefined "
-            "for a case must be left out"
-        )
-    return number
+# ------------------------------------------------------------------------------------ what metrics answer
+def _values(metric: Metric, comparison: Comparison, applicable: Collection[str]) -> Values:
+    """The values that apply, as they are written. Raises BenchError for what cannot be."""
+    found = metric.compute(comparison)
+    if not isinstance(found, Mapping):
+        raise BenchError(f"gave {_kind(found)} instead of numbers by the ids of values")
+    declared = {value.id: value for value in metric.card.values}
+    if unknown := [key for key in found if key not in declared]:
+        raise BenchError(f"gave {unknown[0]!r}, a value that its card does not declare")
+    wanted = {declared[key].id: each for key, each in found.items() if key in applicable}
+    return {key: _value(declared[key], each) for key, each in wanted.items()}
+
+
+def _value(declared: Value, given: Any) -> float | dict[str, float]:
+    if isinstance(given, Mapping) != bool(declared.index):
+        wanted = f"numbers by {declared.index}" if declared.index else "a number"
+        raise BenchError(f"gave {_kind(given)} instead of {wanted} for {declared.id}")
+    if isinstance(given, Mapping):
+        return {_index(declared.id, key): as_number(declared.id, each) for key, each in given.items()}
+    return as_number(declared.id, given)
+
+
+def as_number(value_id: str, given: Any) -> float:
+    """A number as it is written. Raises BenchError for what is none, or is not finite, or too large."""
+    if type(given) is float and -LARGEST < given < LARGEST:  # nearly all: joints and frames have one each
+        return given
+    try:
+        found = math.nan if isinstance(given, str | bytes) else float(given)
+    except (TypeError, ValueError):
+        found = math.nan
+    except OverflowError:  # an integer
+        found = math.inf
+    if abs(found) < LARGEST:
+        return found
+    if math.isfinite(found) or isinstance(given, int):
+        raise BenchError(f"gave a number beyond {LARGEST:g} for {value_id}")
+    if isinstance(given, float | np.floating):
+        raise BenchError(f"gave {found} for {value_id}; what is undefined for a case must be left out")
+    raise BenchError(f"gave {_kind(given)} instead of a number for {value_id}")
+
+
+def _index(value_id: str, key: object) -> str:
+    found = str(key)
+    if not (0 < len(found) <= LONGEST_INDEX and found.isprintable()):
+        raise BenchError(f"gave an index for {value_id} that cannot be written, {found[:LONGEST_INDEX]!r}")
+    return found
+
+
+def _kind(given: object) -> str:
+    return f"an object of type {type(given).__name__}"

@@ -1,7 +1,7 @@
 """A process that carries out shards for a ``Local`` engine, as lines on its standard input ask it to.
 
 {"kind": "shard", "number": 7, "again": false, "without": []}
-{"at": [2, ["puppets/ada>boulder/sit-001"], ""]}    what it is at, for whoever finds it dead
+{"at": [[2], ["puppets/ada>boulder/sit-001"], ""]}  what it is at, for whoever finds it dead
 {"alive": true}                                     every other second
 {"done": "", "stop": false}                         or why it was not completed; stop: the run must end
 """
@@ -15,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, one_line
+from retarget_bench.evaluation.attempt import overdue
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
 from retarget_bench.evaluation.prediction.launch import adopt_orphans
 from retarget_bench.evaluation.shard_work import CannotStore, ShardWork
@@ -41,10 +42,11 @@ def main(folder: str, scratch: str, check: bool) -> None:
 
     def beat() -> None:
         while not ended.wait(BEAT):
-            say({"alive": True})
+            if not overdue():
+                say({"alive": True})
 
-    def at(unit: int, cases: Sequence[str], metric: str) -> None:
-        say({"at": [unit, list(cases), metric]})
+    def at(units: Sequence[int], cases: Sequence[str], asked: str) -> None:
+        say({"at": [list(units), list(cases), asked]})
 
     ended = threading.Event()
     threading.Thread(target=beat, daemon=True).start()

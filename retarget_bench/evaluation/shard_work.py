@@ -8,13 +8,15 @@ import json
 import os
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
-from retarget_bench.errors import BenchError, FileError, one_line
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan, timing
+from retarget_bench.evaluation.attempt import sentence
+from retarget_bench.evaluation.cases import loaded
 from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
 from retarget_bench.evaluation.prediction.limits import Limits
@@ -32,14 +34,16 @@ from retarget_bench.results.store import CaseResult, ResultPaths
 
 MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
 
-At = Callable[[int, Sequence[str], str], None]
-"""Called with a unit, cases of it and a metric before they are worked on, so that whoever looks on can
-tell what a process was at when it ended. The metric is "" while a method is asked."""
+At = Callable[[Sequence[int], Sequence[str], str], None]
+"""Called with units, cases of theirs and what is asked before they are worked on, so that whoever looks on
+can tell what a process was at when it ended. What is asked: the method (""), the data set (``LOADING``),
+all metrics in turn (``SCORING``), or one by its name."""
+LOADING, SCORING = "load()", "score()"
 
 
-def unseen(unit: int, cases: Sequence[str], metric: str) -> None:
+def unwatched(units: Sequence[int], cases: Sequence[str], asked: str) -> None:
     """Nobody looks on."""
-    del unit, cases, metric
+    del units, cases, asked
 
 
 class CannotStore(BenchError):
@@ -52,8 +56,9 @@ class ShardWork:
     scratch: a folder for questions and answers, which the processes of a run share on a machine.
     """
 
-    def __init__(self, folder: Path, scratch: Path, at: At = unseen) -> None:
+    def __init__(self, folder: Path, scratch: Path, at: At = unwatched) -> None:
         self.stored, self.at = StoredPlan(folder), at
+        self._again, self._left_out = False, dict[tuple[int | None, str | None, str], str]()
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
         self.metrics = bound.metrics(self.plan.metrics)
@@ -80,94 +85,96 @@ class ShardWork:
 
     # ------------------------------------------------------------------------------------- kinds of work
     def do(self, asked: Mapping[str, Any]) -> None:
-        """Do what a line asks for (``shard_process.py``). Raises BenchError."""
-        if asked["kind"] == "shard":
-            self.again = asked["again"]
-            self.carry_out(asked["number"], asked["without"])
-        else:
-            {"sets": self.sets, "time": self.time}[asked["kind"]](asked["number"])
+        """Do what a line asks for (``shard_process.py``). Raises BenchError.
 
-    def carry_out(self, number: int, without: Sequence[Sequence[Any]] = ()) -> None:
+        again: a process ended at it before. without: unit, case and metric, None: all, of what is not to
+        be asked, and why.
+        """
+        self._again = asked["again"]
+        self._left_out = {(unit, case, metric): why for unit, case, metric, why in asked["without"]}
+        {"shard": self.carry_out, "sets": self.sets, "time": self.time}[asked["kind"]](asked["number"])
+
+    def carry_out(self, number: int) -> None:
         """Compute what a shard lacks, and write every answer as it is finished.
 
-        without: unit, case and metric of what ended the process before. Interrupted at any moment, it
-        is to be
-        carried out again: what is written is not computed anew. Raises BenchError.
+        Interrupted at any moment, it is to be carried out again: what is written is not computed anew.
+        Raises BenchError.
         """
         part = self.stored.writer(number)
-        skipped = {(unit, case): metric for unit, case, metric in without}
         for task in self.stored.lacking(number):
-            for unit, entry in self._entries(task, skipped):
+            for unit, entry in self._entries(task):
                 part.write(unit, entry)
 
     def sets(self, number: int) -> None:
         """Compute and write the values of a unit's sets, whose cases are all answered."""
         unit = self.stored.units[number]
-        self.at(number, (), "sets")
         answered = frozenset(self.stored.facts["answered"][number])
         infos = [info for info in self._infos(unit).values() if info.id in answered]
-        set_files.write(unit.paths, evaluate(self.plan, unit.dataset, unit.paths, infos))
+        self.at((number,), (), SCORING)
+        before = partial(self._before, number, "")
+        set_files.write(unit.paths, evaluate(self.plan, unit.dataset, unit.paths, infos, before))
 
     def time(self, number: int) -> None:
         """Measure and write how long a unit's method takes."""
         unit = self.stored.units[number]
-        self.at(number, (), "")
+        self.at((number,), (), "")
         timing.write(unit.paths, self._times(unit))
 
     # -------------------------------------------------------------------------------------------- answers
-    def _entries(
-        self, task: Task, skipped: Mapping[tuple[int, str], str]
-    ) -> Iterator[tuple[int, CaseResult]]:
+    def _entries(self, task: Task) -> Iterator[tuple[int, CaseResult]]:
         units = self.stored.units
         first = units[next(iter(task.lacking))]
         data = self._data(first)
         cases: dict[str, Case] = {}
         for each in task.cases:
+            asking = [unit for unit, mine in task.lacking.items() if each in mine]
+            self.at(asking, (each,), LOADING)
             try:
-                cases[each] = data.load(self._infos(first)[each])
-            except Exception as error:
-                why = str(error) if isinstance(error, BenchError) else one_line(error)
-                lost = CaseResult(each, "failed", why)
-                yield from ((unit, lost) for unit, mine in task.lacking.items() if each in mine)
-        outcomes = {unit: self._safely(unit, task, cases) for unit in task.lacking}
-        for (
-            name,
-            case,
-        ) in cases.items():  # all methods of one case in turn: metrics keep its reference's features
+                cases[each] = loaded(data, self._infos(first)[each])
+            except BenchError as error:
+                yield from ((unit, CaseResult(each, "failed", sentence(error))) for unit in asking)
+        outcomes = {unit: self._outcomes(unit, task, cases) for unit in task.lacking}
+        # all methods of one case in turn: metrics keep its reference's features
+        for name, case in cases.items():
             for unit in task.lacking:
                 if name in outcomes[unit]:
-                    left_out = skipped.get((unit, name), "")
-                    yield unit, self._scored(unit, case, outcomes[unit][name], left_out)
+                    yield unit, self._scored(unit, case, outcomes[unit][name])
 
-    def _scored(self, unit: int, case: Case, outcome: Outcome, left_out: str) -> CaseResult:
+    def _scored(self, unit: int, case: Case, outcome: Outcome) -> CaseResult:
         """The scored case; its features for metrics of sets wait in a file until the unit is complete.
 
         Raises CannotStore.
         """
+        name = case.info.id
         if outcome.prediction is None or self.plan.stage == "predict":
-            return CaseResult(case.info.id, outcome.status, outcome.message)
-        paths, asked = self.stored.units[unit].paths, self.metrics.of_sets
+            return CaseResult(name, outcome.status, outcome.message)
         scored = as_scored(outcome.prediction)
+        self.at((unit,), (name,), SCORING)
+        before = partial(self._before, unit, name)
+        try:
+            found = score(self.metrics.of_cases, case, scored, before)
+            if asked := self.metrics.of_sets:
+                real = isinstance(self._data(self.stored.units[unit]), RealDataset)
+                arrays, faults = set_files.collect(asked, case, scored, real, before)
+                found.faults.update(faults)
+        except BenchError as error:  # the case itself
+            return CaseResult(name, "failed", sentence(error))
         if asked:
-            real = isinstance(self._data(self.stored.units[unit]), RealDataset)
             try:
-                arrays = set_files.collect(asked, case, scored, real)
-                set_files.write_waiting(set_files.case_features(paths, case.info.id), arrays)
+                paths = self.stored.units[unit].paths
+                set_files.write_waiting(set_files.case_features(paths, name), arrays)
             except FileError as error:
                 raise CannotStore(str(error)) from error
-        self.at(unit, (case.info.id,), left_out)
-        return CaseResult(case.info.id, "ok", values=score(self.metrics.of_cases, case, scored))
+        return CaseResult(name, "ok", values=found.values, faults=found.faults)
 
-    def _safely(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-        """The outcomes; where a data set cannot give a method what that needs, it costs the cases."""
-        try:
-            return self._outcomes(unit, task, cases)
-        except CannotStore:
-            raise
-        except Exception as error:
-            return {
-                case: Outcome("failed", one_line(error)) for case in task.lacking[unit] if case in cases
-            }
+    def _before(self, unit: int, case: str, metric: str) -> None:
+        """What is to be done before a metric is asked about a case, or ("") about a unit's sets. Raises
+        BenchError where it ended such a process before."""
+        for one in ((unit, case, metric), (None, None, metric)):
+            if why := self._left_out.get(one):
+                raise BenchError(why)
+        if self._again:
+            self.at((unit,), (case,) if case else (), metric)
 
     def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,
@@ -198,7 +205,7 @@ class ShardWork:
         known = self.stored.units[unit]
         worker = self.pool.worker(known.method)
         worker.log, worker.lock = known.paths.log, known.lock
-        self.at(unit, list(cases), "")
+        self.at((unit,), list(cases), "")
         try:
             return dict(zip(cases, worker.ask(self._asked(known, list(cases.values()))), strict=True))
         except OSError as error:

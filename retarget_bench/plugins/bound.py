@@ -14,9 +14,8 @@ from typing import Any
 
 from retarget_bench.api import Dataset, Method, MethodCard, Metric, SetMetric, Value, optional
 from retarget_bench.api.datasets import DatasetCard
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError
 from retarget_bench.files import facts_digest, slug
-from retarget_bench.motion.character import Character
 from retarget_bench.plugins import assets, registry
 from retarget_bench.plugins.code_hash import (
     code_hash,
@@ -164,11 +163,6 @@ class BoundMetrics:
             found[metric.card.name] = f"{metric.card.version}+{code}"
         return found
 
-    def networks(self, targets: Iterable[Character]) -> dict[str, dict[str, str]]:
-        """Set metric -> target structure -> hash of what makes its features; "" where there is none."""
-        bodies = sorted({body.structure: body for body in targets}.items())
-        return {each.card.name: {s: _network(each, body) for s, body in bodies} for each in self.of_sets}
-
 
 # --------------------------------------------------------------------------------------------- binding
 def method(spec: Spec | str) -> BoundMethod:
@@ -222,13 +216,6 @@ def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
     """A plug-in's own files, under names that do not depend on where the plug-in lies."""
     for relative, path in registry.code_files(kind, name):
         yield f"{kind}/{name}/{relative}", path
-
-
-def _network(metric: SetMetric, target: Character) -> str:
-    try:
-        return metric.network(target)
-    except NotSupported:
-        return ""
 
 
 def declared_values(found: Iterable[Metric | SetMetric]) -> dict[str, Value]:

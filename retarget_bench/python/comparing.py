@@ -13,7 +13,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
 from retarget_bench.tables import names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, stand_in
-from retarget_bench.tables.groups import lacking_beside
+from retarget_bench.tables.groups import failed, lacking_beside
 
 Pair = tuple[MethodRow | None, MethodRow | None]
 
@@ -134,6 +134,6 @@ def lacking(matrix: ResultMatrix, row: MethodRow, key: str) -> str:
     having = {value for run in row.runs for (value, _), each in run.items() if not np.isnan(each).all()}
     if key in having:
         return ""
-    return lacking_beside(
+    return failed(matrix.values[key].metric, [row.header]) or lacking_beside(
         matrix.values[key], [matrix.values[each] for each in having if each in matrix.values]
     )

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from retarget_bench.api import Direction, Parameters, Value
 
@@ -137,6 +137,15 @@ class Problem(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
+class MetricFault(_Part):
+    """Answered cases that lack the values of a metric, because it failed."""
+
+    metric: str
+    message: str
+    cases: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class StoredFile(_Part):
     """A file beside the header as it was written: see ``checksums``.
 
@@ -158,6 +167,7 @@ class ResultHeader(_Part):
     keys:           ``prediction_key`` and ``score_key``: what results are recognised by.
     metrics:        metric -> ``version+code``.
     values:         value id -> declaration.
+    problems, faults: cases without values, and those that lack the values of a metric alone.
     only:           of a quick look the options that choose its clips.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
@@ -177,6 +187,7 @@ class ResultHeader(_Part):
     values: Mapping[str, DeclaredValue]
     counts: Counts
     problems: tuple[Problem, ...]
+    faults: tuple[MetricFault, ...] = ()
     seeds: tuple[int, ...] = ()
     device: str = ""
     threads: int = 1
@@ -194,15 +205,23 @@ class ResultHeader(_Part):
 
     def parts(self) -> Iterable[_Part]:
         """The header and all its parts, each with ``extra`` fields of its own."""
-        return (self, self.method, self.dataset, self.counts, *self.problems, *self.declared.values())
+        listed = (*self.problems, *self.faults, *self.declared.values())
+        return (self, self.method, self.dataset, self.counts, *listed)
 
     def counted(self, ids: set[str]) -> ResultHeader:
-        """The header with the counts and problems of these cases only."""
-        kept = [replace(each, cases=tuple(sorted(ids & set(each.cases)))) for each in self.problems]
-        problems = tuple(each for each in kept if each.cases)
+        """The header with the counts, problems and faults of these cases only."""
+        problems, faults = _of_cases(self.problems, ids), _of_cases(self.faults, ids)
         status = {case: each.status for each in problems for case in each.cases}
         counts = replace(Counts.of(status.values()), asked=len(ids), ok=len(ids) - len(status))
-        return replace(self, counts=counts, problems=problems)
+        return replace(self, counts=counts, problems=problems, faults=faults)
+
+
+L = TypeVar("L", Problem, MetricFault)
+
+
+def _of_cases(listed: Iterable[L], ids: set[str]) -> tuple[L, ...]:
+    kept = (replace(each, cases=tuple(sorted(ids & set(each.cases)))) for each in listed)
+    return tuple(each for each in kept if each.cases)
 
 
 def _plain(value: Any) -> Any:
@@ -217,6 +236,7 @@ OPTIONAL: dict[str, Any] = {
     "posts": (),
     "environment": {},
     "protocol": {},
+    "faults": (),
     "set_values": {},
     "networks": {},
     "four_legged": None,
@@ -228,13 +248,14 @@ OPTIONAL: dict[str, Any] = {
 }
 """Fields that are not written while they hold this."""
 
+LISTED: dict[str, type[_Part]] = {"problems": Problem, "faults": MetricFault}
 NESTED: dict[str, type[_Part]] = {"method": MethodInfo, "dataset": DatasetInfo, "counts": Counts}
 MAPPED: dict[str, type[_Part]] = {
     "values": DeclaredValue,
     "set_values": DeclaredValue,
     "files": StoredFile,
 }
-"""Fields that hold one part, and those that hold several by name."""
+"""Fields that hold several parts, those that hold one, and those that hold several by name."""
 
 
 def parsed(facts: object) -> ResultHeader:
@@ -256,10 +277,10 @@ def _part(kind: type[_Part], facts: object, where: str) -> Any:
 def _field(name: str, value: Any) -> Any:
     if name in NESTED:
         return _part(NESTED[name], value, name)
-    if name == "problems":
+    if name in LISTED:
         if not isinstance(value, list | tuple):
-            raise ValueError("problems is no list")
-        return tuple(_part(Problem, each, name) for each in value)
+            raise ValueError(f"{name} is no list")
+        return tuple(_part(LISTED[name], each, name) for each in value)
     if name in MAPPED:
         parts = _object(value, name).items()
         return {key: _part(MAPPED[name], each, f"{name}.{key}") for key, each in parts}

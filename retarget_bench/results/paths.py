@@ -92,12 +92,16 @@ class ResultPaths:
 
 @dataclass
 class CaseResult:
-    """The result of one case."""
+    """The result of one case.
+
+    faults: metric -> a sentence on what it did wrong with this case, which therefore lacks its values.
+    """
 
     case: str
     status: str
     message: str = ""
     values: Values = field(default_factory=dict)
+    faults: dict[str, str] = field(default_factory=dict)
 
 
 def case_file(case_id: str) -> str:

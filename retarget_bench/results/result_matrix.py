@@ -27,7 +27,7 @@ Run = tuple[Columns, Numbers]
 class MethodRow:
     """One method: what its header says, and for every seed that it was run with its numbers.
 
-    header: of the first seed, with the counts and problems of all.
+    header: of the first seed, with the counts, problems and faults of all.
     all_paths: of the results, per seed.
     runs:   per seed (value id, index) -> ``(cases,)``.
     """
@@ -115,8 +115,8 @@ class ResultMatrix:
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
     def _counted(self, header: ResultHeader, mine: np.ndarray) -> ResultHeader:
-        """The header with the counts and problems of these cases; ``mine`` is ``(cases,)`` bool."""
-        if not header.problems:
+        """The header with the counts, problems and faults of these cases; ``mine`` is ``(cases,)`` bool."""
+        if not (header.problems or header.faults):
             number = int(mine.sum())
             return replace(header, counts=Counts(asked=number, ok=number))
         return header.counted({info.id for info in compress(self.cases, mine.tolist())})
@@ -241,9 +241,10 @@ def _header(found: Sequence[Columns]) -> ResultHeader:
     if len(found) == 1:
         return first
     problems = tuple(problem for each in found for problem in each.header.problems)
+    faults = tuple(fault for each in found for fault in each.header.faults)
     seeds = tuple(seed for each in found for seed in each.header.seeds)
     ids = {info.id for info in found[0].cases}
-    return replace(first, problems=problems, seeds=seeds).counted(ids)
+    return replace(first, problems=problems, faults=faults, seeds=seeds).counted(ids)
 
 
 def _version(header: ResultHeader) -> tuple[Any, ...]:

@@ -28,7 +28,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, digest, sweep, write_csv, write_text
 from retarget_bench.results import checksums, large_rows
-from retarget_bench.results.header import SCHEMA, DeclaredValue, Problem, ResultHeader, parsed
+from retarget_bench.results.header import SCHEMA, DeclaredValue, MetricFault, Problem, ResultHeader, parsed
 from retarget_bench.results.large_rows import Batch, LargeRows
 from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, LARGE, ROWS, SETS
 from retarget_bench.results.paths import CaseResult as CaseResult
@@ -270,6 +270,9 @@ def read_results(paths: ResultPaths) -> Results:
     for problem in header.problems:
         for case in problem.cases:
             entries[case] = CaseResult(case, problem.status, problem.message)
+    for fault in header.faults:
+        for case in fault.cases:
+            entries.setdefault(case, CaseResult(case, "ok")).faults[fault.metric] = fault.message
     if strangers := entries.keys() - cases.keys():
         raise FileError(paths.rows, f"names case {min(strangers)!r}, which {paths.cases} does not list")
     return Results(paths, header, [entries[case] for case in sorted(entries)], cases)
@@ -292,9 +295,14 @@ def read_unfinished(
     }
     problems = [Problem(status=e.status, message=e.message, cases=(e.case,)) for e in done.values()]
     kept = [problem for problem in problems if problem.status != "ok"]
+    faults = tuple(
+        MetricFault(metric=metric, message=message, cases=(each.case,))
+        for each in done.values()
+        for metric, message in each.faults.items()
+    )
     if waiting := tuple(sorted(ids - done.keys())):
         kept.append(Problem(status="missing", message=UNFINISHED, cases=waiting))
-    return replace(header, problems=tuple(kept)).counted(ids), done
+    return replace(header, problems=tuple(kept), faults=faults).counted(ids), done
 
 
 def read_rows(path: Path) -> dict[str, CaseResult]:

@@ -78,7 +78,8 @@ class GroupBuilder:
             return self.missing(score, key)
         mean, ranking = score.means[key], section.rankings.get(key)
         why = ranking.left_out.get(score.label, "") if ranking else ""
-        reason = f"not ranked by this column: {why}" if why else ""
+        whys = filter(None, [why, why and failed(self.declared[key].metric, [score.header])])
+        reason = f"not ranked by this column: {'; '.join(whys)}" if why else ""
         return Cell(
             self.shown(mean.value, key),
             mean.value,
@@ -118,7 +119,8 @@ class GroupBuilder:
         if key not in score.header.set_values:
             return self.footnotes.missing(f"scored without {key}; bench score adds it", NOT_RUN)
         if (value := value_like(usual, score)) is None:
-            return self.footnotes.missing("no answer on a body of this structure")
+            fault = failed(score.header.set_values[key].metric, [score.header])
+            return self.footnotes.missing(fault or "no answer on a body of this structure")
         if value.value is None:
             return self.footnotes.missing(value.reason)
         if value.network != usual.network:
@@ -182,8 +184,17 @@ class GroupBuilder:
         return self.footnotes.missing(reason, NOT_RUN)
 
 
+def failed(metric: str, headers: Iterable[ResultHeader]) -> str:
+    """What a metric did wrong with any answer of these methods, as text; "" where it failed with none."""
+    faults = (each for header in headers for each in header.faults if each.metric == metric)
+    return next((f"metric {metric} failed: {each.message}" for each in faults), "")
+
+
 def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
-    """The needs of a value that no number of these rows shows to be met, as text."""
+    """Why these rows have no number for a value, as text: its metric failed, or its needs are not met as
+    far as other numbers show."""
+    if fault := failed(value.metric, (score.header for score in scores)):
+        return fault
     alike = (
         (score, key, each)
         for score in scores

@@ -8,6 +8,7 @@ from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import CURVES
 from retarget_bench.analysis.summary import MethodSummary, Ranking, SplitSummary, never_ranked
 from retarget_bench.api import TWO_LEGS
+from retarget_bench.results.header import MetricFault
 from retarget_bench.tables.groups import ABSENT, FPS, STALE, GroupBuilder, usual_value
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, Cell, Column, Group, Row, count
 
@@ -52,7 +53,7 @@ class MethodGroup:
                 *(Row(label, ABSENT, nothing, n, header.method.summary) for label, header in missing),
             ),
             common=self._common(),
-            absent=(*absent, *self._alone(), *self._too_few_clips()),
+            absent=(*absent, *self._failed(), *self._alone(), *self._too_few_clips()),
             below=(*unfinished(self.sections), *self._speeds()),
             floors=self._floors(),
             learned=self._learned(),
@@ -158,6 +159,24 @@ class MethodGroup:
         return Cell(NOT_APPLICABLE)
 
     # ---------------------------------------------------------------------------------------- sentences
+    def _failed(self) -> list[str]:
+        """A sentence for each metric that failed on answers of a split."""
+        found: dict[tuple[str, str], list[tuple[str, MetricFault]]] = {}
+        for section in self.sections:
+            for score in section.scores:
+                for fault in score.header.faults:
+                    found.setdefault((section.split, fault.metric), []).append((score.label, fault))
+        sentences = []
+        for (split, metric), each in found.items():
+            labels, answers = {label for label, _ in each}, sum(len(fault.cases) for _, fault in each)
+            whose = f"of {min(labels)}" if len(labels) == 1 else f"of {len(labels)} methods"
+            first = each[0][1]
+            sentences.append(
+                f"{split}: metric {metric} failed on {count(answers, 'answer')} {whose} (first "
+                f"{first.cases[0]}), which lack its values alone: {first.message}"
+            )
+        return sentences
+
     def _alone(self) -> list[str]:
         """Columns that rank nobody though several methods have numbers."""
         found = []

@@ -104,7 +104,8 @@ class Validator:
             contexts = [self._context(method, *each) for each in zip(cases, seeds, strict=True)]
             for case, outcome in zip(cases, predict.predict_all(method, cases, contexts), strict=True):
                 if outcome.prediction is not None:
-                    rows.append(score.score(self._metrics, case, predict.as_scored(outcome.prediction)))
+                    scored = predict.as_scored(outcome.prediction)
+                    rows.append(score.score(self._metrics, case, scored).sound())
                 elif outcome.message.startswith("KeyboardInterrupt"):
                     raise KeyboardInterrupt
                 else:

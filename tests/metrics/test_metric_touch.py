@@ -30,7 +30,7 @@ def gaps(case) -> list[float]:
             Rotation.from_quat(q, scalar_first=True)
             for q in (p.global_rotations[frame, joint], stand[joint])
         )
-        return p.positions[frame, joint] + (now * then.inv()).apply(spot)
+        return p.positions[frame, joint] + (now * then.inv()).apply(np.array(spot))
 
     return [
         float(np.linalg.norm(at(t.end, t.point, k) - at(t.bearing, t.place, k))) / body.height

@@ -5,7 +5,7 @@ import select
 import subprocess
 import sys
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
@@ -15,6 +15,7 @@ from typing import Any, Self
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
 from retarget_bench.evaluation.prediction.launch import ending
+from retarget_bench.evaluation.shard_work import LOADING, SCORING
 from retarget_bench.evaluation.shards import StoredPlan
 from retarget_bench.files import scratch_folder
 from retarget_bench.results.store import CaseResult
@@ -24,6 +25,11 @@ SILENCE = 30.0
 """Seconds without a sign of life after which a process is taken for dead."""
 LOOK = 1.0
 ENDED = "the process that scores ended twice at this ({})"
+LOADED = "the data set ended the process that loads this case, twice ({})"
+SCORED = "ended the process that scores, twice ({})"
+PATIENCE = 3
+"""A metric that ended processes at so many answers is asked no more."""
+OFTEN = f"ended the process that scores, twice at each of {PATIENCE} answers; it was asked no more"
 
 
 class Local:
@@ -39,6 +45,7 @@ class Local:
         self.jobs, self._check = max(1, jobs), check
         self._open = ExitStack()
         self._processes: list[_Process] = []
+        self._ended: list[_Work] = []
         self._scratch: Path | None = None
 
     def __enter__(self) -> Self:
@@ -65,15 +72,16 @@ class Local:
             while waiting or lost or any(each.work for each in crew):
                 for each in crew:
                     if each.work is None and waiting:
-                        each.give(waiting.popleft())
+                        each.give(waiting.popleft(), self._out)
                 if lost and not waiting and not any(each.work for each in crew):
-                    crew[0].give(lost.popleft())
+                    crew[0].give(lost.popleft(), self._out)
                 for each in _spoken([each for each in crew if each.work]):
                     for said in each.said():
                         if "done" in said:
                             yield each.finished().number, _problem(said)
                     if each.how:
                         work = each.finished()
+                        self._ended += [work] * (not work.again)
                         if problem := work.ended(folder, each.how):
                             yield work.number, problem
                         else:
@@ -82,6 +90,12 @@ class Local:
             for each in [each for each in crew if each.work]:
                 each.end()
                 self._processes.remove(each)
+
+    @property
+    def _out(self) -> list[list[Any]]:
+        """The metrics that are asked no more, as ``_Work.without``."""
+        blamed = Counter(metric for work in self._ended for _, _, metric, _ in work.without)
+        return [[None, None, metric, OFTEN] for metric, times in blamed.items() if times >= PATIENCE]
 
     def _ready(self, folder: Path, count: int) -> None:
         """Have so many processes that know this plan."""
@@ -98,33 +112,34 @@ class Local:
 class _Work:
     """Something that a process is to do, and how that went so far.
 
-    without: unit, case and metric of what is to be left out. at: what the process is at; before: what
-    an earlier one was at when it ended.
+    without: unit, case and metric of what is to be left out, and why. at: what the process is at; before:
+    what earlier ones were at when they ended.
     """
 
     kind: str
     number: int
     without: list[list[Any]] = field(default_factory=list)
     at: list[Any] | None = None
-    before: list[Any] | None = None
+    before: list[list[Any]] = field(default_factory=list)
     again: bool = False
 
     def ended(self, folder: Path, how: str) -> str:
         """Take notice that a process ended at this; why it cannot be completed, or ""."""
         first, self.again = not self.again, True
-        if self.kind != "shard" or self.at is None:
+        units, cases, asked = self.at or ([], [], "")
+        metric = asked not in ("", LOADING, SCORING)
+        if not (metric or (cases and self.kind == "shard")):
             return "" if first else f"its process ended twice ({how})"
-        if self.at != self.before:
-            self.before = self.at
-            return ""
-        unit, cases, metric = self.at
-        if metric:
-            self.without += [[unit, case, metric] for case in cases]
-        else:
-            part = StoredPlan(folder).writer(self.number)
-            for case in cases:
-                part.write(unit, CaseResult(case, "failed", ENDED.format(how)))
-        self.before = None
+        twice = self.at in self.before or (metric and [units, cases, SCORING] in self.before)
+        self.before.append([units, cases, asked])
+        if twice and metric:
+            left_out = [[unit, case, asked] for unit in units for case in cases or [""]]
+            self.without += [[*each, SCORED.format(how)] for each in left_out]
+        elif twice:
+            part, why = StoredPlan(folder).writer(self.number), LOADED if asked == LOADING else ENDED
+            for unit in units:
+                for case in cases:
+                    part.write(unit, CaseResult(case, "failed", why.format(how)))
         return ""
 
 
@@ -157,13 +172,14 @@ class _Process:
         self.channel = Channel(self._process.stdout.fileno(), self._process.stdin.fileno())
         self._heard, self.how = time.monotonic(), ""
 
-    def give(self, work: _Work) -> None:
+    def give(self, work: _Work, out: Sequence[list[Any]]) -> None:
         if self.how or self._process.poll() is not None:
             self._close()
             self._start()
         self.work, work.at = work, None
         self._heard = time.monotonic()
-        asked = {"kind": work.kind, "number": work.number, "again": work.again, "without": work.without}
+        asked = {"kind": work.kind, "number": work.number, "again": work.again}
+        asked["without"] = [*work.without, *out]
         with suppress(Closed):  # said() will see that it ended
             self.channel.send(asked)
 
@@ -181,10 +197,12 @@ class _Process:
                 yield said
             if not self.silent:
                 return
+            self._process.kill()
+            self._process.wait()
+            self.how = f"no sign of life for {SILENCE:g} s"
         except Closed:
-            pass
-        self._process.kill()
-        self.how = ending(self._process.wait())
+            self._process.kill()
+            self.how = ending(self._process.wait())
 
     def finished(self) -> _Work:
         """What it was doing, which it is no longer."""

@@ -3,15 +3,17 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import cast
 
 import numpy as np
 
 from retarget_bench.api import CaseFeatures, CaseInfo, OwnSets, RealDataset, Sample, SetMetric
-from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.attempt import attempt, sentence
+from retarget_bench.evaluation.cases import LISTING, loaded
 from retarget_bench.evaluation.plan import Plan
+from retarget_bench.evaluation.score import Before, as_number, asked, compared, nothing, seconds
 from retarget_bench.evaluation.set_metrics import files
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
 from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays, SetValue
@@ -23,19 +25,30 @@ Halves = tuple[Sample, Sample]
 NO_REAL = "the data set has no real motion of bodies of structure {} in this part"
 
 
-def evaluate(plan: Plan, data: Spec, paths: ResultPaths, infos: Sequence[CaseInfo]) -> list[SetValue]:
+def evaluate(
+    plan: Plan,
+    data: Spec,
+    paths: ResultPaths,
+    infos: Sequence[CaseInfo],
+    before: Before = nothing,
+) -> list[SetValue]:
     """Gather the features of a unit, whose cases are all answered, and compute its values.
 
     infos: of the cases that have features.
     """
     by_id = {info.id: info for info in infos}
     arrays = files.gather(paths, by_id)
-    return [
-        value
-        for metric in bound.metrics(plan.metrics).of_sets
-        for structure, mine in sorted(_sets(metric, by_id, arrays).items())
-        for value in _values(plan, data, metric, structure, mine, arrays)
-    ]
+    found = []
+    for metric in bound.metrics(plan.metrics).of_sets:
+        name = metric.card.name
+        for structure, mine in sorted(_sets(metric, by_id, arrays).items()):
+            try:
+                before(name)
+                found += _values(plan, data, metric, structure, mine, arrays)
+            except Exception as error:  # of features of several shapes, for one
+                reason = files.failed(name, sentence(error))
+                found += [SetValue(each.id, structure, 0, 0, reason=reason) for each in metric.card.values]
+    return found
 
 
 def _sets(
@@ -57,7 +70,8 @@ def _values(
     infos: Mapping[str, CaseInfo],
     arrays: Arrays,
 ) -> list[SetValue]:
-    """All values of a metric on one structure, or on one of its own sets."""
+    """All values of a metric on one structure, or on one of its own sets. Raises BenchError where the
+    metric, or the data set, fails."""
     name, ids = metric.card.name, [value.id for value in metric.card.values]
     reasons = {str(arrays[key]) for case in infos if (key := f"{case}/{name}:reason") in arrays}
     if reasons:
@@ -94,13 +108,16 @@ def real_set(
     """
     (metric,) = (each for each in bound.metrics(metrics).of_sets if each.card.name == name)
     source = bound.dataset(data).built
-    infos = {info.id: info for info in cast(RealDataset, source).real(task, structure)}
+    called = f"data set {source.card.name}, real"
+    listing = attempt(lambda: cast(RealDataset, source).real(task, structure), LISTING, called)
+    infos = {info.id: info for info in listing}
     features = {}
     for each, info in infos.items():
-        case = source.load(info)
+        case = loaded(source, info)
         if case.reference is None:
             raise BenchError(f"{each} is offered as real motion and has no reference")
-        features[each] = metric.features(Comparison(case, case.reference))
+        comparison = compared(case, case.reference)
+        features[each] = asked(metric, partial(metric.features, comparison), comparison, nothing)
     return features, infos
 
 
@@ -130,8 +147,15 @@ def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
 
 
 def _both(metric: SetMetric, value_id: str, a: Halves, b: Halves) -> float:
-    """The real windows of either half against the other ones of the other half."""
-    return 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
+    """The real windows of either half against the other ones of the other half; nan where that is
+    undefined. Raises BenchError where the metric fails."""
+
+    def ask() -> float:
+        found = 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
+        undefined = isinstance(found, float | np.floating) and not np.isfinite(found)
+        return float("nan") if undefined else as_number(value_id, found)
+
+    return attempt(ask, seconds(len(a[0].clips) + len(b[0].clips)), f"metric {metric.card.name}, sets")
 
 
 def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, list[float]]:

@@ -5,13 +5,14 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseFeatures, OwnSets, Prediction, SetMetric
-from retarget_bench.api.comparison import Comparison
+from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Prediction, SetMetric
 from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.evaluation.score import Before, Faults, asked, compared, fault_of, nothing
 from retarget_bench.files import write_csv
 from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
 
@@ -67,45 +68,67 @@ FACTS = ("set", "network", "reason")
 
 
 def collect(
-    metrics: Sequence[SetMetric], case: Case, prediction: Prediction, elsewhere: bool = False
-) -> Arrays:
+    metrics: Sequence[SetMetric],
+    case: Case,
+    prediction: Prediction,
+    elsewhere: bool = False,
+    before: Before = nothing,
+) -> tuple[Arrays, Faults]:
     """Features of one case for the set metrics, as arrays ``<metric>:<name>``; ``<metric>:set`` names the
-    set that it belongs to. None of a metric in none of whose sets it is.
+    set that it belongs to. None of a metric in none of whose sets it is. And what metrics did wrong.
 
     elsewhere: whether the data set has real motion to compare answers without a reference with.
-    Raises BenchError where a metric breaks its contract.
+    Raises BenchError where the case itself does not fit together.
     """
-    comparison = Comparison(case, prediction)
+    comparison = compared(case, prediction)
     arrays: Arrays = {}
+    faults: Faults = {}
     for metric in metrics:
         name = metric.card.name
-        belongs = metric.set_of(case) if isinstance(metric, OwnSets) else case.target.structure
-        if not belongs:
-            continue
-        arrays[f"{name}:set"] = np.array(belongs)
         try:
-            if case.reference is None and not elsewhere:
-                raise NotSupported(NO_REFERENCE)
-            arrays[f"{name}:network"] = np.array(metric.network(case.target))
-            found = _checked(name, case, metric.features(comparison))
-        except NotSupported as reason:
-            arrays[f"{name}:reason"] = np.array(str(reason))
-            continue
-        arrays |= {f"{name}:{part}": np.asarray(getattr(found, part), np.float32) for part in PARTS}
-    return arrays
+            ask = partial(_collected, metric, comparison, elsewhere)
+            found = asked(metric, ask, comparison, before)
+        except BenchError as error:
+            faults[name] = fault_of(error)
+            reason = np.array(failed(name, faults[name]))
+            found = {"set": np.array(case.target.structure), "reason": reason}
+        arrays |= {f"{name}:{part}": array for part, array in found.items()}
+    return arrays, faults
 
 
-def _checked(name: str, case: Case, found: CaseFeatures) -> CaseFeatures:
-    paired = [found.generated] if case.reference is None else [found.generated, found.real]
-    shapes = {np.shape(each) for each in paired}
-    if len(shapes) > 1 or len(found.speed) != len(found.generated) or np.ndim(found.generated) != 2:
+def failed(metric: str, fault: str) -> str:
+    """The reason why there is no value of a metric that did something wrong."""
+    return f"metric {metric} failed: {fault}"
+
+
+def _collected(metric: SetMetric, comparison: Comparison, elsewhere: bool) -> Arrays:
+    """Raises BenchError where the metric breaks its contract."""
+    case = comparison.case
+    belongs = metric.set_of(case) if isinstance(metric, OwnSets) else case.target.structure
+    if not belongs:
+        return {}
+    arrays = {"set": np.array(str(belongs))}
+    try:
+        if case.reference is None and not elsewhere:
+            raise NotSupported(NO_REFERENCE)
+        arrays["network"] = np.array(str(metric.network(case.target)))
+        found = metric.features(comparison)
+    except NotSupported as reason:
+        return {**arrays, "reason": np.array(str(reason))}
+    parts = {part: np.asarray(getattr(found, part), np.float32) for part in PARTS}
+    _check(parts, paired=case.reference is not None)
+    return arrays | parts
+
+
+def _check(parts: Arrays, paired: bool) -> None:
+    generated, real, speed = (parts[part].shape for part in PARTS)
+    if (paired and generated != real) or speed != generated[:1] or len(generated) != 2:
         raise BenchError(
-            f"metric {name!r} gave features {np.shape(found.generated)}, {np.shape(found.real)} and "
-            f"{np.shape(found.speed)} for case {case.info.id}; the first two must be (windows, d)"
+            f"gave features {generated}, {real} and {speed}; they must be (windows, d), (windows, d) and "
+            "(windows,)"
         )
-    if not all(np.isfinite(getattr(found, part)).all() for part in PARTS):
-        raise BenchError(f"metric {name!r} gave features that are no numbers for case {case.info.id}")
-    return found
+    if not all(np.isfinite(each).all() for each in parts.values()):
+        raise BenchError("gave features that are not finite")
 
 
 def case_features(paths: ResultPaths, case_id: str) -> Path:
@@ -141,15 +164,33 @@ def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
     """The features of these cases as arrays ``<case>/<name>``; those of all cases are written beside the
     rows."""
     waiting = {case: _read_waiting(case_features(paths, case)) for case in sorted(cases)}
+    _leave_out(waiting)
     write_npz(features_path(paths), _joined(waiting))
     return {f"{case}/{name}": array for case, mine in waiting.items() for name, array in mine.items()}
+
+
+def _metrics(waiting: Mapping[str, Arrays]) -> list[str]:
+    return sorted({name.partition(":")[0] for mine in waiting.values() for name in mine})
+
+
+def _leave_out(waiting: Mapping[str, Arrays]) -> None:
+    """Put a reason in place of features that do not fit together."""
+    for metric in _metrics(waiting):
+        names = [f"{metric}:{part}" for part in PARTS]
+        found = (mine[name] for mine in waiting.values() for name in names[:2] if name in mine)
+        widths = sorted({each.shape[1] for each in found if len(each)})
+        if len(widths) > 1:
+            reason = failed(metric, f"gave features of {' and '.join(map(str, widths))} numbers")
+            for mine in waiting.values():
+                if [mine.pop(name) for name in names if name in mine]:
+                    mine[f"{metric}:reason"] = np.array(reason)
 
 
 def _joined(waiting: Mapping[str, Arrays]) -> Arrays:
     """For each metric the cases that belong to some of its sets, a text of each for ``FACTS``, and the
     windows of all as one array for each of ``PARTS``, with how many are of which case."""
     joined: Arrays = {}
-    for metric in sorted({name.partition(":")[0] for mine in waiting.values() for name in mine}):
+    for metric in _metrics(waiting):
         mine = {case: arrays for case, arrays in waiting.items() if f"{metric}:set" in arrays}
         joined[f"{metric}:case"] = np.array(list(mine))
         for fact in FACTS:

@@ -270,7 +270,7 @@ def _again(results: Results, data: Dataset, predictions: Path) -> Iterator[Findi
             yield _error(f"{info.id} has rows, but its prediction: {outcome.message}")
             continue
         moved, stored = [], entries[info.id].values
-        for value_id, number in score(ours, case, as_scored(outcome.prediction)).items():
+        for value_id, number in score(ours, case, as_scored(outcome.prediction)).values.items():
             known = stored.get(value_id)
             if isinstance(number, dict) or not isinstance(known, float):
                 continue

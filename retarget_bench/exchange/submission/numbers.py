@@ -162,7 +162,7 @@ def _always(ours: tuple[Any, ...], case: Case) -> set[str]:
     if case.reference is None:
         return set()
     tried = (case.reference, _jumping(case.reference, case.target.height))
-    return set.intersection(*(set(score(ours, case, as_scored(each))) for each in tried))
+    return set.intersection(*(set(score(ours, case, as_scored(each)).values) for each in tried))
 
 
 def _jumping(right: Prediction, height: float) -> Prediction:

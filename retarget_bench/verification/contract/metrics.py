@@ -111,16 +111,10 @@ class MetricTrial(_Scored[Metric]):
             if not found and any(not score.missing(v, case, wrong) for v in self.plugin.card.values):
                 return f"{case.info.id}: no value at all"
             for name, number in found.items():
-                if isinstance(number, Mapping) != bool(declared[name].index):
-                    return (
-                        f"{name} declares index {declared[name].index!r} but gave {type(number).__name__}"
-                    )
                 each = number.values() if isinstance(number, Mapping) else [number]
                 if beyond := [one for one in each if not declared[name].allows(one)]:
                     least, most = declared[name].bounds
                     return f"{name} gave {beyond[0]:g}, outside {least:g} to {most:g}; say least and most"
-            if unknown := set(self.plugin.compute(Comparison(case, wrong))) - set(declared):
-                return f"gave undeclared values: {', '.join(sorted(unknown))}"
         return None
 
     @demand("the right answer is never worse than a wrong one")
@@ -156,7 +150,7 @@ class MetricTrial(_Scored[Metric]):
         return None
 
     def measured(self, case: Case, prediction: Prediction) -> Values:
-        return score.score([self.plugin], case, prediction)
+        return score.score([self.plugin], case, prediction).sound()
 
 
 class SetMetricTrial(_Scored[SetMetric]):
@@ -182,7 +176,9 @@ class SetMetricTrial(_Scored[SetMetric]):
         return None if self.cases else "applies to no body of the data set it is tried on"
 
     def measured(self, case: Case, prediction: Prediction) -> Arrays:
-        return collect([self.plugin], case, prediction)
+        arrays, faults = collect([self.plugin], case, prediction)
+        score.Scored(faults=faults).sound()
+        return arrays
 
     @demand("features of a prediction and of the reference are made alike")
     def alike(self) -> str | None:

@@ -169,7 +169,7 @@ def _keep(
 
 
 def _scores(metric: Metric, case: Case, prediction: Prediction) -> Mapping[str, float]:
-    return flat(score.score([metric], case, prediction))
+    return flat(score.score([metric], case, prediction).sound())
 
 
 RATES = (24.0, 60.0, 120.0)

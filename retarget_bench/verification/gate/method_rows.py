@@ -175,8 +175,8 @@ def _ask(
         if outcome.prediction is not None:
             try:
                 scored = stage_one.as_scored(outcome.prediction)
-                entry.values = score(bound.metrics(metrics).of_cases, case, scored)
-            except Exception as error:  # as in a run: a metric's fault costs the row
+                entry.values = score(bound.metrics(metrics).of_cases, case, scored).sound()
+            except Exception as error:  # a metric's fault costs the row here, so that it is seen
                 entry = CaseResult(info.id, "failed", f"{type(error).__name__}: {error}")
         found[label] = entry
     return found

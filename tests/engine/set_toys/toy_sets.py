@@ -9,10 +9,10 @@ FRAMES = 4
 
 
 class ToySets:
-    """structures: those that it knows, or ``all``. broken: ``features`` are no numbers, ``value`` fails."""
+    """structures: those that it knows, or ``all``."""
 
-    def __init__(self, structures: str = "all", broken: str = "") -> None:
-        self.structures, self.broken = structures, broken
+    def __init__(self, structures: str = "all") -> None:
+        self.structures = structures
 
     card = MetricCard(
         "toy_sets",
@@ -35,7 +35,7 @@ class ToySets:
 
     def features(self, comparison):
         self.network(comparison.target)
-        made = _pieces(comparison.prediction.positions) * (np.nan if self.broken == "features" else 1.0)
+        made = _pieces(comparison.prediction.positions)
         if comparison.case.reference is None:
             return CaseFeatures(made, made[:0], np.linspace(0, 1, len(made), dtype=np.float32))
         real = _pieces(comparison.case.reference.positions)
@@ -45,8 +45,6 @@ class ToySets:
         return 10**6 if value_id == "toy_many" else 1
 
     def value(self, value_id, real, generated):
-        if self.broken == "value":
-            raise RuntimeError("odd sets")
         return float(np.linalg.norm(real.features.mean(axis=0) - generated.features.mean(axis=0)))
 
 
