@@ -52,11 +52,13 @@ def imported(
 ) -> Imported:
     """A motion file, read as the ``reading_options`` of a side say; its warnings are printed, or not."""
     from retarget_bench.motion import importer
+    from retarget_bench.motion.files import role_file
 
     prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
     names = ("unit", "up", "root_place", "roles", "take", "body", "rate", "inner_positions", "skeleton")
     asked = {name: reading[f"{prefix}{name}"] for name in (*names, "body_model")}
     asked["root"] = asked.pop("root_place")
+    asked["roles"] = asked["roles"] and role_file.read(Path(asked["roles"]))
     if side == "target" and asked["inner_positions"] == "auto":
         asked["inner_positions"] = "drop"  # without a warning: of a target only the body is used
     found = importer.load(path, **asked, fps=fps)

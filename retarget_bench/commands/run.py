@@ -225,9 +225,9 @@ def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts = files.read_json(path)
         dataset, there = str(facts["dataset"]), {str(case["split"]) for case in facts["cases"]}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (KeyError, TypeError) as error:
         raise FileError(path, f"is not a manifest of bench export-cases ({error})") from error
     if not (both := tuple(split for split in splits if split in there)):
         known = " and ".join(sorted(there))

@@ -15,6 +15,8 @@ import json
 import math
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -29,6 +31,8 @@ _MOST_NODES = 100_000
 _MOST_FRAMES = 10_000_000
 """Frames times nodes."""
 _DEEPEST = 5_000
+_UNPACKED, _UNPACKED_PER_BYTE = 1 << 28, 30
+"""Bytes that a file may unpack to, and for each of its own: compressed zeros cost it a thousandth."""
 _ON_GRID = 0.02
 """Share of a frame by which a take may end before its last frame."""
 _AFTER = 1e-10
@@ -128,7 +132,28 @@ def _loaded(path: Path) -> Any:
         "pivot_handling": ufbx.PivotHandling.ADJUST_TO_ROTATION_PIVOT,
         "index_error_handling": ufbx.IndexErrorHandling.ABORT_LOADING,
     }
-    return _keep(ufbx.load_memory(_keep(path.read_bytes()), **options))
+    data = _keep(path.read_bytes())
+    with _growing_by(_UNPACKED + _UNPACKED_PER_BYTE * len(data)):
+        return _keep(ufbx.load_memory(data, **options))
+
+
+@contextmanager
+def _growing_by(most: int) -> Iterator[None]:
+    """Bound the bytes by which the address space grows meanwhile, where the system can."""
+    try:
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
+    except (ImportError, OSError):  # no Linux
+        yield
+        return
+    before, hard = resource.getrlimit(resource.RLIMIT_AS)
+    now = pages * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (min(now + most, before % (1 << 64)), hard))  # -1: no limit
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (before, hard))
 
 
 def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
