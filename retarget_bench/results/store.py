@@ -242,10 +242,9 @@ def read_header_facts(path: Path) -> dict[str, Any]:
     try:
         facts = read_json(path)
         schema = facts["schema"]
-    except FileError as error:
-        raise FileError(path, f"is not a result header: it {error.problem}") from error
-    except (KeyError, TypeError) as error:
-        raise FileError(path, "is not a result header: it has no schema") from error
+    except (FileError, KeyError, TypeError) as error:
+        reason = error.problem if isinstance(error, FileError) else "has no schema"
+        raise FileError(path, f"is not a result header: it {reason}") from error
     if not isinstance(schema, int) or schema > SCHEMA:
         raise FileError(
             path, f"has result schema {schema}; this version reads up to {SCHEMA}. Upgrade retarget-bench"
