@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retarget_bench.commands.options import Decorator, together
+from retarget_bench.commands.terminal import echo
 
 if TYPE_CHECKING:
     from retarget_bench.motion.importer import Imported
@@ -63,5 +64,5 @@ def imported(
         asked["inner_positions"] = "drop"  # without a warning: of a target only the body is used
     found = importer.load(path, **asked, fps=fps)
     for warning in () if quiet else found.findings.warnings:
-        click.echo(f"{path}: {warning.replace('--', option)}", err=True)
+        echo(f"{path}: {warning.replace('--', option)}", err=True)
     return found
