@@ -11,6 +11,7 @@ from typing import NoReturn
 import click
 
 from retarget_bench import __version__
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 
 COMMANDS = {
@@ -127,11 +128,11 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     except click.Abort:
         kept = any(name in arguments for name in CONTINUED)
         hint = " What was finished is kept; the same command continues from there." if kept else ""
-        click.echo(f"bench: interrupted.{hint}", err=True)
+        echo(f"bench: interrupted.{hint}", err=True)
         sys.exit(130)
     except BenchError as error:
         if os.environ.get("RETARGET_BENCH_TRACEBACK"):
             raise
-        click.echo(f"bench: {error}", err=True)
+        echo(f"bench: {error}", err=True)
         sys.exit(2)
     sys.exit(status if isinstance(status, int) else 0)

@@ -1,4 +1,4 @@
-"""Files: atomic writes, the user's cache folder, and names that are safe on every file system."""
+"""Files: checks before reading, atomic writes, the user's cache folder, names that are safe everywhere."""
 
 import csv
 import errno
@@ -6,12 +6,15 @@ import glob
 import hashlib
 import io
 import json
+import math
 import os
 import re
 import secrets
 import shutil
+import stat
 import sys
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
@@ -28,8 +31,66 @@ _DRAWN, _KEPT = 6, 40
 """Random bytes in the name of a temporary file, and how many letters of the whole one's name it keeps."""
 _SCRATCH = "retarget-bench-"
 _SEAL = hashlib.blake2b().digest_size
+LARGEST = 4 << 30
+"""Bytes of a motion file: as text some hours of a body at 120 frames per second."""
+_LARGEST_TEXT, _DEEPEST = 1 << 28, 30
+"""Bytes of a file of JSON or TOML, and how deep lists and objects of one may be nested."""
 _FORMULA = ("=", "+", "-", "@")
 """Signs that spreadsheets take for the beginning of a formula."""
+
+
+def check_ordinary(path: str | Path, most: float = math.inf) -> None:
+    """Raises FileError for what is no ordinary file, which reading could wait for or never end, and for one
+    of more than ``most`` bytes. Where nothing is, whoever opens it says so."""
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError):
+        return
+    if stat.S_ISDIR(found.st_mode):
+        raise FileError(path, "is a folder")
+    if not stat.S_ISREG(found.st_mode):
+        kinds = {stat.S_IFIFO: "pipe", stat.S_IFSOCK: "socket"}
+        kind = kinds.get(stat.S_IFMT(found.st_mode), "device")
+        raise FileError(path, f"is no ordinary file but a {kind}: save what it gives to a file")
+    if found.st_size > most:
+        sizes = f"{found.st_size / 1e9:,.4g} GB; files of up to {most / 1e9:.2g} GB are read"
+        raise FileError(path, f"has {sizes}: cut it into parts, or see whether it is damaged")
+
+
+def read_json(path: Path, most: int = _LARGEST_TEXT) -> Any:
+    """The content of a JSON file of at most so many bytes. Raises FileError where it is none, or is nested
+    too deeply for whoever goes through it."""
+    return _content(path, json.loads, "JSON", most)
+
+
+def read_toml(path: Path, most: int = _LARGEST_TEXT) -> dict[str, Any]:
+    """The same of a TOML file."""
+    found: dict[str, Any] = _content(path, tomllib.loads, "TOML", most)
+    return found
+
+
+def _content(path: Path, loads: Callable[[str], Any], name: str, most: int) -> Any:
+    check_ordinary(path, most)
+    try:
+        found = loads(path.read_text(encoding="utf-8"))
+        if nesting(found) > _DEEPEST:
+            raise RecursionError
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+    except ValueError as error:  # also numbers of thousands of digits
+        raise FileError(path, f"is not {name}: {error}") from error
+    except RecursionError as error:
+        raise FileError(path, f"is not {name} that can be read: it is nested too deeply") from error
+    return found
+
+
+def nesting(content: object) -> int:
+    """The number of levels of lists and objects of JSON or TOML."""
+    level, depth = [content], 0
+    while level := [each for each in level if isinstance(each, dict | list)]:
+        level = [one for each in level for one in (each.values() if isinstance(each, dict) else each)]
+        depth += 1
+    return depth
 
 
 @contextmanager

@@ -15,9 +15,8 @@ from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
 from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
 from retarget_bench.motion.character import Character, Motion, resampled_frames
-from retarget_bench.motion.files import format_of
+from retarget_bench.motion.files import format_of, role_file
 from retarget_bench.motion.files.formats import AMASS, BVH
-from retarget_bench.motion.roles import load_overrides
 from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
@@ -341,7 +340,7 @@ class Folder:
 
     @cached_property
     def _overrides(self) -> Mapping[str, str | None] | None:
-        return load_overrides(existing(Path(self._roles).expanduser())) if self._roles else None
+        return role_file.read(existing(Path(self._roles).expanduser())) if self._roles else None
 
 
 def part_of(clip: str, protocol: Protocol) -> str:

@@ -12,6 +12,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.python.progress import progress_bar
 
@@ -100,9 +101,9 @@ def command(
         raise
     except Exception:  # Python would end with 1, which says that something was measured and moved
         traceback.print_exc()
-        click.echo("Could not measure: the gate itself, or a plug-in in it, broke.", err=True)
+        echo("Could not measure: the gate itself, or a plug-in in it, broke.", err=True)
         return 2
-    click.echo(report.text(found.lines, found.verdict, everything))
+    echo(report.text(found.lines, found.verdict, everything))
     if summary is not None:
         try:
             with summary.open("a", encoding="utf-8") as file:
@@ -111,9 +112,9 @@ def command(
             raise FileError(summary, f"cannot be written ({error.strerror})") from error
     if accept:
         if found.verdict == 0:
-            click.echo("Nothing to accept: the golden rows are as they were.")
+            echo("Nothing to accept: the golden rows are as they were.")
         else:
-            click.echo(f"Accepted, and logged in {run.accept(folder, found, because or '')}.")
+            echo(f"Accepted, and logged in {run.accept(folder, found, because or '')}.")
     return found.verdict
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -49,7 +50,7 @@ def export_data(dataset: str, folder: Path, form: str, root: str | None) -> None
             progress(done, total)
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
-    click.echo(f"{folder}: {len(files)} files, {size:.0f} MB. Check them with: sha256sum -c SHA256SUMS")
+    echo(f"{folder}: {len(files)} files, {size:.0f} MB. Check them with: sha256sum -c SHA256SUMS")
 
 
 @data.command("prepare")
@@ -76,8 +77,8 @@ def prepare_data(dataset: str, root: str | None, jobs: int) -> None:
         for done, total in prepare(spec, jobs, unusable):
             progress(done, total)
     if unusable:
-        click.echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
-    click.echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
+        echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
+    echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
 
 
 @click.command("export-cases")
@@ -110,10 +111,8 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     sources = len({(info.source, info.clip) for info in infos})
     targets = len({info.target for info in infos})
     where = "" if spec == name else " --root DIR"
-    click.echo(f"{folder}: {len(infos)} cases, {sources} source motions, {targets} target characters.")
-    click.echo(
-        f"Write the predictions beside manifest.json; then: bench score {folder}{where} --name METHOD"
-    )
+    echo(f"{folder}: {len(infos)} cases, {sources} source motions, {targets} target characters.")
+    echo(f"Write the predictions beside manifest.json; then: bench score {folder}{where} --name METHOD")
 
 
 @click.command("submit")
@@ -160,9 +159,9 @@ def submit(
         from retarget_bench.exchange.submission import making
 
         left = making.make(folder, results, make, dataset)
-        click.echo(f"wrote {folder}. To be filled in, then checked with bench submit --check {folder}:")
+        echo(f"wrote {folder}. To be filled in, then checked with bench submit --check {folder}:")
         for each in left:
-            click.echo(f"  {each}")
+            echo(f"  {each}")
         return 0
     return _check(folder) if checked else _board(folder, output)
 
@@ -172,9 +171,9 @@ def _check(folder: Path) -> int:
 
     found = check(folder)
     for finding in found:
-        click.echo(str(finding))
+        echo(str(finding))
     wrong = sum(finding.level == "error" for finding in found)
-    click.echo(f"{folder}: " + (f"{wrong} errors" if wrong else "can be submitted"))
+    echo(f"{folder}: " + (f"{wrong} errors" if wrong else "can be submitted"))
     return int(wrong > 0)
 
 
@@ -187,6 +186,6 @@ def _board(folder: Path, output: Path) -> int:
         raise BenchError(f"{output}: name a page that ends in .html, .md, .tex or .csv")
     tables, left_out = board(folder)
     for sentence in left_out:
-        click.echo(sentence, err=True)
+        echo(sentence, err=True)
     options.write_out(WITH_INTERVALS[form](tables), output)
     return 0

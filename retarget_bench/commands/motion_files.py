@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retarget_bench.commands.options import Decorator, together
+from retarget_bench.commands.terminal import echo
 
 if TYPE_CHECKING:
     from retarget_bench.motion.importer import Imported
@@ -52,14 +53,16 @@ def imported(
 ) -> Imported:
     """A motion file, read as the ``reading_options`` of a side say; its warnings are printed, or not."""
     from retarget_bench.motion import importer
+    from retarget_bench.motion.files import role_file
 
     prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
     names = ("unit", "up", "root_place", "roles", "take", "body", "rate", "inner_positions", "skeleton")
     asked = {name: reading[f"{prefix}{name}"] for name in (*names, "body_model")}
     asked["root"] = asked.pop("root_place")
+    asked["roles"] = asked["roles"] and role_file.read(Path(asked["roles"]))
     if side == "target" and asked["inner_positions"] == "auto":
         asked["inner_positions"] = "drop"  # without a warning: of a target only the body is used
     found = importer.load(path, **asked, fps=fps)
     for warning in () if quiet else found.findings.warnings:
-        click.echo(f"{path}: {warning.replace('--', option)}", err=True)
+        echo(f"{path}: {warning.replace('--', option)}", err=True)
     return found

@@ -13,6 +13,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from retarget_bench import defaults, files
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -354,7 +355,7 @@ def say(sentence: str) -> None:
     """Print a sentence on lines that fit the screen and break no command made by ``command``."""
     from retarget_bench.tables.rendering import words
 
-    click.echo("\n".join(words.filled(sentence, screen_width(), indent="  ")))
+    echo("\n".join(words.filled(sentence, screen_width(), indent="  ")))
 
 
 def command(*parts: object) -> str:
@@ -367,7 +368,7 @@ def command(*parts: object) -> str:
 def write_out(text: str, output: Path | None) -> None:
     """Print a text, or write it to the file that ``-o`` names."""
     if output is None:
-        click.echo(text, nl=False)
+        echo(text, nl=False)
     else:
         files.write_text(output, text)
-        click.echo(f"wrote {output}")
+        echo(f"wrote {output}")

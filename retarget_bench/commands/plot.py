@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retarget_bench.commands import motion_files, options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 
@@ -83,7 +84,7 @@ def _command(
         ranked = method_order.ranked(method_order.everything(folders))
         page = canvas.Page(canvas.WIDTHS[width], not no_title, ranked)
         draw(output, make(places, list(ranked), asked), page)
-        click.echo(f"wrote {output}")
+        echo(f"wrote {output}")
 
     results = RESULTS.replace("bench run", f"bench task {task}") if task else RESULTS
     return click.command(name, help=told + results)(drawing)
@@ -356,7 +357,7 @@ def attention(
         picture.draw(
             output, found, motion, frames or picture.spread(motion.frames), f"{spec.name}: {title}"
         )
-    click.echo(f"wrote {output}" + (f"; {found.note}" if found.note else ""))
+    echo(f"wrote {output}" + (f"; {found.note}" if found.note else ""))
 
 
 def _times(text: str | None) -> list[float]:

@@ -10,6 +10,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.plugins import parameters, registry
@@ -50,7 +51,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 def list_plugins(kinds: tuple[registry.Kind, ...]) -> None:
     """List methods, metrics, data sets and post-processors: built in, installed, or of --plugin."""
     for kind in kinds or registry.KINDS:
-        click.echo(section(kind))
+        echo(section(kind))
 
 
 def section(kind: registry.Kind) -> str:
@@ -86,12 +87,12 @@ def info(name: str | None, protocols: bool) -> None:
     if protocols:
         from retarget_bench.analysis import protocols as page
 
-        click.echo(page.render(), nl=False)
+        echo(page.render(), nl=False)
     elif name is None:
         raise click.UsageError("give a NAME (bench list shows them), or --protocols")
     else:
         for lines in _described(name):
-            click.echo("\n".join(lines) + "\n")
+            echo("\n".join(lines) + "\n")
 
 
 def _described(name: str) -> list[list[str]]:
@@ -294,7 +295,7 @@ def new(kind: str, name: str, package: bool, worker: bool) -> None:
         steps.append(f"bench run {name} copy_rotations" + ("" if package else f" --plugin {name}.py"))
     if kind == "post":
         steps.append(f"bench run copy_rotations+{name}" + ("" if package else f" --plugin {name}.py"))
-    click.echo("Now change what it does, and then:\n" + "\n".join(f"  {step}" for step in steps))
+    echo("Now change what it does, and then:\n" + "\n".join(f"  {step}" for step in steps))
 
 
 def plugin_source(kind: str, name: str) -> str:
@@ -348,7 +349,7 @@ def _write_all(texts: dict[Path, str]) -> None:
         raise BenchError(f"{existing[0]} exists already; nothing was written")
     for path, text in texts.items():
         write_text(path, text)
-        click.echo(f"wrote {path}")
+        echo(f"wrote {path}")
 
 
 @click.command("test")
@@ -380,11 +381,11 @@ def _tested(kind: registry.Kind, spec: Spec, data: Spec) -> int:
     """Print every check of one plug-in; the number of those that failed."""
     from retarget_bench.verification import contract
 
-    click.echo(f"{registry.find(kind, spec.name)}")
+    echo(f"{registry.find(kind, spec.name)}")
     checks = []
     for check in contract.check(kind, spec, data):
-        click.echo(f"  {check}")
+        echo(f"  {check}")
         checks.append(check)
     failed = sum(not check.passed for check in checks)
-    click.echo(f"{failed} of {len(checks)} checks failed" if failed else f"all {len(checks)} checks passed")
+    echo(f"{failed} of {len(checks)} checks failed" if failed else f"all {len(checks)} checks passed")
     return failed

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -102,7 +103,7 @@ def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
     loaded = ((info, data.load(info)) for info in infos)
     found = [subject(info, case.source, case.target) for info, case in loaded]
     if reasons := [each for each in found if isinstance(each, str)]:
-        click.echo(f"{len(reasons)} of {len(found)} cases cannot be asked: {reasons[0]}", err=True)
+        echo(f"{len(reasons)} of {len(found)} cases cannot be asked: {reasons[0]}", err=True)
     return [each for each in found if isinstance(each, Subject)]
 
 
@@ -114,7 +115,7 @@ def _of_files(source: Path, target: Path) -> Questions:
     performer, body = importer.load(source), importer.load(target)
     for side in (performer, body):
         for warning in side.findings.warnings:
-            click.echo(f"{side.findings.path}: {warning}", err=True)
+            echo(f"{side.findings.path}: {warning}", err=True)
     names = (performer.motion.character.name, body.motion.character.name)
     case = f"files/{names[0]}>{names[1]}/{source.stem}"
     info = CaseInfo(case, "probe", "cross", *names, clip=source.stem)
@@ -133,19 +134,19 @@ def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> b
 
     if data is None:
         for spec, replies in answers.items():
-            click.echo(report.listing(str(spec), replies))
+            echo(report.listing(str(spec), replies))
     else:
         places: list[ResultPaths] = []
         for spec, replies in answers.items():
             places += report.store(spec, data, replies, out)
         found = summary.split_summaries(places)
-        click.echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
+        echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
     off = []
     for spec, replies in answers.items():
         off += report.findings(str(spec), replies)
         for sentence in report.refusals(str(spec), replies):
-            click.echo(sentence)
-    click.echo("\n".join(off) if off else "All probes passed.")
+            echo(sentence)
+    echo("\n".join(off) if off else "All probes passed.")
     if data is not None:
-        click.echo(f"The table again: bench table {out} --probes. Rows lie in {out}/.")
+        echo(f"The table again: bench table {out} --probes. Rows lie in {out}/.")
     return bool(off)

@@ -12,6 +12,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -147,8 +148,8 @@ def command(
     for figure in scene.figures:
         if figure.message:
             said = figure.message if figure.status == "ok" else f"{figure.status}: {figure.message}"
-            click.echo(f"{figure.label}: {said}", err=True)
-    click.echo(f"wrote {output}: {written}")
+            echo(f"{figure.label}: {said}", err=True)
+    echo(f"wrote {output}: {written}")
 
 
 def chosen(

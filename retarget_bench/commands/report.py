@@ -6,6 +6,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 
 
 @click.command("report")
@@ -75,6 +76,6 @@ def command(
         skins=skins,
     )
     told = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
-    click.echo(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB{told})")
+    echo(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB{told})")
     for note in shown.notes:
-        click.echo(f"- {note}")
+        echo(f"- {note}")

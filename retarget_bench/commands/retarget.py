@@ -10,6 +10,7 @@ import click
 
 from retarget_bench.commands import editing_options, motion_files, options
 from retarget_bench.commands.retargeting import options as retarget_options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import check_writable
 
@@ -106,13 +107,13 @@ def doctor(files: tuple[str, ...], sheet: Path | None, root_place: str, **readin
             if sheet is not None:
                 _draw_roles(sheet, found)
         except BenchError as error:
-            click.echo(f"bench: {error}", err=True)
+            echo(f"bench: {error}", err=True)
             unreadable += 1
         else:
-            click.echo(("\n" if number else "") + found.findings.text())
+            echo(("\n" if number else "") + found.findings.text())
             if (begins := start.find(found.motion)) is not None:
-                click.echo(f"\nIn front of the motion {begins}. In bench retarget:")
-                click.echo(f"  {', or '.join(begins.options)}")
+                echo(f"\nIn front of the motion {begins}. In bench retarget:")
+                echo(f"  {', or '.join(begins.options)}")
     return 2 if unreadable else 0
 
 

@@ -11,6 +11,7 @@ import click
 
 from retarget_bench import files
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
@@ -137,7 +138,7 @@ def _show(places: list[Any], root: Path, *, variants: bool) -> None:
     from retarget_bench.tables.rendering import text
 
     made = builder.overview(places, Selection(variants=variants, looks=True))
-    click.echo(text(made, columns=options.screen_width()), nl=False)
+    echo(text(made, columns=options.screen_width()), nl=False)
     if any(place.look for place in places):
         options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
@@ -180,12 +181,10 @@ def predict(methods: tuple[str, ...], **given: Any) -> None:
     plan = make_plan(methods, stage="predict", **given)
     for place in carry_out(plan, "bench predict"):
         folder = place.folder / place.method
-        click.echo(f"{sum(1 for _ in folder.glob('*.npz'))} predictions in {folder}")
+        echo(f"{sum(1 for _ in folder.glob('*.npz'))} predictions in {folder}")
         if notes := sorted(folder.glob("*.json")):
             first = json.loads(notes[0].read_text(encoding="utf-8"))
-            click.echo(
-                f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}"
-            )
+            echo(f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}")
     if plan.only:
         options.say(f"These are of some clips ({plan.only}); bench predict without that makes the others.")
 
@@ -225,9 +224,9 @@ def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts = files.read_json(path)
         dataset, there = str(facts["dataset"]), {str(case["split"]) for case in facts["cases"]}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (KeyError, TypeError) as error:
         raise FileError(path, f"is not a manifest of bench export-cases ({error})") from error
     if not (both := tuple(split for split in splits if split in there)):
         known = " and ".join(sorted(there))
@@ -324,7 +323,7 @@ def _run_task(
     plan = make_plan(methods, splits=("self",), task=spec, **given)
     shown = options.task_name(name)
     places = plans.existing(carry_out(plan, f"bench task {shown}"), plan.root)
-    click.echo(text(task_tables(places, name), columns=options.screen_width()))
+    echo(text(task_tables(places, name), columns=options.screen_width()))
     every = options.command("bench table", plan.root, "--task", shown, "--all")
     options.say(f"All values: {every}. Rows lie in {plan.root}/.")
 
@@ -353,7 +352,7 @@ def make_plan(
 
 
 def _left_out(problem: str) -> None:
-    click.echo(f"bench: left out: {problem}", err=True)
+    echo(f"bench: left out: {problem}", err=True)
 
 
 def carry_out(plan: Any, what: str, *, timed: bool = False) -> list[Any]:

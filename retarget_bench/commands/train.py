@@ -12,6 +12,7 @@ import click
 
 from retarget_bench.commands import options, run
 from retarget_bench.commands.table import FORMATS
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
@@ -84,13 +85,13 @@ def command(
             done = train(asked, reporter)
         except KeyboardInterrupt:
             reporter.close()
-            click.echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
+            echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
             return 130
         except BenchError as error:
             parallel.record(error)
             raise
     if os.environ.get("RANK", "0") == "0":  # the first process, see training/parallel.py
-        click.echo(_ending(done))
+        echo(_ending(done))
     return 0
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.plugins import bound
 from retarget_bench.python.progress import progress_bar
 
@@ -73,7 +74,7 @@ def command(
 
             card = train(source, clips, _facts(spec, data, source), folder, config, show).card
         last, lent = card["loss"][-1], f" (motion of {card['trained_on']})" if "note" in card else ""
-        click.echo(
+        echo(
             f"{card['structure']}{lent}: {card['windows']} windows, loss {last['train']:g}, validation "
             f"{last['validation']:g}, {card['seconds']} s, {card['hash']} in {folder}"
         )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -56,13 +57,13 @@ def command(
     case_list, case = _case_list(sources, results, data, **asked)
     _free(port)
     window = live.Window(case_list, port, case)
-    click.echo(f"{window.url} shows it; Ctrl-C stops")
+    echo(f"{window.url} shows it; Ctrl-C stops")
     if not no_open:
         _open(window.url)
     try:
         window.run()
     except KeyboardInterrupt:
-        click.echo("stopped")
+        echo("stopped")
     finally:
         window.stop()
 

@@ -15,7 +15,7 @@ import numpy as np
 from retarget_bench import __version__
 from retarget_bench.api import CaseInfo, Dataset, Prediction, optional
 from retarget_bench.errors import BenchError, FileError, NotSupported
-from retarget_bench.files import slug, write_text
+from retarget_bench.files import read_json, slug, write_text
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import runs
@@ -79,10 +79,10 @@ class _Folder:
     def _look_through(self) -> None:
         """Files of a finished export that are still what they were."""
         try:
-            manifest = json.loads((self.path / MANIFEST).read_text(encoding="utf-8"))
+            manifest = read_json(self.path / MANIFEST)
             self._same(str(manifest["export"]))
             listed = dict(manifest["files"])
-        except (ValueError, KeyError, TypeError) as error:
+        except (FileError, ValueError, KeyError, TypeError) as error:
             raise BenchError(
                 f"{self.path / MANIFEST} is no manifest of an export; name a new folder"
             ) from error

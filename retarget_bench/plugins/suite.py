@@ -6,13 +6,13 @@ root = "PATH/TO/mixamo"
 split = ["intra", "cross"]
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from retarget_bench.errors import FileError
+from retarget_bench.files import read_toml
 
 
 def _listed(value: Any) -> Any:
@@ -51,14 +51,7 @@ class Suite(BaseModel):
 def read(path: Path) -> dict[str, Any]:
     """The options that a suite file sets. Raises FileError that lists every mistake with its place."""
     try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(path, f"is not TOML: {error}") from error
-    try:
-        suite = Suite.model_validate(data)
+        suite = Suite.model_validate(read_toml(path))
     except ValidationError as error:
         known = ", ".join(Suite.model_fields)
         mistakes = "".join(

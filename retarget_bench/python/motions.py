@@ -18,7 +18,7 @@ from retarget_bench.motion import character, files, importer
 from retarget_bench.motion.editing import edits as editing
 from retarget_bench.motion.editing import legs, loops
 from retarget_bench.motion.editing.edits import Edits
-from retarget_bench.motion.files import writing
+from retarget_bench.motion.files import role_file, writing
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
 from retarget_bench.plugins import registry
@@ -168,7 +168,9 @@ def load_character(path: str | PathLike[str], **options: Any) -> Character:
 def _loaded(path: str | PathLike[str], **options: Any) -> Motion:
     """A file's motion; options are those of ``importer.load``. Warnings point at the caller of its caller,
     which is ``checked``."""
-    fps = options.pop("fps", None)
+    fps, roles = options.pop("fps", None), options.get("roles")
+    if isinstance(roles, str | PathLike):
+        options["roles"] = role_file.read(Path(roles))
     found = importer.load(Path(path), **options)
     for warning in found.findings.warnings:
         warnings.warn(f"{path}: {_in_python(warning)}", stacklevel=4)

@@ -9,6 +9,8 @@ import hashlib
 from functools import lru_cache
 from pathlib import Path
 
+from retarget_bench.errors import FileError
+from retarget_bench.files import check_ordinary
 from retarget_bench.results.header import StoredFile
 
 DIGITS = 32
@@ -26,12 +28,15 @@ def stored_file(path: Path) -> StoredFile:
 def problem(path: Path, written: StoredFile, *, whole: bool = False) -> str:
     """The reason why a file is not the one that was written; "" where it is. whole: read all of it."""
     try:
+        check_ordinary(path)
         quick = bool(written.footer) and not whole
         if (quick and _footer(path) == written.footer) or (
             not quick and _digest(path, *_state(path)) == written.sha256
         ):
             return ""
         content = path.read_bytes()
+    except FileError as error:
+        return error.problem
     except OSError as error:
         return f"cannot be read ({error.strerror})"
     if written.rows is None or written.footer:

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any, TypeVar
+from types import UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from retarget_bench.api import Direction, Parameters, Value
 
@@ -256,10 +257,11 @@ MAPPED: dict[str, type[_Part]] = {
     "files": StoredFile,
 }
 """Fields that hold several parts, those that hold one, and those that hold several by name."""
+_TYPES = {kind.__name__: get_type_hints(kind) for kind in _Part.__subclasses__()}
 
 
 def parsed(facts: object) -> ResultHeader:
-    """A header from its JSON object. Raises ValueError naming what it lacks."""
+    """A header from its JSON object. Raises ValueError naming what it lacks, or what is of another type."""
     header: ResultHeader = _part(ResultHeader, facts, "it")
     return header
 
@@ -271,7 +273,28 @@ def _part(kind: type[_Part], facts: object, where: str) -> Any:
     required = [n for n, each in known.items() if each.default is each.default_factory is MISSING]
     if lacking := [name for name in required if name not in given]:
         raise ValueError(f"{where} lacks {', '.join(lacking)}")
+    types = _TYPES[kind.__name__]
+    for name, value in said.items():
+        if not _fits(value, types[name]):
+            place = name if kind is ResultHeader else f"{where}.{name}"
+            raise ValueError(f"{place} is {given[name]!r:.40}, which is no {known[name].type}")
     return kind(**said, extra={name: value for name, value in given.items() if name not in known})
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    """Whether a value read from JSON, its lists as tuples, is of a type that fields are declared with."""
+    inside = get_args(kind)
+    if not inside:
+        number = isinstance(value, int if kind is int else int | float) and not isinstance(value, bool)
+        return number if kind in (int, float) else kind is Any or isinstance(value, kind)
+    origin = get_origin(kind)
+    if origin is Literal:
+        return value in inside
+    if origin is UnionType or origin is Union:
+        return any(_fits(value, each) for each in inside)
+    if origin is tuple:
+        return isinstance(value, tuple) and all(_fits(each, inside[0]) for each in value)
+    return isinstance(value, Mapping) and all(_fits(each, inside[1]) for each in value.values())
 
 
 def _field(name: str, value: Any) -> Any:

@@ -7,6 +7,7 @@ import numpy as np
 
 from retarget_bench.api import Prediction
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.files import LARGEST, check_ordinary
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.results.store import read_npz, write_npz
@@ -26,9 +27,10 @@ def write_prediction(path: Path, prediction: Prediction, key: str) -> None:
 def stored_key(path: Path) -> str | None:
     """The key that a prediction file was written under; None where it is missing or damaged."""
     try:
+        check_ordinary(path)
         with path.open("rb") as opened, np.load(opened) as file:
             return str(file["key"])
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile, FileError):
         return None
 
 
@@ -39,6 +41,7 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
     ``positions`` ``(frames, joints, 3)``, or ``vertices`` of the target's mesh ``(frames, V, 3)``, in
     metres; ``joints`` (names, any order) and ``fps`` are taken into account where given. Raises FileError.
     """
+    check_ordinary(path, LARGEST)
     if path.suffix.lower() == ".bvh":
         return _from_bvh(path, target)
     data = read_npz(path, "is not a readable .npz file")

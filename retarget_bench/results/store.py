@@ -26,7 +26,7 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, digest, sweep, write_csv, write_text
+from retarget_bench.files import atomic, check_ordinary, digest, read_json, sweep, write_csv, write_text
 from retarget_bench.results import checksums, large_rows
 from retarget_bench.results.header import SCHEMA, DeclaredValue, MetricFault, Problem, ResultHeader, parsed
 from retarget_bench.results.large_rows import Batch, LargeRows
@@ -100,7 +100,7 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseRe
             try:
                 record: Any = json.loads(line) if line.endswith(b"\n") else None  # else it is torn
                 entry = CaseResult(**record) if number else None
-            except (ValueError, TypeError):
+            except (ValueError, TypeError, RecursionError):
                 break
             if entry is not None:
                 done[entry.case] = entry
@@ -240,10 +240,11 @@ def read_header(path: Path) -> ResultHeader:
 def read_header_facts(path: Path) -> dict[str, Any]:
     """A header as JSON, of a schema that this version knows, but otherwise unchecked. Raises FileError."""
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts = read_json(path)
         schema = facts["schema"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise FileError(path, f"is not a result header ({error})") from error
+    except (FileError, KeyError, TypeError) as error:
+        reason = error.problem if isinstance(error, FileError) else "has no schema"
+        raise FileError(path, f"is not a result header: it {reason}") from error
     if not isinstance(schema, int) or schema > SCHEMA:
         raise FileError(
             path, f"has result schema {schema}; this version reads up to {SCHEMA}. Upgrade retarget-bench"
@@ -338,6 +339,7 @@ def read_cases(path: Path, task: str, split: str) -> list[CaseInfo]:
 
 def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
     """The rows below a heading of these fields. Raises FileError with the line of the first fault."""
+    check_ordinary(path)
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))
@@ -375,6 +377,7 @@ def write_npz(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -
 
 def read_npz(path: Path, problem: str) -> dict[str, np.ndarray]:
     """All arrays of a file. Raises FileError that states the problem where it is none."""
+    check_ordinary(path)
     try:
         with path.open("rb") as opened, np.load(opened) as file:
             return {name: file[name] for name in file.files}

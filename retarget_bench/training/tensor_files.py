@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic
+from retarget_bench.files import atomic, read_json
 
 Arrays = Mapping[str, np.ndarray]
-LARGEST_CARD, DEEPEST = 20_000_000, 20
-"""Bytes of a card, and how deep lists and objects of one may be nested."""
+LARGEST_CARD = 20_000_000
+"""Bytes of a card."""
 
 
 def arrays_hash(arrays: Arrays) -> str:
@@ -61,29 +61,18 @@ def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> di
     """
     _, facts = pair(path)
     try:
-        if not facts.is_file() or facts.stat().st_size > LARGEST_CARD:
-            raise ValueError("it is no file, or too large")
-        card = json.loads(facts.read_text(encoding="utf-8"))
-        if _depth(card) > DEEPEST:
-            raise ValueError("it is nested too deeply")
+        card = read_json(facts, LARGEST_CARD)
         found = card["schema"]
         missing = [key for key in ("hash", *needed) if key not in card]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except FileError as error:
+        raise FileError(facts, f"is not the card of {what}: it {error.problem}") from error
+    except (KeyError, TypeError) as error:
         raise FileError(facts, f"is not the card of {what} ({error})") from error
     if not isinstance(found, int) or found > schema:
         raise FileError(facts, f"has schema {found}; this version reads up to {schema}")
     if missing:
         raise FileError(facts, f"is not the card of {what} (it does not tell {', '.join(missing)})")
     return dict(card)
-
-
-def _depth(card: object) -> int:
-    """The number of levels of lists and objects."""
-    level, depth = [card], 0
-    while level := [each for each in level if isinstance(each, dict | list)]:
-        level = [one for each in level for one in (each.values() if isinstance(each, dict) else each)]
-        depth += 1
-    return depth
 
 
 def read_arrays(path: Path, card: Mapping[str, Any]) -> dict[str, np.ndarray]:

@@ -151,7 +151,7 @@ def _journal(path: Path) -> tuple[dict[str, str], dict[str, CaseResult]]:
         keys = json.loads(head)
         entries = [CaseResult(**json.loads(line)) for line in lines]
         return {name: str(value) for name, value in keys.items()}, {each.case: each for each in entries}
-    except (OSError, ValueError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
         raise FileError(path, f"is no journal of a run ({error})") from error
 
 

@@ -16,9 +16,9 @@ from small_plans import asked, carry_out
 
 from retarget_bench.analysis import summary
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import attempt, cases, plan, runner, score, set_metrics
+from retarget_bench.evaluation import attempt, cases, runner, score, set_metrics
 from retarget_bench.evaluation.executors import local
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.tables import builder, rendering
@@ -141,7 +141,7 @@ def test_what_is_late_three_times_in_a_row_is_asked_no_more(tmp_path, monkeypatc
         times.append(time.monotonic())
         time.sleep(LONG)
 
-    monkeypatch.setattr(type(plan.metrics(("sway",))[0]), "compute", hang)
+    monkeypatch.setattr(type(bound.metrics(("sway",)).of_cases[0]), "compute", hang)
     (found,) = carry_out(tmp_path, "toy_method", metrics=("sway", "position"))
     assert len(times) == 3
     said = [entry.faults["sway"] for entry in found.entries]
@@ -186,7 +186,7 @@ def test_what_a_metric_of_sets_does_wrong_costs_its_values_alone(tmp_path, witho
 def test_tables_tell_which_metric_failed_and_why(tmp_path):
     """A column, its cells, a note; another column ranks as ever."""
     root = tmp_path / "all"
-    sway = type(plan.metrics(("sway",))[0])
+    sway = type(bound.metrics(("sway",)).of_cases[0])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sway, "compute", lambda self, comparison: [])
         places = runner.run(asked(root, *METHODS, metrics=("position", "sway")), lambda done, total: None)
@@ -204,7 +204,7 @@ def test_tables_tell_which_metric_failed_and_why(tmp_path):
 def test_a_cell_without_a_number_names_the_metric_that_failed(tmp_path):
     places = runner.run(asked(tmp_path, *METHODS, metrics=("position", "sway")), lambda done, total: None)
     (bad,) = (each for each in places if "toy" in each.method)
-    sway = type(plan.metrics(("sway",))[0])
+    sway = type(bound.metrics(("sway",)).of_cases[0])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sway, "compute", lambda self, comparison: {"sway": "much"})
         wanted = asked(tmp_path, "toy_method", metrics=("position", "sway"), redo="always")
@@ -229,7 +229,7 @@ def _raise(*_: object) -> Any:
 
 def _toys(monkeypatch: pytest.MonkeyPatch, name: str, change: Callable[..., Any]) -> None:
     """Have the toy data set answer otherwise."""
-    toys = type(plan.dataset(Spec("toy_cases")))
+    toys = type(bound.dataset("toy_cases").built)
     before = getattr(toys, name)
     monkeypatch.setattr(toys, name, lambda *given: change(before(*given)))
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import click
-
 from retarget_bench import files
 from retarget_bench.commands.retargeting.job import Job, retarget
 from retarget_bench.commands.retargeting.records import Record, Records, file_hash, key
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.parallel import carried_out
 from retarget_bench.plugins import registry
@@ -139,8 +138,8 @@ def _print(answer: Answer, warned: set[str], quiet: bool) -> None:
     for line in answer.warned.splitlines():
         if line not in warned:
             warned.add(line)
-            click.echo(line, err=True)
-    click.echo(answer.said, nl=False)
+            echo(line, err=True)
+    echo(answer.said, nl=False)
 
 
 @contextmanager
@@ -155,7 +154,7 @@ def _beside_bar() -> Iterator[None]:
 def _say_failures(jobs: Sequence[Job], answers: Sequence[Answer]) -> None:
     for job, answer in zip(jobs, answers, strict=True):
         if answer.status == "failed":
-            click.echo(f"bench: {job.out} was not made: {answer.error}", err=True)
+            echo(f"bench: {job.out} was not made: {answer.error}", err=True)
 
 
 def _summarise(jobs: Sequence[Job], answers: Sequence[Answer]) -> None:
@@ -168,12 +167,12 @@ def _summarise(jobs: Sequence[Job], answers: Sequence[Answer]) -> None:
     ]
     found.sort(key=lambda each: -each[0])
     for count, out in found[:SHOWN]:
-        click.echo(f"look at {out}: {_places(count)}")
+        echo(f"look at {out}: {_places(count)}")
     if len(found) > SHOWN:
-        click.echo(f"look at {len(found) - SHOWN} more, none of them with more places")
+        echo(f"look at {len(found) - SHOWN} more, none of them with more places")
     total = sum(count for count, _ in found)
     where = f" in {len(found)} of {len(answers)} results" if found else ""
-    click.echo(
+    echo(
         f"{counts['done']} retargeted, {counts['current']} up to date, {counts['failed']} failed; "
         f"{_places(total) if found else 'nothing'} to look at{where}"
     )

@@ -8,11 +8,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import click
-
 from retarget_bench import defaults
 from retarget_bench.commands import editing_options, motion_files
 from retarget_bench.commands.retargeting import previews
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.character import Motion
@@ -66,13 +65,13 @@ def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | No
             *motions.cautions(method, source.character, target),
             *motions.doubts(source, edits),
         ):
-            click.echo(f"bench: {caution}", err=True)
+            echo(f"bench: {caution}", err=True)
         for note in answer.notes:
-            click.echo(note)
+            echo(note)
         for note in lost:
-            click.echo(f"{job.out}: {note}", err=True)
+            echo(f"{job.out}: {note}", err=True)
         followed = int((correspondence(source.character, target) >= 0).sum())
-        click.echo(
+        echo(
             f"{job.out}: {counted_frames(answer.frames)} of {source.character.name} at {source.fps:g} per "
             f"second on the body of {target.name}, by {method}; "
             f"{followed} of {len(target.skeleton)} joints follow it; {_units(job, body)}"
@@ -82,7 +81,7 @@ def retarget(job: Job, quiet: bool = False, judged: bool = True) -> Verdict | No
     if job.preview is not None:
         previews.write(job.preview, seen, answer, found)
         if not quiet:
-            click.echo(f"{job.preview}: source and result side by side")
+            echo(f"{job.preview}: source and result side by side")
     return found
 
 
@@ -92,7 +91,7 @@ def _judged(source: Motion, answer: motions.Motion, quiet: bool) -> Verdict | No
         return verdict(source, answer)
     except BenchError as error:
         if not quiet:
-            click.echo(f"bench: {error}", err=True)
+            echo(f"bench: {error}", err=True)
         return None
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from retarget_bench import __version__, defaults
 from retarget_bench.commands.retargeting.job import Job
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.files import write_text
+from retarget_bench.files import check_ordinary, write_text
 from retarget_bench.motion import files as formats
 from retarget_bench.motion.files.formats import BVH
 from retarget_bench.motion.files.listing import facts
@@ -140,6 +140,7 @@ def _content_of(path: Path, changed: int, size: int) -> str:
 
 def file_hash(path: Path) -> str:
     """Raises FileError where the file cannot be read."""
+    check_ordinary(path)
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

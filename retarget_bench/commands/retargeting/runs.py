@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import click
-
 from retarget_bench import defaults
 from retarget_bench.commands import motion_files
 from retarget_bench.commands.retargeting import batch, plan, previews, role_maps
 from retarget_bench.commands.retargeting.job import Job, retarget
 from retarget_bench.commands.retargeting.records import FILES, NAME
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import check_writable, write_text
 from retarget_bench.motion.files import split_take
@@ -61,7 +60,7 @@ def one(like: Job, wanted: Wanted) -> int:
     judged = not wanted.quiet or wanted.report is not None or shown is not None
     verdict = retarget(job, wanted.quiet, judged)
     if verdict is not None and not wanted.quiet:
-        click.echo(verdict.text())
+        echo(verdict.text())
     _report(wanted, [_entry(job, "done", None if verdict is None else verdict.as_dict())])
     return 0
 
@@ -152,7 +151,7 @@ def _report(wanted: Wanted, entries: Sequence[Mapping[str, Any]]) -> None:
     text = json.dumps({"version": 1, "results": entries}, indent=1, ensure_ascii=False)
     write_text(wanted.report, text + "\n")
     if not wanted.quiet:
-        click.echo(f"wrote {wanted.report}")
+        echo(f"wrote {wanted.report}")
 
 
 def _save_maps(jobs: Sequence[Job], wanted: Wanted) -> None:
@@ -163,7 +162,7 @@ def _save_maps(jobs: Sequence[Job], wanted: Wanted) -> None:
     targets = _findings(jobs, "target")
     for line in role_maps.save(wanted.save_map, list(sources), list(targets), wanted.overwrite):
         if not wanted.quiet:
-            click.echo(line)
+            echo(line)
 
 
 def _findings(jobs: Sequence[Job], side: str) -> Iterator[Findings]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import click
-
 from retarget_bench import defaults
 from retarget_bench.commands.editing_options import asked_edits
 from retarget_bench.commands.retargeting.job import Job
+from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.editing.edits import USUAL
 from retarget_bench.motion.findings import counted_frames
@@ -35,11 +34,11 @@ def retarget(job: Job, quiet: bool) -> None:
         scan = load_scan(source, unit=asked["unit"], up=asked["up"], fps=fps, progress=progress)
     for findings, option in ((scan.findings, "--"), (body.findings, "--target-")):
         for warning in () if quiet else findings.warnings:
-            click.echo(f"{findings.path}: {warning.replace('--', option)}", err=True)
+            echo(f"{findings.path}: {warning.replace('--', option)}", err=True)
     moved = scans.answer(scan.motion, body.character, method, job.seed, scan.findings.frames)
     moved.save(out)
     if not quiet:
-        click.echo(
+        echo(
             f"{out}: {counted_frames(moved.frames)} of {source.name} at {fps:g} per second on the mesh of "
             f"{target.name}, by {method}; {source.name}: {scans.facts(scan.findings)}; "
             f"{target.name}: {scans.facts(body.findings)}"

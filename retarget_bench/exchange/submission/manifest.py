@@ -1,14 +1,13 @@
 """``submission.toml``: who submits what, made how, at what cost."""
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import write_text
+from retarget_bench.files import read_toml, write_text
 
 SCHEMA = 1
 MANIFEST, CARD, ROWS, PREDICTIONS = "submission.toml", "CARD.md", "results", "predictions"
@@ -75,14 +74,9 @@ class Manifest(_Table):
 def read(folder: Path) -> Manifest:
     """The manifest of a submission. Raises FileError that lists every mistake with its place."""
     path = folder / MANIFEST
-    try:
-        facts = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise FileError(path, "is missing; bench submit --make writes one") from error
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror})") from error
-    except (ValueError, RecursionError) as error:  # also numbers of thousands of digits
-        raise FileError(path, f"is not TOML: {error}") from error
+    if not path.exists():
+        raise FileError(path, "is missing; bench submit --make writes one")
+    facts = read_toml(path)
     if isinstance(newer := facts.get("schema"), int) and newer > SCHEMA:
         raise FileError(
             path, f"has schema {newer}; this version reads up to {SCHEMA}. Upgrade retarget-bench"

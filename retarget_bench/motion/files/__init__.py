@@ -10,7 +10,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from retarget_bench.errors import FileError
-from retarget_bench.motion.files.formats import BVH, FORMATS, Format, Reading
+from retarget_bench.files import LARGEST, check_ordinary
+from retarget_bench.motion.files.formats import BVH, FORMATS, UNREADABLE, Format, Reading
 from retarget_bench.motion.recording import Recording
 
 __all__ = ["FORMATS", "Format", "Reading", "format_of", "read", "split_take", "suffixes", "takes"]
@@ -26,11 +27,13 @@ def suffixes(*, written: bool = False) -> tuple[str, ...]:
 def format_of(path: str | Path) -> Format:
     """The format of a file, by its first bytes; else, and where it is not there, by its ending.
 
-    Raises FileError for a pipe.
+    What is no ordinary file, or too large, is ``UNREADABLE``.
     """
     path = split_take(path)[0]
-    if path.is_fifo():
-        raise FileError(path, "is a pipe, and a motion file is read more than once: save it to a file")
+    try:
+        check_ordinary(path, LARGEST)
+    except FileError:
+        return UNREADABLE
     try:
         with path.open("rb") as file:
             head = file.read(_SNIFFED)

@@ -6,8 +6,10 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.files import LARGEST, check_ordinary
 from retarget_bench.motion import bvh
 from retarget_bench.motion.files.acclaim import reading as acclaim
 from retarget_bench.motion.files.fbx import content as fbx_content
@@ -116,6 +118,12 @@ def _read_joint_array(path: Path, reading: Reading) -> Recording:
     return joint_arrays.read(path, reading.rate)
 
 
+def _refused(path: Path, reading: Reading | None = None) -> NoReturn:  # noqa: ARG001
+    """Raise FileError that says why a path is not read."""
+    check_ordinary(path, LARGEST)
+    raise FileError(path, "was changed while it was read: read it again")
+
+
 def _begins_as_json(head: bytes) -> bool:
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
 
@@ -142,3 +150,5 @@ AMASS = Format("AMASS", (".npz",), begins_as_archive, _read_amass, written=(".np
 JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY), _read_joint_array)
 FORMATS = (BVH, GLTF, FBX, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""
+UNREADABLE = Format("no file", (), lambda head: False, _refused, _refused)  # noqa: ARG005
+"""What is no file that can be read: a folder, a device, a file that is too large."""

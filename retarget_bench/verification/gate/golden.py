@@ -19,7 +19,7 @@ from typing import Any
 import retarget_bench
 from retarget_bench.errors import FileError
 from retarget_bench.evaluation.header_builder import versions
-from retarget_bench.files import atomic
+from retarget_bench.files import atomic, read_json
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import Values
 
@@ -94,7 +94,7 @@ def read(folder: Path) -> Snapshot:
     """Raises FileError that names the file which is missing, damaged or from a newer version."""
     path = folder / FACTS
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts = read_json(path)
         schema, files = facts.pop("schema"), facts.pop("files")
         if not isinstance(schema, int) or schema > SCHEMA:
             problem = f"has schema {schema} of golden rows; this version reads up to {SCHEMA}. Upgrade"

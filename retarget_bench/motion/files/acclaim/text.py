@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench.errors import FileError
+from retarget_bench.files import LARGEST, check_ordinary
 
 _LONGEST = 1e9
 """No body is longer in any unit, and no angle larger."""
@@ -28,9 +29,8 @@ class Line:
 
 def content(path: Path) -> bytes:
     """The bytes of a text file with LF at line ends. Raises FileError."""
+    check_ordinary(path, LARGEST)
     try:
-        if path.exists() and not path.is_file():
-            raise FileError(path, "is a folder" if path.is_dir() else "is no ordinary file")
         data = path.read_bytes()
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error

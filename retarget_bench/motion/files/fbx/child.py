@@ -29,6 +29,8 @@ _MOST_NODES = 100_000
 _MOST_FRAMES = 10_000_000
 """Frames times nodes."""
 _DEEPEST = 5_000
+_UNPACKED, _UNPACKED_PER_BYTE = 1 << 28, 30
+"""Bytes that a file may unpack to, and for each of its own: compressed zeros cost it a thousandth."""
 _ON_GRID = 0.02
 """Share of a frame by which a take may end before its last frame."""
 _AFTER = 1e-10
@@ -38,16 +40,15 @@ _SLOWEST, _FASTEST = 1.0, 1000.0
 _PATHS = {"Lcl Translation": 0, "Lcl Rotation": 1, "Lcl Scaling": 2}
 _SAME_SCALE = 1e-4
 """Share by which a scale may change and count as constant: that much is rounding in single precision."""
-_NO_FBX = "is no FBX file"
 _PROBLEMS = {
     "EmptyFileError": "is empty",
     "TruncatedFileError": "is cut off",
-    "UnrecognizedFileFormatError": _NO_FBX,
     "UnsupportedVersionError": "is of a version of FBX that is not read: export it again, as FBX 7.4",
-    "OutOfMemoryError": "needs more memory than a motion file should: it is damaged",
-    "MemoryLimitError": "needs more memory than a motion file should: it is damaged",
     "NodeDepthLimitError": f"has nodes more than {_DEEPEST} deep: it is damaged",
+    "Failed to load": "is damaged: ufbx cannot read it",
+    **dict.fromkeys(("UnrecognizedFileFormatError", "Not an FBX file"), "is no FBX file"),
 }
+"""What is said of errors by their type, or by their text."""
 
 
 class Refused(Exception):
@@ -128,7 +129,11 @@ def _loaded(path: Path) -> Any:
         "pivot_handling": ufbx.PivotHandling.ADJUST_TO_ROTATION_PIVOT,
         "index_error_handling": ufbx.IndexErrorHandling.ABORT_LOADING,
     }
-    return _keep(ufbx.load_memory(_keep(path.read_bytes()), **options))
+    data = _keep(path.read_bytes())
+    _limit_growth(_UNPACKED + _UNPACKED_PER_BYTE * len(data))
+    scene = _keep(ufbx.load_memory(data, **options))
+    _limit_growth(sys.maxsize)
+    return scene
 
 
 def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
@@ -349,6 +354,17 @@ def limit(memory: int, seconds: int) -> None:
             continue
 
 
+def _limit_growth(most: int) -> None:
+    """Bound the bytes by which the address space may grow from now on, where the system can."""
+    if sys.platform == "linux":
+        import resource
+
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
+        soft = min(pages * resource.getpagesize() + most, hard if hard >= 0 else sys.maxsize)
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
 def answer(path: Path, folder: Path, take: str) -> None:
     """Write what a file holds, or what is wrong with it, into a folder."""
     try:
@@ -363,19 +379,12 @@ def answer(path: Path, folder: Path, take: str) -> None:
 def _sentence(error: Exception) -> str:
     if isinstance(error, Refused):
         return str(error)
-    if isinstance(error, MemoryError):
-        return _PROBLEMS["OutOfMemoryError"]
-    name = type(error).__name__
-    if name in _PROBLEMS:
-        return _PROBLEMS[name]
-    if isinstance(error, OSError):
+    name, said = type(error).__name__, " ".join(str(error).split())[:200]
+    if isinstance(error, MemoryError) or name in ("OutOfMemoryError", "MemoryLimitError"):
+        return "needs more memory than a motion file should: it is damaged"
+    if isinstance(error, OSError) and name not in _PROBLEMS:
         return f"cannot be read ({error.strerror or error})"
-    said = " ".join(str(error).split())[:200]
-    if said == "Not an FBX file":
-        return _NO_FBX
-    if said == "Failed to load":
-        return "is damaged: ufbx cannot read it"
-    return f"cannot be read: ufbx says {said or name!r}"
+    return _PROBLEMS.get(name) or _PROBLEMS.get(said) or f"cannot be read: ufbx says {said or name!r}"
 
 
 def main(given: list[str]) -> NoReturn:

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.errors import FileError, NotSupported
-from retarget_bench.files import scratch_folder
+from retarget_bench.errors import FileError, NotSupported, visible
+from retarget_bench.files import LARGEST, check_ordinary, scratch_folder
 from retarget_bench.motion.files.fbx import child
 
 _MAGIC = b"Kaydara FBX Binary"
@@ -44,9 +44,9 @@ class Content:
             to its node; ``vertices_m``, ``faces_m``; ``skin_joints_s``, ``skin_matrices_s`` from the mesh
             to the joints when it was bound, ``skin_worlds_s`` from the joints to the world then, and
             ``skin_weights_s (weights, 3)`` joint of the skin, vertex and share.
-    facts:  names, takes, unit (metres), axes (right, up, front: numbers of ufbx, of the file itself but
-            for up), fps and rate_stated, version; baked: the number of the take with frames, its rate, and
-            keys_per_second, 0 where its keys are not evenly spaced.
+    facts:  names, takes (as they can be shown), unit (metres), axes (right, up, front: numbers of ufbx, of
+            the file itself but for up), fps and rate_stated, version; baked: the number of the take with
+            frames, its rate, and keys_per_second, 0 where its keys are not evenly spaced.
     """
 
     arrays: dict[str, np.ndarray]
@@ -74,9 +74,8 @@ def extract(path: Path, take: str = "") -> Content:
 
 def _size(path: Path) -> int:
     """Bytes of a file that can be read. Raises FileError."""
+    check_ordinary(path, LARGEST)
     try:
-        if path.is_dir():
-            raise FileError(path, "is a folder")
         with path.open("rb") as file:
             size = file.seek(0, os.SEEK_END)
     except FileNotFoundError as error:
@@ -138,6 +137,8 @@ def _answer(path: Path, folder: Path) -> Content:
             path, f"cannot be read: the process that reads it wrote nothing ({error})"
         ) from error
     facts = json.loads(arrays.pop("facts").tobytes())
+    for listed in ("names", "takes"):
+        facts[listed] = [visible(name, lines=False) for name in facts[listed]]
     if _handedness(facts["axes"]) < 0:
         facts["axes"][1] ^= facts["axes"][1] < 2  # up along x is turned round
         arrays = {name: _mirrored(name, array) for name, array in arrays.items()}

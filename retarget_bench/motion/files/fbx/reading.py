@@ -93,9 +93,12 @@ class FbxScene(Scene):
 
     def _trees_of_bones(self) -> list[list[int]]:
         """All bones below each bone that has none above it."""
-        bones = set(np.flatnonzero(self.content.arrays["bones"]).tolist())
-        tops = [node for node in sorted(bones) if not bones.intersection(self.nodes.above(node))]
-        return [[node for node in self.nodes.below(top) if node in bones] for top in tops]
+        bones = self.content.arrays["bones"].tolist()
+        carried = [False] * len(bones)  # by another bone
+        for node, parent in enumerate(self.nodes.parents):  # parents first
+            carried[node] = parent >= 0 and (bones[parent] or carried[parent])
+        tops = [node for node, bone in enumerate(bones) if bone and not carried[node]]
+        return [[node for node in self.nodes.below(top) if bones[node]] for top in tops]
 
     # ----------------------------------------------------------------------------------------- bodies
     @property

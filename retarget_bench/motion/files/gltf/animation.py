@@ -28,7 +28,7 @@ _MOST_FRAMES = 10_000_000
 
 def take_names(document: Document) -> tuple[str, ...]:
     """The names of a file's animations, "" for one without a name."""
-    return tuple(document.text(each, "name") for each in document.items("animations"))
+    return tuple(document.name(each) for each in document.items("animations"))
 
 
 def tracks(document: Document, number: int, only: Container[int]) -> list[Track]:

@@ -16,7 +16,8 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, visible
+from retarget_bench.files import LARGEST, check_ordinary, nesting
 from retarget_bench.motion.files.gltf.values import Values
 
 MAGIC = b"glTF"
@@ -32,8 +33,11 @@ COMPONENTS: dict[int, np.dtype[Any]] = {
 """componentType -> type of number."""
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 """Type of an accessor -> numbers in an element."""
-_MOST_ZEROS = 1 << 24
-"""Numbers of an accessor that states no data, and so costs the file nothing."""
+_ZEROS, _SHARED = 1 << 24, 4
+"""Numbers that a file may unpack to without data, and for each byte of data: accessors without data are
+zeros, which cost the file nothing, and several may share theirs."""
+_DEEPEST = 100
+"""Levels of lists and objects of a file."""
 _PACKED = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 
@@ -49,12 +53,18 @@ class Document(Values):
         self.binary = binary
         self._buffers: dict[int, bytes] = {}
         self._arrays: dict[int, np.ndarray] = {}
+        self._counted: set[str] = set()
+        self._loaded = self._unpacked = 0
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of the nodes; ``node_3`` for one without a name."""
         nodes = self.items("nodes")
-        return tuple(self.text(node, "name").strip() or f"node_{n}" for n, node in enumerate(nodes))
+        return tuple(self.name(node).strip() or f"node_{n}" for n, node in enumerate(nodes))
+
+    def name(self, item: dict[str, Any]) -> str:
+        """The name of a node or animation as it can be shown, "" for one without."""
+        return visible(self.text(item, "name"), lines=False)
 
     # --------------------------------------------------------------------------------------- buffers
     def buffer(self, number: int) -> bytes:
@@ -71,6 +81,9 @@ class Document(Values):
                 data = self.linked(uri, f"buffers[{number}]")
             if len(data) < size:
                 raise self.fail(f"buffers[{number}] has {len(data)} bytes of {size}: it is cut off")
+            self._loaded += size
+            if self._loaded > LARGEST:
+                raise self.fail(f"has buffers of {self._loaded:,} bytes; up to {LARGEST:,} are read")
             self._buffers[number] = data[:size]
         return self._buffers[number]
 
@@ -93,6 +106,7 @@ class Document(Values):
         try:
             if not (folder / name).is_file():
                 raise self.fail(f"{by} is the file {name[:80]!r}, which is not beside it: copy it there")
+            check_ordinary(folder / name, LARGEST)
             return (folder / name).read_bytes()
         except OSError as error:
             raise FileError(folder / name, f"cannot be read ({error.strerror or error})") from error
@@ -127,16 +141,26 @@ class Document(Values):
             self._arrays[number] = found
         return found
 
+    def _count(self, numbers: int, name: str) -> None:
+        """Raise FileError where an accessor of so many numbers, with those before, is too much."""
+        self._unpacked += numbers * (name not in self._counted)
+        self._counted.add(name)
+        if self._unpacked > _ZEROS + _SHARED * self._loaded:
+            raise self.fail(
+                f"unpacks to {self._unpacked:,} numbers up to {name}, from {self._loaded:,} bytes of data: "
+                "it is damaged"
+            )
+
     def _read(self, item: dict[str, Any], name: str) -> np.ndarray:
         kind = self._component(item, name)
         count, width = self.whole(item, "count", name), WIDTHS[item["type"]]
         if item.get("bufferView") is None:
-            if count * width > _MOST_ZEROS:
-                raise self.fail(f"{name} declares {count} elements without data")
+            self._count(count * width, name)
             found = np.zeros((count, width), kind)
         else:
             start = self.whole(item, "byteOffset", name, 0)
             found = self._elements(item["bufferView"], start, count, width, kind, name)
+            self._count(count * width, name)
         if sparse := self.inside(item, "sparse", name):
             found = self._replaced(found, sparse, name)
         if kind.kind == "f":
@@ -190,10 +214,9 @@ class Document(Values):
 
 def open_document(path: Path) -> Document:
     """The content of a file. Raises FileError where it is no glTF 2.0."""
+    check_ordinary(path, LARGEST)
     try:
-        if not path.is_file():
-            if path.is_dir():
-                raise FileError(path, "is a folder")
+        if not path.exists():
             raise FileError(path, "cannot be read (there is no such file)")
         data = path.read_bytes()
     except OSError as error:
@@ -201,6 +224,8 @@ def open_document(path: Path) -> Document:
     text, binary = _chunks(path, data) if data[:4] == MAGIC else (data, b"")
     try:
         content = json.loads(text.decode("utf-8-sig"), parse_constant=_refused)
+        if nesting(content) > _DEEPEST:
+            raise RecursionError("it is nested too deeply")
     except (ValueError, RecursionError) as error:
         raise FileError(path, f"holds no readable JSON ({str(error)[:100]})") from error
     if not isinstance(content, dict) or not isinstance(content.get("asset"), dict):

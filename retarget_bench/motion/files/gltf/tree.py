@@ -6,7 +6,7 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.files.gltf.document import Document
-from retarget_bench.motion.files.scenes.nodes import MOST_NODES, Nodes, decomposed
+from retarget_bench.motion.files.scenes.nodes import DEEPEST, MOST_NODES, Nodes, decomposed
 
 
 def read_nodes(document: Document) -> Nodes:
@@ -24,6 +24,9 @@ def read_nodes(document: Document) -> Nodes:
                 raise document.fail(f"nodes[{child}] is a child of two nodes: the file is damaged")
             parents[child] = number
         children.append(below)
+    depths = _depths(document, parents, children)
+    if max(depths, default=0) > DEEPEST:
+        raise document.fail(f"has nodes {max(depths)} deep; up to {DEEPEST} are read: it is damaged")
     translation = np.zeros((count, 3))
     turned, scale = rotation.identity(count), np.ones((count, 3))
     for number, item in enumerate(items):
@@ -37,7 +40,6 @@ def read_nodes(document: Document) -> Nodes:
             turned[number] = found[[3, 0, 1, 2]]
         if (found := document.numbers(item, "scale", 3, name)) is not None:
             scale[number] = found
-    depths = _depths(document, parents, children)
     return Nodes(document.names, parents, children, depths, translation, rotation.normalise(turned), scale)
 
 

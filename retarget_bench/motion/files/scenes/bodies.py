@@ -69,7 +69,7 @@ def _skinned(scene: Scene) -> list[Body]:
     for number in range(len(scene.skins)):
         trees: dict[int, list[int]] = {}
         for joint in scene.skin_joints(number):
-            trees.setdefault((nodes.above(joint) or [joint])[0], []).append(joint)
+            trees.setdefault(nodes.tops[joint], []).append(joint)
         if not trees:
             continue
         joints = max(trees.values(), key=len)  # some programs add a joint apart, for vertices without any
@@ -104,11 +104,11 @@ def _animated(scene: Scene) -> list[Body]:
     trees: dict[int, list[int]] = {}
     for number in range(len(scene.take_names)):
         for node in scene.animated(number):
-            trees.setdefault((nodes.above(node) or [node])[0], []).append(node)
+            trees.setdefault(nodes.tops[node], []).append(node)
     bodies = []
     for moved in trees.values():
         joints = nodes.below(nodes.meeting(dict.fromkeys(moved)))
-        tips = {node for node in joints if scene.is_tip(node) and node not in moved}
+        tips = {node for node in joints if scene.is_tip(node)}.difference(moved)
         bodies.append(Body(tuple(node for node in joints if node not in tips), ()))
     return bodies
 

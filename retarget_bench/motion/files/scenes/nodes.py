@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from retarget_bench.motion import rotation
 
 MOST_NODES = 100_000
 """Files with more are not read."""
+DEEPEST = 10_000
+"""Likewise with a node below so many others."""
 UNIFORM = 1e-4
 """Share by which the three scales of a node may differ and still count as one."""
 
@@ -50,28 +53,41 @@ class Nodes:
             waiting.extend(reversed(self.children[each]))
         return found
 
+    @cached_property
+    def tops(self) -> list[int]:
+        """Per node the top of the tree that it stands in."""
+        found = list(range(len(self.parents)))
+        for node in sorted(found, key=self.depths.__getitem__):
+            if (parent := self.parents[node]) >= 0:
+                found[node] = found[parent]
+        return found
+
     def meeting(self, nodes: Iterable[int]) -> int:
         """The lowest node that has all of these at or below it; -1 where they stand in separate trees."""
-        found, *others = nodes
+        first, *others = nodes
+        way = [*self.above(first), first]
+        lowest, seen, own = len(way) - 1, set(way), set(way)
         for node in others:
-            while found != node:
-                if found < 0 or node < 0:
+            while node not in seen:
+                seen.add(node)
+                if (node := self.parents[node]) < 0:
                     return -1
-                if self.depths[found] >= self.depths[node]:
-                    found = self.parents[found]
-                else:
-                    node = self.parents[node]
-        return found
+            if node in own:
+                lowest = min(lowest, self.depths[node])
+        return way[lowest]
 
     def matrices(self, nodes: Iterable[int]) -> dict[int, np.ndarray]:
         """Node -> ``(4, 4)`` its transform in the world at rest, for nodes and all above them."""
         found: dict[int, np.ndarray] = {}
         for node in nodes:
-            for each in (*self.above(node), node):
-                if each not in found:
-                    local = transform(self.translation[each], self.rotation[each], self.scale[each])
-                    parent = self.parents[each]
-                    found[each] = found[parent] @ local if parent >= 0 else local
+            waiting = []
+            while node >= 0 and node not in found:
+                waiting.append(node)
+                node = self.parents[node]
+            for each in reversed(waiting):
+                local = transform(self.translation[each], self.rotation[each], self.scale[each])
+                parent = self.parents[each]
+                found[each] = found[parent] @ local if parent >= 0 else local
         return found
 
     @property

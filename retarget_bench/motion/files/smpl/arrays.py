@@ -21,6 +21,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 from retarget_bench.errors import FileError
+from retarget_bench.files import LARGEST, check_ordinary
 
 ZIP, NPY = b"PK\x03\x04", b"\x93NUMPY"
 _MOST = 1 << 26
@@ -117,13 +118,12 @@ def check_shape(path: Path, name: str, array: np.ndarray, shape: tuple[int, ...]
 
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
-    """Raise FileError for everything that damaged files raise."""
+    """Raise FileError for what is no file, and for everything that damaged files raise."""
+    check_ordinary(path, LARGEST)
     try:
         yield
     except FileError:
         raise
-    except IsADirectoryError as error:
-        raise FileError(path, "is a folder") from error
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error
     except _BROKEN as error:

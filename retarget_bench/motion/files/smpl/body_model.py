@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import FileError
+from retarget_bench.files import LARGEST, check_ordinary
 from retarget_bench.motion.files.smpl.arrays import ZIP, Archive, check_shape, shape_text
 from retarget_bench.motion.files.smpl.families import BODY, BY_JOINTS, FAMILIES, Family
 from retarget_bench.motion.mesh import Mesh
@@ -111,6 +112,7 @@ def _family(path: Path, archive: Archive, regressor: np.ndarray, vertices: int) 
 
 def _check_kind(path: Path) -> None:
     """Raises FileError for what is there but no archive, in the words of what it is."""
+    check_ordinary(path, LARGEST)
     try:
         with path.open("rb") as file:
             head = file.read(4)
