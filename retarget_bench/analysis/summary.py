@@ -114,8 +114,7 @@ class SplitSummary:
     part:     which group of the cases, or joints, this is; "" for all.
     bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none.
-    unfinished: a sentence on how far a running run is; "" where all is finished.
-    look, looks: see ``ResultMatrix``.
+    so_far:   see ``ResultMatrix``.
     variants: labels of variants of methods that were left out.
     matrix:   what it was made of.
     """
@@ -131,16 +130,9 @@ class SplitSummary:
     rankings: Mapping[str, Ranking] = field(default_factory=dict)
     part: str = ""
     bodies: str = ""
-    unfinished: str = ""
-    look: str = ""
-    looks: tuple[str, ...] = ()
+    so_far: str = ""
     variants: tuple[str, ...] = ()
     matrix: ResultMatrix | None = field(default=None, repr=False)
-
-    @property
-    def state(self) -> str:
-        """What is to be said behind a name of these results where they are not of all cases."""
-        return f" (a quick look: {self.look})" if self.look else " (unfinished)" if self.unfinished else ""
 
     def slower(self, score: MethodSummary) -> str:
         """Why the speed of a method is not to be compared with those of the others; "" where it is."""
@@ -220,7 +212,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     for score, row in zip(section.scores, matrix.rows, strict=True):
         times = timing.read(row.paths, clips)
         score.fps, score.pace = timing.rate(times), timing.pace(times)
-        score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row)
+        score.sets = [] if matrix.part or matrix.so_far else _sets(matrix, row)
     return SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
@@ -233,9 +225,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         rankings=section.rankings,
         part=matrix.part,
         bodies=matrix.bodies,
-        unfinished=matrix.unfinished,
-        look=matrix.look,
-        looks=matrix.looks,
+        so_far=matrix.so_far,
         variants=matrix.variants,
         matrix=matrix,
     )

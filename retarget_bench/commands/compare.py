@@ -60,7 +60,7 @@ def command(
 
     folders = [Path(name) for name in (first, second)]
     wanted = None if columns is None else options.ids(columns)
-    if all(folder.is_dir() and store.find_results(folder, unfinished=True) for folder in folders):
+    if all(folder.is_dir() and store.find_results(folder) for folder in folders):
         matrices = of_bodies(_matrices(folders, dataset, splits, ()), bodies or "")
         both = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
         if not (found := comparing.compared(both, wanted, everything)):
@@ -95,7 +95,7 @@ def _matrices(
     from retarget_bench.results import result_matrix as matrix
     from retarget_bench.results import store
 
-    places = [p for p in options.results(roots, dataset, unfinished=True) if p.split in (*splits, "self")]
+    places = [p for p in options.results(roots, dataset) if p.split in (*splits, "self")]
     labels = [store.read_header(place.any_header).method.label for place in places]
     wanted = {pairwise.label_of(name, labels) for name in names}
     if wanted and None not in wanted:

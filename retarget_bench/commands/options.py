@@ -320,20 +320,14 @@ def results(
     task: str = "retarget",
     maker: str = "bench run",
     what: str = "results",
-    *,
-    unfinished: bool = False,
 ) -> list[ResultPaths]:
-    """Results in these folders. Raises BenchError where one has none, or none are of the data set.
-
-    unfinished: with those of a run that is going on.
-    """
+    """Results in these folders. Raises BenchError where one has none, or none are of the data set."""
     from retarget_bench.analysis.selection import of_dataset
     from retarget_bench.results import store
 
     places: list[ResultPaths] = []
     for root in roots:
-        found = store.find_results(root, task, unfinished=unfinished)
-        if not found:
+        if not (found := store.find_results(root, task)):
             raise BenchError(f"no {what} in {root}; {maker} makes some")
         places += found
     return places if dataset is None else of_dataset(places, dataset)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -157,11 +158,12 @@ def _of_levels(kind: str) -> Make:
 
     def make(places: Sequence[ResultPaths], order: Sequence[str], asked: dict[str, Any]) -> Figure:
         from retarget_bench.analysis import seen_unseen
+        from retarget_bench.analysis.selection import Selection
         from retarget_bench.figures.data import lines
         from retarget_bench.results.result_matrix import result_matrices
 
         del asked
-        (matrix,) = result_matrices(places)
+        (matrix,) = map(_told, Selection(variants=True, apart=False).parts(result_matrices(places)))
         found: Figure = getattr(lines, kind)(matrix, seen_unseen.seen_and_unseen(places, "level"), order)
         return found
 
@@ -185,7 +187,12 @@ def _matrices(places: Sequence[ResultPaths], bodies: str | None, variants: bool)
     from retarget_bench.results.result_matrix import result_matrices
 
     chosen = Selection(variants=variants, apart=False).parts(result_matrices(places))
-    return of_bodies(chosen, bodies or "")
+    return [_told(each) for each in of_bodies(chosen, bodies or "")]
+
+
+def _told(matrix: ResultMatrix) -> ResultMatrix:
+    """The results with what they lack behind the name of their data set."""
+    return replace(matrix, dataset=f"{matrix.dataset} ({matrix.so_far})") if matrix.so_far else matrix
 
 
 def _value_id(matrices: Sequence[ResultMatrix], name: str) -> str:
@@ -209,7 +216,7 @@ def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.results import store
 
-    told = store.read_header(place.header).dataset
+    told = store.read_header(place.any_header).dataset
     spec = Spec(told.name, told.parameters)
     try:
         data = bound.dataset(spec if root is None else spec.with_parameters(root=root)).built

@@ -88,14 +88,14 @@ clip_options = options.together(
         multiple=True,
         metavar="PATTERN",
         callback=_patterns,
-        help="A quick look: only clips of these names ('walk*,jump'); may be repeated. A later run without "
-        "it does the rest.",
+        help="Only clips of these names ('walk*,jump'); may be repeated. A later run without it does the "
+        "rest.",
     ),
     click.option(
         "--limit",
         type=click.IntRange(min=1),
         metavar="N",
-        help="A quick look: only N clips of each split, evenly spread.",
+        help="Only N clips of each split, evenly spread.",
     ),
 )
 
@@ -129,16 +129,16 @@ common_options = options.together(
 
 
 def _show(places: list[Any], root: Path, *, variants: bool) -> None:
-    """The first table, and where there is more, or after a quick look how to go on."""
+    """The first table, and where there is more, or how to go on where results are not complete."""
     task = places[0].task if places else options.RUN_TASKS[0]
     of = "" if task == options.RUN_TASKS[0] else f" --task {task}"
     from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import text
 
-    made = builder.overview(places, Selection(variants=variants, looks=True))
+    made = builder.overview(places, Selection(variants=variants))
     click.echo(text(made, columns=options.screen_width()), nl=False)
-    if any(place.look for place in places):
+    if not all(place.complete for place in places):
         options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
     more = options.command("bench table", root, f"-s cross{of}")
@@ -186,8 +186,8 @@ def predict(methods: tuple[str, ...], **given: Any) -> None:
             click.echo(
                 f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}"
             )
-    if plan.only:
-        options.say(f"These are of some clips ({plan.only}); bench predict without that makes the others.")
+    if plan.clips or plan.limit:
+        options.say("These are of some clips; bench predict without --clips and --limit makes the others.")
 
 
 @click.command("score")

@@ -95,7 +95,7 @@ def command(
     """Print the table of results. RESULTS: folders written by `bench run`. [default: runs]
 
     MPJPE, contact recall and FID on all splits, for people; -s cross has more columns of one split. While
-    a run is going on, the cases that it has finished.
+    a run is going on, the cases that all methods have done.
     """
     if paper is not None and (columns is not None or everything or by or at_least or choice["splits"]):
         raise BenchError(
@@ -112,7 +112,7 @@ def command(
         if (wanted := published(paper).task) != "retarget":
             task, maker = wanted, options.maker(wanted)
     what = "results of probes" if probes else "results"
-    places = options.results(roots or (Path("runs"),), dataset, task, maker, what, unfinished=not paper)
+    places = options.results(roots or (Path("runs"),), dataset, task, maker, what)
     if paper is not None:
         from retarget_bench.tables.published.requested import requested as published_table
 

@@ -4,6 +4,7 @@ import shutil
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
@@ -34,7 +35,7 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
     """Compute what a plan lacks and return the paths of its results. timed: measure speeds, too.
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there. A plan of
-    some clips leaves results that are not finished. Raises BenchError where another run is writing to
+    some clips leaves results that are not complete. Raises BenchError where another run is writing to
     the same folder.
     """
     busy = f"another run is writing to {plan.root}; wait until it has ended, or give another folder"
@@ -44,10 +45,12 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
     ):
         engine = executors.engine(plan.executor, local)
         wanted = _with_cases(plan, evaluation_units(plan))
+        todo = [unit for unit in wanted if _lacks(unit)]
         for unit in wanted if plan.redo != "never" else ():
             if case_metadata.damaged(unit.paths):
                 case_metadata.write(unit.paths, unit.data, unit.infos)
-        todo = [unit for unit in wanted if _lacks(unit)]
+            if unit not in todo:
+                store.settle(unit.paths)
         done = _begun(plan, todo)
         _answer(plan, engine, done, progress)
         if plan.stage != "predict":
@@ -60,8 +63,7 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
 
 # --------------------------------------------------------------------------------------------- answers
 def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, Entries]:
-    """What interrupted runs left of each unit; the files are there that a table of unfinished results
-    needs."""
+    """What interrupted runs left of each unit; the files are there that its results are read by."""
     if plan.stage == "predict":
         return {unit: {} for unit in units}
     by_paths = {unit.paths: unit for unit in units}
@@ -69,7 +71,7 @@ def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, 
         _take_over(plan.root, by_paths)
     found = {unit: _journalled(unit) for unit in by_paths.values()}
     for unit in found:
-        if not unit.paths.cases.exists():
+        if not store.lists(unit.paths, unit.infos):
             case_metadata.write(unit.paths, unit.data, unit.infos)
         store.begin(unit.paths, header_of(unit, ()), unit.infos)
     return found
@@ -81,7 +83,8 @@ def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], 
     if not any(len(unit.infos) > len(mine) for unit, mine in left.items()):
         return
     stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left), preload=_preload(left))
-    by_paths = {unit.paths: unit for unit in done}
+    # shards name their root in full
+    by_paths = {replace(unit.paths, root=stored.root): unit for unit in done}
     count, total = 0, sum(stored.facts["sizes"])
     progress(0, total)
     lost: dict[int, str] = {}

@@ -120,10 +120,10 @@ def _view(case: Case, number: int) -> Case:
 def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:
     """The times of the cases that a method was timed on; empty where there are none.
 
-    They may be of another split than these results, which a quick look has none of. clips: only of these
-    clips.
+    They may be of another split than these results. Results that are not complete have none. clips: only
+    of these clips.
     """
-    for place in _times(paths)[: paths.finished]:
+    for place in _times(paths)[: paths.complete]:
         times = _read(place)
         if clips is None:
             return times

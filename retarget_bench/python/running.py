@@ -54,8 +54,8 @@ def run(
     dataset:   its spec. root: folder of its files, short for ``DATASET[root=DIR]``.
     splits:    out of ``self``, ``intra`` (same structure) and ``cross`` (another structure).
     metrics:   by name, or by what they compute (``"MPJPE"``); none: all.
-    clips:     a quick look: only clips of these names (``"walk*"``). A later run without it does the rest.
-    limit:     a quick look: only so many clips of each split, evenly spread.
+    clips:     only clips of these names (``"walk*"``). A later run without it does the rest.
+    limit:     only so many clips of each split, evenly spread.
     plugins:   files of your own metrics, data sets and post-processors, to be named like built-in ones.
     overwrite: what to compute: ``never`` nothing, ``missing``, ``failed`` (also failed cases), ``always``.
     workers:   number of processes; one per core by default, at most eight.
@@ -105,9 +105,7 @@ def run(
     )
     with progress_bar("run", "answers", progress) as told:
         places = runner.run(plan, told, timed=timed)
-    return Results(
-        plans.existing(places, plan.root), variants=bool(methods), looks=bool(plan.clips or plan.limit)
-    )
+    return Results(plans.existing(places, plan.root), variants=bool(methods))
 
 
 def _several(methods: Named | Sequence[Named]) -> Sequence[Named]:

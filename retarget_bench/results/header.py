@@ -18,6 +18,8 @@ from retarget_bench.api import Direction, Parameters, Value
 SCHEMA = 2
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
+WAITING = "not done yet"
+"""The message of cases that a run has not come to."""
 ELSEWHERE = "predictions made elsewhere"
 """The origin of a method whose predictions were given as files."""
 
@@ -158,7 +160,6 @@ class ResultHeader(_Part):
     keys:           ``prediction_key`` and ``score_key``: what results are recognised by.
     metrics:        metric -> ``version+code``.
     values:         value id -> declaration.
-    only:           of a quick look the options that choose its clips.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
     files:          end of a file's name (``csv``, ``cases.csv``) -> what was written to it.
@@ -183,7 +184,6 @@ class ResultHeader(_Part):
     versions: Mapping[str, str] = field(default_factory=dict)
     revision: str = ""
     date: str = ""
-    only: str = ""
     not_applicable: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     files: Mapping[str, StoredFile] = field(default_factory=dict)
 
@@ -191,6 +191,11 @@ class ResultHeader(_Part):
     def declared(self) -> dict[str, DeclaredValue]:
         """Every value id -> declaration."""
         return {**self.values, **self.set_values}
+
+    @property
+    def waiting(self) -> frozenset[str]:
+        """The cases that a run has not come to."""
+        return frozenset(case for each in self.problems if each.message == WAITING for case in each.cases)
 
     def parts(self) -> Iterable[_Part]:
         """The header and all its parts, each with ``extra`` fields of its own."""
@@ -222,7 +227,6 @@ OPTIONAL: dict[str, Any] = {
     "four_legged": None,
     "not_applicable": {},
     "files": {},
-    "only": "",
     "rows": None,
     "footer": "",
 }

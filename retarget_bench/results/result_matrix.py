@@ -59,9 +59,8 @@ class ResultMatrix:
     part:   which group of the cases (or joints) this is; "" for all.
     bodies: the group of bodies that all cases are of; "" where they are not told apart.
     variants: labels of the variants of methods that were left out.
-    unfinished: a sentence on how far a running run is; "" where all is finished.
-    look:   of a quick look, how many of the clips it is over: "3 of 12 clips".
-    looks:  labels of methods with nothing but a quick look that were left out, beside others.
+    so_far: how many cases these are of those that are asked for, ``3 of 12 clips so far``; "" where
+            results are complete.
     own:    ``(cases,)`` bool.
     values: value id -> what headers declare of it.
     """
@@ -75,9 +74,7 @@ class ResultMatrix:
     part: str = ""
     bodies: str = ""
     variants: tuple[str, ...] = ()
-    unfinished: str = ""
-    look: str = ""
-    looks: tuple[str, ...] = ()
+    so_far: str = ""
 
     @cached_property
     def clips(self) -> np.ndarray:

@@ -231,9 +231,10 @@ def _interval(value: SetValue) -> Interval | None:
 
 
 def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
-    """Best or tied; "" where so few clips could not have told the best from the worst."""
+    """Best or tied; "" where so few clips could not have told the best from the worst, and of results that
+    are not complete."""
     ranking = section.rankings.get(key)
-    if ranking is None or not ranking.separable:
+    if section.so_far or ranking is None or not ranking.separable:
         return ""
     if score.label == ranking.best:
         return "best"

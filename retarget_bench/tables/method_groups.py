@@ -53,7 +53,7 @@ class MethodGroup:
             ),
             common=self._common(),
             absent=(*absent, *self._alone(), *self._too_few_clips()),
-            below=(*unfinished(self.sections), *self._speeds()),
+            below=tuple(self._speeds()),
             floors=self._floors(),
             learned=self._learned(),
         )
@@ -71,7 +71,7 @@ class MethodGroup:
             if not self.several:
                 frames = f", {section.frames} frames" if section.frames else ""
                 cases += f" and {count(section.pairs, 'pair')}{frames}"
-            shown.append(f"{section.split}: {cases}{section.state}")
+            shown.append(f"{section.split}: {cases}")
         return "; ".join(shown)
 
     def _common(self) -> tuple[Ranking | None, ...]:
@@ -283,18 +283,7 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         unranked=(),
         heading=heading,
         subject=key,
-        below=tuple(unfinished(sections)),
     )
-
-
-def unfinished(sections: Sequence[SplitSummary]) -> list[str]:
-    """A sentence for each split of a running run, or of a quick look."""
-    found = (
-        f"{each.split} is {'a quick look' if each.look else 'unfinished'}: {each.unfinished}"
-        for each in sections
-        if each.unfinished
-    )
-    return list(dict.fromkeys(found))
 
 
 def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:

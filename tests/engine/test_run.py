@@ -361,10 +361,11 @@ def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     seen = []
 
     def look(done, total):
-        for place in store.find_unfinished(tmp_path):
+        for place in store.find_results(tmp_path):
+            assert not place.complete
             header = store.read_header(place.begun)
             cases = store.read_cases(place.cases, place.task, place.split)
-            told, entries = store.read_unfinished(place, header, cases)
+            told, entries = store.read_begun(place, header, cases)
             assert case_metadata.read_legs(place) == {"tall": "2", "small": "2"}
             seen.append((len(entries), told.counts.ok, told.counts.missing, len(cases)))
 
@@ -372,5 +373,5 @@ def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     assert seen[0][1:] == (0, seen[0][3], seen[0][3])
     assert any(0 < ok < count for _, ok, _, count in seen)
     assert all(entries == ok and ok + missing == count for entries, ok, missing, count in seen)
-    assert store.find_unfinished(tmp_path) == []
-    assert not place.begun.exists()
+    assert store.find_results(tmp_path) == [place]
+    assert place.complete
