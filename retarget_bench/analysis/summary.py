@@ -20,7 +20,7 @@ from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result
 from retarget_bench.results.store import ResultPaths
 
 COVERAGE = 0.95
-"""Methods that answered a smaller share of the cases are listed but not ranked."""
+"""A method that has a value for a smaller share of the cases than others is not ranked by it."""
 
 
 @dataclass(frozen=True)
@@ -169,12 +169,13 @@ def never_ranked(method: MethodInfo) -> str:
 
 
 def unranked(header: ResultHeader) -> str:
-    """The reason why a method with this header is not ranked; "" where it is."""
-    if why := never_ranked(header.method):
-        return why
+    """The reason why a method with this header is not ranked; "" where it is.
+
+    Whoever leaves out a case would choose the cases that all are compared on, so it is compared apart.
+    """
     counts = header.counts
-    enough = counts.ok >= COVERAGE * counts.asked
-    return "" if enough else f"answered {counts.ok} of {counts.asked}"
+    fewer = f"answered {counts.ok} of {counts.asked}" if counts.ok < counts.asked else ""
+    return never_ranked(header.method) or fewer
 
 
 def split_summaries(
@@ -284,8 +285,9 @@ def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, n
     """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
     means are over these; and why ranked methods are left out.
 
-    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. A method that has a number for less than
-    ``COVERAGE`` of the cases that any ranked method has one for is left out, lest it shrink the set.
+    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. Not every answer has every number: a method
+    that has it for less than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest
+    it shrink the set.
     """
     there = ~np.isnan(numbers)
     any_of = there[ranked].any(axis=0)

@@ -193,6 +193,11 @@ class ResultHeader(_Part):
         return {**self.values, **self.set_values}
 
     @property
+    def unanswered(self) -> frozenset[str]:
+        """The cases without values, for any reason."""
+        return frozenset(case for each in self.problems for case in each.cases)
+
+    @property
     def waiting(self) -> frozenset[str]:
         """The cases that a run has not come to."""
         return frozenset(case for each in self.problems if each.message == WAITING for case in each.cases)

@@ -162,15 +162,18 @@ class MethodGroup:
         """Columns that rank nobody though several methods have numbers."""
         found = []
         for section, key in self.spots:
-            having = [score for score in section.scores if not score.unranked and key in score.means]
+            methods = [score for score in section.scores if not never_ranked(score.header.method)]
+            having = [score for score in methods if key in score.means]
             if (
                 len(having) > 1
                 and key not in section.rankings
                 and self.builder.declared[key].better != "none"
             ):
+                ranked = any(not score.unranked for score in having)
+                why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
                 found.append(
-                    f"{section.split}: no method is ranked by {self.builder.column(key).label}, since no "
-                    "case has a number of all ranked methods. Each number is over other cases."
+                    f"{section.split}: no method is ranked by {self.builder.column(key).label}, since "
+                    f"{why}. Each number is over other cases."
                 )
         return found
 
@@ -254,7 +257,9 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
             continue  # self pairs, which only legacy protocols count here
         scores = {score.label: score for score in section.scores}
         cells = (
-            builder.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
+            _of_part(section, scores[label], key, builder, marks[label])
+            if label in scores
+            else Cell(NOT_RUN)
             for label in labels
         )
         # not every body has every joint, nor every clip every second
@@ -286,10 +291,24 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
     )
 
 
+def _of_part(
+    section: SplitSummary, score: MethodSummary, key: str, builder: GroupBuilder, mark: str
+) -> Cell:
+    """The cell of a method and a part, with a footnote where it is ranked in other parts and not in this.
+
+    mark: why it is ranked in none.
+    """
+    cell = builder.cell(section, score, key)
+    if mark or cell.value is None or not score.unranked:
+        return cell
+    reason = "over the cases that it answered, which are not all of this line"
+    return replace(cell, reason=reason, footnote=builder.footnotes.number(reason))
+
+
 def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:
     """The reason why a method is ranked in no part; "" where it is in any."""
     scores = [score for section in sections for score in section.scores if score.label == label]
     reasons = {score.unranked for score in scores if score.asked}
     if not reasons or "" in reasons:
         return ""
-    return reasons.pop() if len(reasons) == 1 else "answered too few"
+    return reasons.pop() if len(reasons) == 1 else "answered fewer"

@@ -23,8 +23,8 @@ def own_rows(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Ow
     """Rows of the methods that have a number in any column, per data set and group of bodies.
 
     matrices: of any splits, of bodies told apart. A number of a column is over the cases that all compared
-    methods have one for (see ``common_cases``); a method that lacks too many of them is over its own, and
-    the best of the others stands beside it, over the same.
+    methods have one for (see ``common_cases``); a method that did not answer one that the column asks for,
+    or lacks too many numbers, is over its own, and the best of the others stands beside it, over the same.
     """
     grouped: dict[tuple[str, str], list[ResultMatrix]] = {}
     for matrix in matrices:
@@ -83,6 +83,15 @@ class _Pool:
         found = np.full((len(self.methods), len(self.infos)), np.nan)
         for matrix, (rows, columns, own) in zip(self.matrices, self.spots, strict=True):
             found[np.ix_(rows, columns)] = matrix.numbers((value, ""))[:, own]
+        return found
+
+    def unanswered(self) -> np.ndarray:
+        """``(methods, cases)`` bool: the cases that a method did not answer, of the splits that it has."""
+        found = np.zeros((len(self.methods), len(self.infos)), dtype=bool)
+        for matrix, (rows, columns, own) in zip(self.matrices, self.spots, strict=True):
+            for row, at in zip(matrix.rows, rows, strict=True):
+                lost = row.header.unanswered
+                found[at, columns] = [matrix.cases[case].id in lost for case in own]
         return found
 
     @property
@@ -248,7 +257,7 @@ def _compared(column: PublishedColumn, pool: _Pool) -> _Column:
         own = f"bodies of structures that its own training {'had' if column.seen == 'seen' else 'had not'}"
         nothing = np.zeros_like(answered, dtype=bool)
         return _Column(answered, answered, nothing[:, 0], nothing[0], own)
-    common, among, _ = common_cases(answered, having)
+    common, among, _ = common_cases(answered, having & ~(asked & pool.unanswered()).any(axis=1))
     if not among.any():
         return _Column(answered, answered, among, np.zeros_like(common))
     over = among | ~compared
