@@ -358,7 +358,7 @@ def test_a_method_may_be_named_by_its_module_or_class_but_not_be_an_object(monke
     [
         ({"methods": "copy_rotation"}, "did you mean copy_rotations"),
         ({"methods": "ik", "dataset": "pupets"}, "did you mean puppets"),
-        ({"methods": "ik", "splits": "crss"}, "unknown split 'crss'"),
+        ({"methods": "ik", "splits": "crss"}, "has no split 'crss'; it has self and intra and cross"),
         ({"methods": "ik", "metrics": "positoin"}, "did you mean position"),
         ({"methods": "no/such.py"}, "no such plug-in file"),
     ],

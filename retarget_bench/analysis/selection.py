@@ -125,6 +125,14 @@ def of_dataset(places: Sequence[ResultPaths], asked: str) -> list[ResultPaths]:
     raise BenchError(f"no results of {asked} in {roots}; there are those of {known}")
 
 
+def of_splits(places: Sequence[ResultPaths], asked: Sequence[str]) -> list[ResultPaths]:
+    """The results on these splits; () for all. Raises BenchError that lists those that there are."""
+    there = dict.fromkeys(place.split for place in places)
+    if unknown := [split for split in asked if split not in there]:
+        raise BenchError(f"no results of split {unknown[0]!r} here; there are {', '.join(there)}")
+    return [place for place in places if place.split in asked or not asked]
+
+
 def _slug(asked: str) -> str:
     """The folder of results on the data set of a spec; "" where it is none, or its files are not there."""
     try:

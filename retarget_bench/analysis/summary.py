@@ -111,6 +111,7 @@ class MethodSummary:
 class SplitSummary:
     """All methods on one split of one data set, or on one part of it.
 
+    meaning:  what the cases of the split have in common; "" where results do not say it.
     part:     which group of the cases, or joints, this is; "" for all.
     bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none.
@@ -128,6 +129,7 @@ class SplitSummary:
     frames: int
     values: dict[str, DeclaredValue] = field(default_factory=dict)
     rankings: Mapping[str, Ranking] = field(default_factory=dict)
+    meaning: str = ""
     part: str = ""
     bodies: str = ""
     so_far: str = ""
@@ -185,7 +187,7 @@ def split_summaries(
     *,
     select: Selection | None = None,
 ) -> list[SplitSummary]:
-    """The results at these places, by data set and split (self, intra, cross).
+    """The results at these places, by data set and split, in the order of the data set.
 
     by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body), ``seen``
         (characters and motion seen in the training of the method, or else of the data set), or per
@@ -224,6 +226,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         frames=sum(info.frames for info in own),
         values=dict(matrix.values),
         rankings=section.rankings,
+        meaning=matrix.meaning,
         part=matrix.part,
         bodies=matrix.bodies,
         so_far=matrix.so_far,
@@ -341,9 +344,11 @@ def _losses(matrix: ResultMatrix, value: str, numbers: np.ndarray) -> tuple[int,
 def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     """Values of sets, where bodies are told apart those of structures that the cases' targets have.
 
-    A value that the header does not declare is left from earlier results that had other metrics.
+    A value that the header does not declare is left from earlier results that had other metrics, and all
+    are where results are not complete.
     """
-    found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
+    stored = set_metrics.read(row.paths) if row.paths.complete else []
+    found = [each for each in stored if each.value_id in row.header.set_values]
     structures = case_metadata.read_structures(row.paths) if matrix.bodies and found else None
     if structures is None:
         return found

@@ -24,7 +24,6 @@ Decorator = Callable[[Any], Any]
 FILE = click.Path(dir_okay=False, path_type=Path)
 FOLDER = click.Path(file_okay=False, path_type=Path)
 PATH = click.Path(path_type=Path)
-SPLITS = ("self", "intra", "cross")
 
 
 def together(*options: Decorator) -> Decorator:
@@ -113,12 +112,8 @@ def _add_plugins(ctx: click.Context, param: click.Parameter, paths: tuple[str, .
 
 def split_names(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
     """``-s self -s cross`` and ``-s self,cross`` are the same; none means every split."""
-    asked = [name.strip() for each in given for name in each.split(",")]
-    if unknown := [name for name in asked if name not in SPLITS]:
-        raise click.BadParameter(
-            f"no split is called {unknown[0]!r}; there are {', '.join(SPLITS)}", ctx, param
-        )
-    return tuple(name for name in SPLITS if name in asked or not asked)
+    del ctx, param
+    return tuple(dict.fromkeys(name for each in given for name in ids(each)))
 
 
 def _job_count(ctx: click.Context, param: click.Parameter, given: int | None) -> int:
@@ -156,7 +151,8 @@ split_option = click.option(
     multiple=True,
     metavar="SPLIT",
     callback=split_names,
-    help="self, intra (same structure) or cross (another structure); may be repeated. [default: all]",
+    help="A split of the data set, such as cross (bench info DATASET lists them); may be repeated. "
+    "[default: all]",
 )
 out_option = click.option(
     "--out",

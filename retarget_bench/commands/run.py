@@ -141,7 +141,7 @@ def _show(places: list[Any], root: Path, *, variants: bool) -> None:
     if not all(place.complete for place in places):
         options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
-    more = options.command("bench table", root, f"-s cross{of}")
+    more = options.command("bench table", root, f"-s {places[-1].split}{of}")
     options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
     if len(ranked) > 1:
@@ -217,7 +217,8 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
 
 
 def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
-    """The data set that the cases were exported from, and those of the splits that they are of.
+    """The data set that the cases were exported from, and those of the splits asked for, or of all, that
+    they are of.
 
     Raises BenchError where they are of none of them.
     """
@@ -226,11 +227,11 @@ def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
         return {}
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))
-        dataset, there = str(facts["dataset"]), {str(case["split"]) for case in facts["cases"]}
+        dataset, there = str(facts["dataset"]), dict.fromkeys(str(case["split"]) for case in facts["cases"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"is not a manifest of bench export-cases ({error})") from error
-    if not (both := tuple(split for split in splits if split in there)):
-        known = " and ".join(sorted(there))
+    if not (both := tuple(split for split in there if split in splits or not splits)):
+        known = " and ".join(there)
         raise BenchError(f"{path} lists no case of {' or '.join(splits)}; there are those of {known}")
     return {"dataset": dataset, "splits": both}
 
@@ -321,7 +322,7 @@ def _run_task(
     from retarget_bench.tables.rendering import text
 
     spec = str(tasks.canonical(name, levels, motions or 0))
-    plan = make_plan(methods, splits=("self",), task=spec, **given)
+    plan = make_plan(methods, task=spec, **given)
     shown = options.task_name(name)
     places = plans.existing(carry_out(plan, f"bench task {shown}"), plan.root)
     click.echo(text(task_tables(places, name), columns=options.screen_width()))

@@ -12,7 +12,7 @@ from retarget_bench.evaluation import clips, executors, timing
 from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
-from retarget_bench.evaluation.plan import EvaluationUnit, Plan, data_of, evaluation_units
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
 from retarget_bench.evaluation.prediction.workers import LEARNED
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
@@ -175,13 +175,8 @@ def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
 
 
 def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:
-    """The units that have cases; raises BenchError with the data set's own notes where none has, and with
-    its splits where it has none of those asked for."""
+    """The units that have cases; raises BenchError with the data set's own notes where none has."""
     filled = [unit for unit in found if unit.infos]
-    if not found:
-        cards = {spec: data_of(bound.dataset(spec), plan.task).card for spec in plan.datasets}
-        offered = "; ".join(f"{spec} has {' and '.join(card.splits)}" for spec, card in cards.items())
-        raise BenchError(f"there is no case in {' or '.join(plan.splits)}: {offered}")
     if not filled:
         data = {id(unit.data): unit.data for unit in found}.values()
         notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)

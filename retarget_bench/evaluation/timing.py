@@ -13,7 +13,7 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
+from retarget_bench.api import Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.prediction.workers import Asked, PredictionWorker
 from retarget_bench.files import write_csv
@@ -154,8 +154,8 @@ def pace(times: Sequence[Time]) -> float:
 
 def _times(paths: ResultPaths) -> list[ResultPaths]:
     """The splits of the same method that have times, its own first."""
-    places = [paths, *(replace(paths, split=split) for split in SPLITS[::-1] if split != paths.split)]
-    return [place for place in places if place.timing.exists()]
+    folders = sorted(each.parents[0].name for each in paths.folder.parent.glob(f"*/{paths.timing.name}"))
+    return [replace(paths, split=split) for split in sorted(folders, key=paths.split.__ne__)]
 
 
 def _stale(places: Sequence[ResultPaths], now: float) -> bool:

@@ -18,7 +18,7 @@ import pandas as pd
 from retarget_bench import defaults
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies
+from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies, of_splits
 from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.tasks import DERIVED
@@ -99,9 +99,7 @@ class Results:
         """The results of some methods, on some splits. Raises BenchError for those that there are not."""
         names = [methods] if isinstance(methods, str) else list(methods)
         wanted = [splits] if isinstance(splits, str) else list(splits)
-        if unknown := [each for each in wanted if each not in self.splits]:
-            raise BenchError(f"no results of split {unknown[0]!r} here; there are {', '.join(self.splits)}")
-        places = [place for place in self.places if not wanted or place.split in wanted]
+        places = of_splits(self.places, wanted)
         chosen = method_order.of_methods(places, names) if names else places
         return Results(chosen, self.variants or bool(names))
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import ModuleType
 
 from retarget_bench import defaults
-from retarget_bench.api import SPLITS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips as of_clips
 from retarget_bench.evaluation import plan as plans_
@@ -27,7 +26,7 @@ def run(
     methods: Named | Sequence[Named] = (),
     *,
     dataset: str = defaults.DATASET,
-    splits: str | Sequence[str] = SPLITS,
+    splits: str | Sequence[str] = (),
     metrics: str | Sequence[str] = (),
     clips: str | Sequence[str] = (),
     limit: int | None = None,
@@ -52,7 +51,7 @@ def run(
     methods:   specs (``"copy_rotations[root_rule=height]"``), files of methods of your own
                (``"my_method.py"``), or their modules; by default all that are untrained or have weights.
     dataset:   its spec. root: folder of its files, short for ``DATASET[root=DIR]``.
-    splits:    out of ``self``, ``intra`` (same structure) and ``cross`` (another structure).
+    splits:    of the data set, such as ``cross``; none: all.
     metrics:   by name, or by what they compute (``"MPJPE"``); none: all.
     clips:     only clips of these names (``"walk*"``). A later run without it does the rest.
     limit:     only so many clips of each split, evenly spread.

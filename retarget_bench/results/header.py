@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any
 
-from retarget_bench.api import Direction, Parameters, Value
+from retarget_bench.api import SPLITS, Direction, Parameters, Value
 
 SCHEMA = 2
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
@@ -74,13 +74,14 @@ class MethodInfo(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetInfo(_Part):
-    """A data set as results name it; ``content`` identifies the data."""
+    """A data set as results name it; ``content`` identifies the data. splits: see ``DatasetCard``."""
 
     name: str = ""
     parameters: Parameters = field(default_factory=dict)
     label: str
     version: str = ""
     content: str
+    splits: Mapping[str, str] = field(default_factory=lambda: SPLITS)
     notes: tuple[str, ...]
 
 
@@ -232,6 +233,7 @@ OPTIONAL: dict[str, Any] = {
     "four_legged": None,
     "not_applicable": {},
     "files": {},
+    "splits": SPLITS,
     "rows": None,
     "footer": "",
 }

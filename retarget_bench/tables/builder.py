@@ -212,6 +212,7 @@ def _table(
         data=provenance.data_facts(found),
         subjects=tuple(builder.column(key) for key in keys),
         hints=tuple(hints),
+        splits={section.split: section.meaning for section in found if section.meaning},
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
-from retarget_bench.api import TWO_LEGS
+from retarget_bench.api import INTRA, SELF, TWO_LEGS
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue, ResultHeader
@@ -173,8 +173,8 @@ class GroupBuilder:
             reason = f"scored without the metric {facts.metric}; bench score adds it"
         elif key not in header.values:
             reason = "scored before this value existed; bench score adds it"
-        elif facts.with_self and header.split == "intra":
-            reason = "pools self pairs with intra, and there are no results on the self split"
+        elif facts.with_self and header.split == INTRA:
+            reason = f"pools {SELF} pairs with {INTRA}, and there are no results on the {SELF} split"
         elif refused := header.not_applicable.get(key):
             return self.footnotes.missing(str(refused["reason"]))
         else:

@@ -188,13 +188,10 @@ def write(paths: ResultPaths, values: Sequence[SetValue]) -> None:
 
 
 def read(paths: ResultPaths) -> list[SetValue]:
-    """The values of a result, sorted by id, structure and kind; none where no set metric was computed, or
-    results are not complete.
+    """The values of a result, sorted by id, structure and kind; none where no set metric was computed.
 
     Raises FileError where the file is damaged.
     """
-    if not paths.complete:
-        return []
     path = paths.sets
     try:
         with path.open(encoding="utf-8", newline="") as file:

@@ -7,7 +7,7 @@ import numpy as np
 
 from retarget_bench import defaults
 from retarget_bench.analysis.summary import common_cases, means_over_clips, never_ranked
-from retarget_bench.api import CaseInfo
+from retarget_bench.api import SELF, CaseInfo
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
@@ -102,7 +102,7 @@ class _Pool:
     @property
     def with_self(self) -> set[str]:
         """Methods with results on the self split."""
-        return {row.label for matrix in self.matrices if matrix.split == "self" for row in matrix.rows}
+        return {row.label for matrix in self.matrices if matrix.split == SELF for row in matrix.rows}
 
     def counts(self, there: np.ndarray) -> Counts:
         """there: ``(cases,)`` bool."""
@@ -237,7 +237,7 @@ def _key(info: CaseInfo) -> tuple[str, str]:
 def _with_self(column: PublishedColumn) -> bool:
     """True for columns that self pairs count in."""
     ends = [pair.split(">") for pair in column.pairs]
-    return "self" in column.splits or any(source == target for source, target in ends)
+    return SELF in column.splits or any(source == target for source, target in ends)
 
 
 def _takes(column: PublishedColumn, pool: _Pool) -> bool:
@@ -281,7 +281,7 @@ def _asked(column: PublishedColumn, pool: _Pool, case: int, method: MethodInfo |
         return trained is not None and had == (column.seen == "seen")
     if column.splits:
         return info.split in column.splits
-    return info.split != "self" if column.any_pair else info.pair in column.pairs
+    return info.split != SELF if column.any_pair else info.pair in column.pairs
 
 
 def _together(parts: Sequence[_Column]) -> _Column:
