@@ -60,7 +60,6 @@ class Cmu:
             "BVH files of mocap.cs.cmu.edu in one folder, called SUBJECT_TAKE.bvh as in 05_01.bvh; give "
             f"it with --root DIR, cmu[root=DIR], or the environment variable {PLACE}"
         ),
-        splits=("self", "intra", "cross"),
         parameters={
             "root": f"the folder of the files; by default what {PLACE} says",
             "part": "test (subjects 01, 02, 03, 06, 07 and 131) or validation (17, 35, 49 and 91)",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint, some
 from retarget_bench.motion.character import Character, resampled_frames
@@ -46,7 +47,7 @@ class LafanDog:
             "all 23 are there, people are split by our own rule, as the dog always is: that split shares "
             "no list with the paper's"
         ),
-        splits=("self", "cross"),
+        splits=usual_splits("self", "cross"),
         parameters={
             "root": "the folder that holds both folders",
             "people": "the folder of LAFAN1's BVH files, in root or elsewhere",

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal, get_args
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -83,7 +84,7 @@ class Puppets:
         self.size, self.part, self.seed, self._legs = size, part, seed, between == "legs"
         self._drawn, self._flesh = bodies, flesh
         if self._legs:  # only these cases have no references
-            self.card, self.real = replace(self.card, splits=("cross",)), self._real
+            self.card, self.real = replace(self.card, splits=usual_splits("cross")), self._real
 
     @cached_property
     def _corpus(self) -> Corpus:

@@ -14,7 +14,6 @@ from retarget_bench.plugins.spec import folded
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
-from retarget_bench.results.store import UNFINISHED
 
 
 @dataclass(frozen=True)
@@ -178,13 +177,10 @@ def _difference(
     )
 
 
-def unfinished(row: MethodRow) -> str:
-    """How far a running run is with a method; "" where it is finished."""
-    waiting = sum(len(each.cases) for each in row.header.problems if each.message == UNFINISHED)
-    asked = row.header.counts.asked
-    return (
-        f"{row.label} is unfinished: {asked - waiting} of {asked} cases are done so far" if waiting else ""
-    )
+def so_far(row: MethodRow) -> str:
+    """How many cases a method has done; "" where it has done all."""
+    waiting, asked = len(row.header.waiting), row.header.counts.asked
+    return f"{row.label}: {asked - waiting} of {asked} cases so far" if waiting else ""
 
 
 def _notes(first: MethodRow, second: MethodRow) -> list[str]:
@@ -196,7 +192,7 @@ def _notes(first: MethodRow, second: MethodRow) -> list[str]:
             notes.append(f"{row.label} sees {seen}")
         if method.control:
             notes.append(f"{row.label} is a control")
-        if sentence := unfinished(row):
+        if sentence := so_far(row):
             notes.append(sentence)
         elif counts.ok < counts.asked:
             notes.append(f"{row.label} answered {counts.ok} of {counts.asked} cases")

@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from retarget_bench.analysis.protocols import PROTOCOL
+from retarget_bench.api import INTRA
 from retarget_bench.errors import BenchError
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.store import Results
@@ -77,7 +78,7 @@ class Explanation:
 def explain(results: Results, selves: Results | None = None, dataset: str = "") -> Explanation:
     """Values of one method on one split under every position protocol, and the factors between them.
 
-    selves: the same method on the split self, which legacy protocols pool into intra. dataset: what
+    selves: the same method on self pairs, which legacy protocols pool into ``INTRA``. dataset: what
     tables call the data set; by default its label.
     Raises BenchError where the results declare no protocol or have no number of any.
     """
@@ -91,7 +92,7 @@ def explain(results: Results, selves: Results | None = None, dataset: str = "") 
         )
     readings = []
     for id_, value in known.items():
-        pooled = [results, selves] if value.with_self and split == "intra" and selves else [results]
+        pooled = [results, selves] if value.with_self and split == INTRA and selves else [results]
         if reading := _reading(id_, value, pooled):
             readings.append(reading)
     if not readings:

@@ -13,8 +13,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, dataset_names
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.paths import ResultPaths
-from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
-from retarget_bench.results.store import UNFINISHED
+from retarget_bench.results.result_matrix import ResultMatrix
 
 PEOPLE, FOUR_LEGGED, MIXED = "people", "four-legged", "mixed"
 BODIES = (PEOPLE, FOUR_LEGGED, MIXED)
@@ -29,19 +28,17 @@ class Selection:
     variants: whether the variants that methods' cards name are kept beside the methods themselves.
     controls: whether controls are kept; where ``methods`` name any, only those.
     apart:    whether bodies on two and on four legs are told apart.
-    looks:    whether methods with nothing but a quick look are kept beside others; named ones are.
     """
 
     methods: tuple[str, ...] = ()
     variants: bool = False
     controls: bool = True
     apart: bool = True
-    looks: bool = False
 
     def parts(self, matrices: Sequence[ResultMatrix]) -> list[ResultMatrix]:
-        """The matrices of chosen methods, finished cases and bodies of one group.
+        """The matrices of chosen methods, of the cases that are there and of bodies of one group.
 
-        Raises BenchError for a method without results, and where none has finished a case yet.
+        Raises BenchError for a method without results, and where there is no case yet.
         """
         labels = {row.label for matrix in matrices for row in matrix.rows}
         wanted = {name: _label(name, labels) for name in self.methods}
@@ -50,19 +47,10 @@ class Selection:
         kept = [self._kept(matrix, set(wanted.values())) for matrix in matrices]
         some = [matrix for matrix in kept if matrix.rows]
         parts = [part for matrix in some for part in by_bodies(matrix)] if self.apart else some
-        done = (finished(self._whole(part, set(wanted.values()))) for part in parts)
-        shown = [part for part in done if part.cases or not part.unfinished]
+        shown = [part for part in map(so_far, parts) if part.cases or not part.so_far]
         if some and not shown:
-            raise BenchError("no case is done by all methods of this unfinished run yet; look again soon")
+            raise BenchError("no case is done by all of these methods yet; ask again later, or for fewer")
         return shown
-
-    def _whole(self, matrix: ResultMatrix, wanted: set[str | None]) -> ResultMatrix:
-        """The matrix without quick looks, where any method has more."""
-        looks = [row.label for row in matrix.rows if is_look(row) and row.label not in wanted]
-        if self.looks or len(looks) == len(matrix.rows):
-            return matrix
-        rows = tuple(row for row in matrix.rows if row.label not in looks)
-        return replace(matrix, rows=rows, looks=tuple(looks))
 
     def _kept(self, matrix: ResultMatrix, wanted: set[str | None]) -> ResultMatrix:
         named = any(row.label in wanted for row in matrix.rows if row.header.method.control)
@@ -94,53 +82,23 @@ def is_variant(method: MethodInfo, labels: Collection[str]) -> bool:
     return method.label in {str(Spec(method.name, changes)) for changes in card.variants}
 
 
-def is_look(row: MethodRow) -> bool:
-    """Whether results are of a quick look at some clips."""
-    return bool(row.header.only) and not all(each.finished for each in row.all_paths)
-
-
-def finished(matrix: ResultMatrix) -> ResultMatrix:
-    """Of a running run the cases that all methods have done so far, so that all numbers are over the same
-    cases and none counts as not answered that is only not done yet. Likewise of a quick look.
-
-    Running methods that have done less than half as many cases as the furthest of them are left out.
-    """
-    running = np.array([not all(each.finished for each in row.all_paths) for row in matrix.rows])
-    if not running.any():
+def so_far(matrix: ResultMatrix) -> ResultMatrix:
+    """The cases that all methods have done, so that all numbers are over the same cases and none counts as
+    not answered that is only not done yet; without methods that have done none."""
+    waiting = [row.header.waiting for row in matrix.rows]
+    if not any(waiting):
         return matrix
-    done = np.array([_done(row, matrix) for row in matrix.rows])  # (methods, cases)
-    counts = done.sum(axis=1)
-    looks = np.array([is_look(row) for row in matrix.rows])
-    far = looks | (2 * counts >= counts[running & ~looks].max(initial=0))
-    kept = ~running | (counts > 0) & far
-    common = done[kept].all(axis=0) & matrix.own & kept.any()
-    so_far: dict[str, list[str]] = {}
-    for at in np.argsort(-counts, kind="stable"):
-        number = f"{counts[at]}" if kept[at] else f"not shown, {counts[at]}"
-        so_far.setdefault(number, []).append(matrix.rows[at].label)
-    told = "; ".join(f"{number}: {', '.join(labels)}" for number, labels in so_far.items())
-    later = "; values of sets (FID) follow" if any(row.header.set_values for row in matrix.rows) else ""
-    each, look = f" Done by each: {told}.", ""
-    if looks.any():
-        chosen = ", ".join(dict.fromkeys(row.header.only for row in compress(matrix.rows, looks)))
-        later, each = f" ({chosen})", each if len(so_far) > 1 else ""
-        done_clips, clips = (len(np.unique(matrix.clips[cases])) for cases in (common, matrix.own))
-        look = f"{done_clips} of {clips} clip{'s' * (clips != 1)}"
-    sentence = (
-        f"numbers are over the {common.sum()} of {matrix.own.sum()} cases that all methods here have done "
-        f"so far{later}.{each}"
+    done = np.array([[info.id not in each for info in matrix.cases] for each in waiting]) & matrix.own
+    begun = done.any(axis=1)
+    common = done[begun].all(axis=0) & begun.any()
+    (clips, cases), (all_clips, all_cases) = (
+        (len(np.unique(matrix.clips[some])), int(some.sum())) for some in (common, matrix.own)
     )
-    rows = tuple(compress(matrix.rows, kept))
-    some = replace(matrix, rows=rows).restricted(common, matrix.part)
-    return replace(some, unfinished=sentence, look=look)
-
-
-def _done(row: MethodRow, matrix: ResultMatrix) -> np.ndarray:
-    """``(cases,)`` bool: the cases of the split that a method is done with, answered or not."""
-    waiting = {
-        case for problem in row.header.problems if problem.message == UNFINISHED for case in problem.cases
-    }
-    return np.array([info.id not in waiting for info in matrix.cases]) & matrix.own
+    told = f"{clips} of {all_clips} clips" if clips < all_clips else f"{cases} of {all_cases} cases"
+    shown = tuple(compress(matrix.rows, begun))
+    behind = [row.label for row in shown if row.header.waiting]
+    whose = f" of {', '.join(behind)}" if len(behind) < len(shown) else ""
+    return replace(matrix, rows=shown, so_far=f"{told} so far{whose}").restricted(common, matrix.part)
 
 
 def of_dataset(places: Sequence[ResultPaths], asked: str) -> list[ResultPaths]:
@@ -165,6 +123,14 @@ def of_dataset(places: Sequence[ResultPaths], asked: str) -> list[ResultPaths]:
     known = ", ".join(dataset_names.listed(headers))
     roots = ", ".join(dict.fromkeys(str(place.root) for place in places))
     raise BenchError(f"no results of {asked} in {roots}; there are those of {known}")
+
+
+def of_splits(places: Sequence[ResultPaths], asked: Sequence[str]) -> list[ResultPaths]:
+    """The results on these splits; () for all. Raises BenchError that lists those that there are."""
+    there = dict.fromkeys(place.split for place in places)
+    if unknown := [split for split in asked if split not in there]:
+        raise BenchError(f"no results of split {unknown[0]!r} here; there are {', '.join(there)}")
+    return [place for place in places if place.split in asked or not asked]
 
 
 def _slug(asked: str) -> str:

@@ -20,7 +20,7 @@ from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result
 from retarget_bench.results.store import ResultPaths
 
 COVERAGE = 0.95
-"""Methods that answered a smaller share of the cases are listed but not ranked."""
+"""A method that has a value for a smaller share of the cases than others is not ranked by it."""
 
 
 @dataclass(frozen=True)
@@ -111,11 +111,11 @@ class MethodSummary:
 class SplitSummary:
     """All methods on one split of one data set, or on one part of it.
 
+    meaning:  what the cases of the split have in common; "" where results do not say it.
     part:     which group of the cases, or joints, this is; "" for all.
     bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none.
-    unfinished: a sentence on how far a running run is; "" where all is finished.
-    look, looks: see ``ResultMatrix``.
+    so_far:   see ``ResultMatrix``.
     variants: labels of variants of methods that were left out.
     matrix:   what it was made of.
     """
@@ -129,18 +129,12 @@ class SplitSummary:
     frames: int
     values: dict[str, DeclaredValue] = field(default_factory=dict)
     rankings: Mapping[str, Ranking] = field(default_factory=dict)
+    meaning: str = ""
     part: str = ""
     bodies: str = ""
-    unfinished: str = ""
-    look: str = ""
-    looks: tuple[str, ...] = ()
+    so_far: str = ""
     variants: tuple[str, ...] = ()
     matrix: ResultMatrix | None = field(default=None, repr=False)
-
-    @property
-    def state(self) -> str:
-        """What is to be said behind a name of these results where they are not of all cases."""
-        return f" (a quick look: {self.look})" if self.look else " (unfinished)" if self.unfinished else ""
 
     def slower(self, score: MethodSummary) -> str:
         """Why the speed of a method is not to be compared with those of the others; "" where it is."""
@@ -177,12 +171,13 @@ def never_ranked(method: MethodInfo) -> str:
 
 
 def unranked(header: ResultHeader) -> str:
-    """The reason why a method with this header is not ranked; "" where it is."""
-    if why := never_ranked(header.method):
-        return why
+    """The reason why a method with this header is not ranked; "" where it is.
+
+    Whoever leaves out a case would choose the cases that all are compared on, so it is compared apart.
+    """
     counts = header.counts
-    enough = counts.ok >= COVERAGE * counts.asked
-    return "" if enough else f"answered {counts.ok} of {counts.asked}"
+    fewer = f"answered {counts.ok} of {counts.asked}" if counts.ok < counts.asked else ""
+    return never_ranked(header.method) or fewer
 
 
 def split_summaries(
@@ -192,7 +187,7 @@ def split_summaries(
     *,
     select: Selection | None = None,
 ) -> list[SplitSummary]:
-    """The results at these places, by data set and split (self, intra, cross).
+    """The results at these places, by data set and split, in the order of the data set.
 
     by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body), ``seen``
         (characters and motion seen in the training of the method, or else of the data set), or per
@@ -220,7 +215,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     for score, row in zip(section.scores, matrix.rows, strict=True):
         times = timing.read(row.paths, clips)
         score.fps, score.pace = timing.rate(times), timing.pace(times)
-        score.sets = [] if matrix.part or matrix.unfinished else _sets(matrix, row)
+        score.sets = [] if matrix.part or matrix.so_far else _sets(matrix, row)
     return SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
@@ -231,11 +226,10 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         frames=sum(info.frames for info in own),
         values=dict(matrix.values),
         rankings=section.rankings,
+        meaning=matrix.meaning,
         part=matrix.part,
         bodies=matrix.bodies,
-        unfinished=matrix.unfinished,
-        look=matrix.look,
-        looks=matrix.looks,
+        so_far=matrix.so_far,
         variants=matrix.variants,
         matrix=matrix,
     )
@@ -294,8 +288,9 @@ def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, n
     """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
     means are over these; and why ranked methods are left out.
 
-    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. A method that has a number for less than
-    ``COVERAGE`` of the cases that any ranked method has one for is left out, lest it shrink the set.
+    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. Not every answer has every number: a method
+    that has it for less than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest
+    it shrink the set.
     """
     there = ~np.isnan(numbers)
     any_of = there[ranked].any(axis=0)
@@ -349,9 +344,11 @@ def _losses(matrix: ResultMatrix, value: str, numbers: np.ndarray) -> tuple[int,
 def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     """Values of sets, where bodies are told apart those of structures that the cases' targets have.
 
-    A value that the header does not declare is left from earlier results that had other metrics.
+    A value that the header does not declare is left from earlier results that had other metrics, and all
+    are where results are not complete.
     """
-    found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
+    stored = set_metrics.read(row.paths) if row.paths.complete else []
+    found = [each for each in stored if each.value_id in row.header.set_values]
     structures = case_metadata.read_structures(row.paths) if matrix.bodies and found else None
     if structures is None:
         return found

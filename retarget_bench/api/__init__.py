@@ -14,7 +14,6 @@ plug-ins may offer beyond their contract (``optional``).
 """
 
 from retarget_bench.api.cases import PAIRED as PAIRED
-from retarget_bench.api.cases import SPLITS as SPLITS
 from retarget_bench.api.cases import TASKS as TASKS
 from retarget_bench.api.cases import Case as Case
 from retarget_bench.api.cases import CaseInfo as CaseInfo
@@ -24,6 +23,10 @@ from retarget_bench.api.cases import Touch as Touch
 from retarget_bench.api.cases import TrainingPair as TrainingPair
 from retarget_bench.api.comparison import Comparison as Comparison
 from retarget_bench.api.comparison import ContactLabels as ContactLabels
+from retarget_bench.api.datasets import CROSS as CROSS
+from retarget_bench.api.datasets import INTRA as INTRA
+from retarget_bench.api.datasets import SELF as SELF
+from retarget_bench.api.datasets import SPLITS as SPLITS
 from retarget_bench.api.datasets import Dataset as Dataset
 from retarget_bench.api.datasets import DatasetCard as DatasetCard
 from retarget_bench.api.datasets import RealDataset as RealDataset

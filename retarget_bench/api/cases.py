@@ -9,9 +9,6 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import FLAT, Ground
 from retarget_bench.motion.motion import Motion, Prediction, Source
 
-SPLITS = ("self", "intra", "cross")
-"""self: same character; intra: same structure, another character; cross: another structure."""
-
 TASKS = ("retarget", "reconstruct", "denoise", "upsample", "points")
 """All but the first are derived from any data set's own motion (``retarget_bench/evaluation/tasks``)."""
 PAIRED = ("retarget", "points")

@@ -4,15 +4,35 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from retarget_bench.api.cases import SPLITS, Case, CaseInfo
+from retarget_bench.api.cases import Case, CaseInfo
+from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+
+SPLITS: Mapping[str, str] = {
+    "self": "each character performs its own motion, so that copying is exact",
+    "intra": "another character of the same structure performs it",
+    "cross": "a character of another structure performs it",
+}
+"""The usual splits, in order, and what their cases have in common. A data set may have others."""
+SELF, INTRA, CROSS = SPLITS
+
+
+def usual_split(same: bool, alike: bool) -> str:
+    """The usual split of a pair. same: of one character; alike: of one structure."""
+    return SELF if same else INTRA if alike else CROSS
+
+
+def usual_splits(*names: str) -> dict[str, str]:
+    """The usual splits of these names, for a card."""
+    return {name: SPLITS[name] for name in names}
 
 
 @dataclass(frozen=True)
 class DatasetCard:
     """Description of a data set, its licence, and how to get it.
 
+    splits: its splits in the order in which they are shown, and what the cases of each have in common.
     locations: parameters that say where files lie: no part of what results are known by; the content is.
     """
 
@@ -22,7 +42,7 @@ class DatasetCard:
     licence: str
     obtain: str
     tasks: tuple[str, ...] = ("retarget",)
-    splits: tuple[str, ...] = SPLITS
+    splits: Mapping[str, str] = field(default_factory=lambda: SPLITS)
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does."""
     locations: tuple[str, ...] = ("root",)
@@ -49,6 +69,15 @@ class Dataset(Protocol):
         """A fixed list, in a fixed order."""
 
     def load(self, info: CaseInfo) -> Case: ...
+
+
+def chosen_splits(data: Dataset, asked: Sequence[str]) -> list[str]:
+    """The splits asked for, or all, in the order of the data set. Raises BenchError for one that it has
+    not."""
+    there = data.card.splits
+    if unknown := [split for split in asked if split not in there]:
+        raise BenchError(f"{data.label} has no split {unknown[0]!r}; it has {' and '.join(there)}")
+    return [split for split in there if split in asked or not asked]
 
 
 @runtime_checkable

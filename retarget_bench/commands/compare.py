@@ -60,7 +60,7 @@ def command(
 
     folders = [Path(name) for name in (first, second)]
     wanted = None if columns is None else options.ids(columns)
-    if all(folder.is_dir() and store.find_results(folder, unfinished=True) for folder in folders):
+    if all(folder.is_dir() and store.find_results(folder) for folder in folders):
         matrices = of_bodies(_matrices(folders, dataset, splits, ()), bodies or "")
         both = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
         if not (found := comparing.compared(both, wanted, everything)):
@@ -92,12 +92,16 @@ def _matrices(
     Self pairs are read whatever the splits: some values of other splits pool them.
     """
     from retarget_bench.analysis import pairwise
+    from retarget_bench.analysis.selection import of_splits
+    from retarget_bench.api import SELF
     from retarget_bench.results import result_matrix as matrix
     from retarget_bench.results import store
 
-    places = [p for p in options.results(roots, dataset, unfinished=True) if p.split in (*splits, "self")]
+    found = options.results(roots, dataset)
+    chosen = {place.split for place in of_splits(found, splits)}
+    places = [place for place in found if place.split in {*chosen, SELF}]
     labels = [store.read_header(place.any_header).method.label for place in places]
     wanted = {pairwise.label_of(name, labels) for name in names}
     if wanted and None not in wanted:
         places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
-    return [each for each in matrix.result_matrices(places) if each.split in splits]
+    return [each for each in matrix.result_matrices(places) if each.split in chosen]

@@ -95,13 +95,12 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     """
     from tqdm import tqdm
 
+    from retarget_bench.api.datasets import chosen_splits
     from retarget_bench.exchange.case_export import export
 
     spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
     source = registry.create("datasets", spec)
-    infos = [
-        info for split in splits if split in source.card.splits for info in source.cases("retarget", split)
-    ]
+    infos = [info for split in chosen_splits(source, splits) for info in source.cases("retarget", split)]
     # where the files lie here says nothing to whoever reads the manifest
     name = Spec(spec.name, {key: value for key, value in spec.parameters.items() if key != "root"})
     for _ in tqdm(

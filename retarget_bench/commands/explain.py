@@ -35,6 +35,7 @@ def command(
     published number into another.
     """
     from retarget_bench.analysis import protocol_factors
+    from retarget_bench.api import SELF
     from retarget_bench.results import dataset_names, store
     from retarget_bench.tables import rendering
 
@@ -46,7 +47,7 @@ def command(
         there = sorted({f"{labels[place]} on {place.split}" for place in places})
         raise BenchError(f"no such result in {root}; there are {', '.join(there)}")
     names = dataset_names.shown({place: each.header for place, each in found.items()})
-    selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == "self"}
+    selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == SELF}
     asked = options.ids(between)
     width = options.screen_width() if output is None else rendering.WIDTH
     pages, refused = [], []

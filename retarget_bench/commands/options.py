@@ -25,7 +25,6 @@ Decorator = Callable[[Any], Any]
 FILE = click.Path(dir_okay=False, path_type=Path)
 FOLDER = click.Path(file_okay=False, path_type=Path)
 PATH = click.Path(path_type=Path)
-SPLITS = ("self", "intra", "cross")
 
 
 def together(*options: Decorator) -> Decorator:
@@ -114,12 +113,8 @@ def _add_plugins(ctx: click.Context, param: click.Parameter, paths: tuple[str, .
 
 def split_names(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
     """``-s self -s cross`` and ``-s self,cross`` are the same; none means every split."""
-    asked = [name.strip() for each in given for name in each.split(",")]
-    if unknown := [name for name in asked if name not in SPLITS]:
-        raise click.BadParameter(
-            f"no split is called {unknown[0]!r}; there are {', '.join(SPLITS)}", ctx, param
-        )
-    return tuple(name for name in SPLITS if name in asked or not asked)
+    del ctx, param
+    return tuple(dict.fromkeys(name for each in given for name in ids(each)))
 
 
 def _job_count(ctx: click.Context, param: click.Parameter, given: int | None) -> int:
@@ -157,7 +152,8 @@ split_option = click.option(
     multiple=True,
     metavar="SPLIT",
     callback=split_names,
-    help="self, intra (same structure) or cross (another structure); may be repeated. [default: all]",
+    help="A split of the data set, such as cross (bench info DATASET lists them); may be repeated. "
+    "[default: all]",
 )
 out_option = click.option(
     "--out",
@@ -327,20 +323,14 @@ def results(
     task: str = "retarget",
     maker: str = "bench run",
     what: str = "results",
-    *,
-    unfinished: bool = False,
 ) -> list[ResultPaths]:
-    """Results in these folders. Raises BenchError where one has none, or none are of the data set.
-
-    unfinished: with those of a run that is going on.
-    """
+    """Results in these folders. Raises BenchError where one has none, or none are of the data set."""
     from retarget_bench.analysis.selection import of_dataset
     from retarget_bench.results import store
 
     places: list[ResultPaths] = []
     for root in roots:
-        found = store.find_results(root, task, unfinished=unfinished)
-        if not found:
+        if not (found := store.find_results(root, task)):
             raise BenchError(f"no {what} in {root}; {maker} makes some")
         places += found
     return places if dataset is None else of_dataset(places, dataset)

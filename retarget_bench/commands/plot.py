@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,17 +49,13 @@ RESULTS_OPTIONS = (
 VARIANTS = click.option("--variants", is_flag=True, help="Show variants of methods, too.")
 
 
-def _command(
-    name: str, told: str, make: Make, *more: Any, task: str = "", splits: bool = True
-) -> click.Command:
+def _command(name: str, told: str, make: Make, *more: Any, task: str = "") -> click.Command:
     """``bench plot NAME``: the results asked for as one figure. more: options of this kind alone. task:
     whose results these are, of retargeting unasked."""
 
-    choice = [] if task else [options.bodies_option, VARIANTS]
+    choice = [] if task else [options.bodies_option, VARIANTS, options.split_option]
 
-    @options.together(
-        *RESULTS_OPTIONS, *choice, *([options.split_option] if splits and not task else []), *more[::-1]
-    )
+    @options.together(*RESULTS_OPTIONS, *choice, *more[::-1])
     def drawing(
         roots: tuple[Path, ...],
         output: Path,
@@ -77,7 +74,7 @@ def _command(
         if task:
             places = _task_places(folders, dataset, methods, task)
         else:
-            places = _places(folders, dataset, asked.pop("splits") if splits else (asked["split"],))
+            places = _places(folders, dataset, asked.pop("splits"))
             places = method_order.of_methods(places, methods) if methods else places
             asked["variants"] |= bool(methods)
         # colours are by rank among all results, so that they are the same in every picture
@@ -99,14 +96,15 @@ def _places(
 
     found = [place for root in roots for place in store.find_results(root, task)]
     asked = of_dataset(found, dataset) if dataset and found else found
-    asked = [place for place in asked if place.split in splits]
+    asked = [place for place in asked if place.split in splits or not splits]
     if not asked:
         there = sorted({f"{place.dataset} ({place.split})" for place in found})
         hint = f"there are those of {', '.join(there)}: choose by -d and -s"
         if not there:
             hint = f"{'bench run' if task == 'retarget' else f'bench task {task}'} makes some"
         where = ", ".join(map(str, roots))
-        raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}; {hint}")
+        wanted = dataset or ", ".join(splits)
+        raise BenchError(f"no results{f' of {wanted}' if wanted else ''} in {where}; {hint}")
     if len(sets := dataset_names.listed(dataset_names.headers(asked))) > 1:
         raise BenchError(
             f"these are results of several data sets: choose one by -d out of {', '.join(sets)}"
@@ -120,7 +118,7 @@ def _task_places(
     """The results of a task, of one data set and with the same levels. Raises BenchError otherwise."""
     from retarget_bench.figures import method_order
 
-    found = _places(roots, dataset, ("self",), task)
+    found = _places(roots, dataset, (), task)
     if len(folders := sorted({place.task for place in found})) > 1:
         usual = [place for place in found if place.task == task]
         if not usual:
@@ -158,11 +156,12 @@ def _of_levels(kind: str) -> Make:
 
     def make(places: Sequence[ResultPaths], order: Sequence[str], asked: dict[str, Any]) -> Figure:
         from retarget_bench.analysis import seen_unseen
+        from retarget_bench.analysis.selection import Selection
         from retarget_bench.figures.data import lines
         from retarget_bench.results.result_matrix import result_matrices
 
         del asked
-        (matrix,) = result_matrices(places)
+        (matrix,) = map(_told, Selection(variants=True, apart=False).parts(result_matrices(places)))
         found: Figure = getattr(lines, kind)(matrix, seen_unseen.seen_and_unseen(places, "level"), order)
         return found
 
@@ -172,7 +171,7 @@ def _of_levels(kind: str) -> Make:
 def _joints(places: Sequence[ResultPaths], order: Sequence[str], asked: dict[str, Any]) -> Figure:
     from retarget_bench.figures.data import bodies
 
-    (found,) = _matrices(places, asked["bodies"], asked["variants"])
+    *_, found = _matrices(places, asked["bodies"], asked["variants"])
     value = _value_id([found], asked["value"])
     if asked["dots"]:
         return bodies.joint_rows(found, value, asked["structure"], order)
@@ -186,7 +185,12 @@ def _matrices(places: Sequence[ResultPaths], bodies: str | None, variants: bool)
     from retarget_bench.results.result_matrix import result_matrices
 
     chosen = Selection(variants=variants, apart=False).parts(result_matrices(places))
-    return of_bodies(chosen, bodies or "")
+    return [_told(each) for each in of_bodies(chosen, bodies or "")]
+
+
+def _told(matrix: ResultMatrix) -> ResultMatrix:
+    """The results with what they lack behind the name of their data set."""
+    return replace(matrix, dataset=f"{matrix.dataset} ({matrix.so_far})") if matrix.so_far else matrix
 
 
 def _value_id(matrices: Sequence[ResultMatrix], name: str) -> str:
@@ -210,7 +214,7 @@ def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.results import store
 
-    told = store.read_header(place.header).dataset
+    told = store.read_header(place.any_header).dataset
     spec = Spec(told.name, told.parameters)
     try:
         data = bound.dataset(spec if root is None else spec.with_parameters(root=root)).built
@@ -252,7 +256,7 @@ COMMANDS = (
         "Draw errors by joint: a skeleton per method, its joints larger and darker the farther off they "
         "are. The body is one of the targets, in the common reference pose: people from the front, "
         "four-legged bodies from their left; controls are left out. With --dots a row per joint, the worst "
-        "at the top, and 95 % intervals.",
+        "at the top, and 95 % intervals. Of several splits the last is drawn.",
         _joints,
         click.option(
             "--root", metavar="DIR", type=click.Path(), help="Where the data set lies, for its bodies."
@@ -260,11 +264,6 @@ COMMANDS = (
         click.option("--dots", is_flag=True, help="A row per joint, with intervals, and no skeleton."),
         click.option("--structure", metavar="NAME", help="Of the targets. [default: that of most cases]"),
         _value("mpjpe_h.joint"),
-        click.option(
-            "-s", "--split", type=click.Choice(options.SPLITS), default="cross", show_default=True,
-            help="Which pairs: self, intra (same structure) or cross (another structure).",
-        ),
-        splits=False,
     ),
     _command(
         "pairs",

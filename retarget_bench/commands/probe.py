@@ -83,14 +83,15 @@ Questions = tuple[list["Subject"], list[list["Subject"]]]
 
 
 def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
+    from retarget_bench.api.datasets import chosen_splits
     from retarget_bench.plugins import bound
     from retarget_bench.verification.probe.asking import groups_of, spread
 
     data = bound.dataset(spec).built
-    offered = [split for split in splits if split in data.card.splits]
-    infos = {split: listed for split in offered if (listed := data.cases("retarget", split))}
+    chosen = chosen_splits(data, splits)
+    infos = {split: listed for split in chosen if (listed := data.cases("retarget", split))}
     if not infos:
-        raise BenchError(f"{data.label} has no case in {', '.join(splits)}: {' '.join(data.notes)}")
+        raise BenchError(f"{data.label} has no case in {', '.join(chosen)}: {' '.join(data.notes)}")
     structure = {name: body.structure for name, body in data.characters().items()}
     groups = [group for listed in infos.values() for group in groups_of(listed, structure)]
     loaded = [_loaded(data, group) for group in groups]
@@ -108,7 +109,7 @@ def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
 
 
 def _of_files(source: Path, target: Path) -> Questions:
-    from retarget_bench.api import CaseInfo
+    from retarget_bench.api import CROSS, CaseInfo
     from retarget_bench.motion import importer
     from retarget_bench.verification.probe.asking import Subject, pieces, subject
 
@@ -118,7 +119,7 @@ def _of_files(source: Path, target: Path) -> Questions:
             echo(f"{side.findings.path}: {warning}", err=True)
     names = (performer.motion.character.name, body.motion.character.name)
     case = f"files/{names[0]}>{names[1]}/{source.stem}"
-    info = CaseInfo(case, "probe", "cross", *names, clip=source.stem)
+    info = CaseInfo(case, "probe", CROSS, *names, clip=source.stem)
     found = subject(info, performer.motion, body.motion.character)
     assert isinstance(found, Subject)
     parts = pieces(found)

@@ -89,14 +89,14 @@ clip_options = options.together(
         multiple=True,
         metavar="PATTERN",
         callback=_patterns,
-        help="A quick look: only clips of these names ('walk*,jump'); may be repeated. A later run without "
-        "it does the rest.",
+        help="Only clips of these names ('walk*,jump'); may be repeated. A later run without it does the "
+        "rest.",
     ),
     click.option(
         "--limit",
         type=click.IntRange(min=1),
         metavar="N",
-        help="A quick look: only N clips of each split, evenly spread.",
+        help="Only N clips of each split, evenly spread.",
     ),
 )
 
@@ -130,19 +130,19 @@ common_options = options.together(
 
 
 def _show(places: list[Any], root: Path, *, variants: bool) -> None:
-    """The first table, and where there is more, or after a quick look how to go on."""
+    """The first table, and where there is more, or how to go on where results are not complete."""
     task = places[0].task if places else options.RUN_TASKS[0]
     of = "" if task == options.RUN_TASKS[0] else f" --task {task}"
     from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import text
 
-    made = builder.overview(places, Selection(variants=variants, looks=True))
+    made = builder.overview(places, Selection(variants=variants))
     echo(text(made, columns=options.screen_width()), nl=False)
-    if any(place.look for place in places):
+    if not all(place.complete for place in places):
         options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
-    more = options.command("bench table", root, f"-s cross{of}")
+    more = options.command("bench table", root, f"-s {places[-1].split}{of}")
     options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
     if len(ranked) > 1:
@@ -185,8 +185,8 @@ def predict(methods: tuple[str, ...], **given: Any) -> None:
         if notes := sorted(folder.glob("*.json")):
             first = json.loads(notes[0].read_text(encoding="utf-8"))
             echo(f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}")
-    if plan.only:
-        options.say(f"These are of some clips ({plan.only}); bench predict without that makes the others.")
+    if plan.clips or plan.limit:
+        options.say("These are of some clips; bench predict without --clips and --limit makes the others.")
 
 
 @click.command("score")
@@ -216,7 +216,8 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
 
 
 def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
-    """The data set that the cases were exported from, and those of the splits that they are of.
+    """The data set that the cases were exported from, and those of the splits asked for, or of all, that
+    they are of.
 
     Raises BenchError where they are of none of them.
     """
@@ -225,11 +226,11 @@ def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
         return {}
     try:
         facts = files.read_json(path)
-        dataset, there = str(facts["dataset"]), {str(case["split"]) for case in facts["cases"]}
+        dataset, there = str(facts["dataset"]), dict.fromkeys(str(case["split"]) for case in facts["cases"])
     except (KeyError, TypeError) as error:
         raise FileError(path, f"is not a manifest of bench export-cases ({error})") from error
-    if not (both := tuple(split for split in splits if split in there)):
-        known = " and ".join(sorted(there))
+    if not (both := tuple(split for split in there if split in splits or not splits)):
+        known = " and ".join(there)
         raise BenchError(f"{path} lists no case of {' or '.join(splits)}; there are those of {known}")
     return {"dataset": dataset, "splits": both}
 
@@ -320,7 +321,7 @@ def _run_task(
     from retarget_bench.tables.rendering import text
 
     spec = str(tasks.canonical(name, levels, motions or 0))
-    plan = make_plan(methods, splits=("self",), task=spec, **given)
+    plan = make_plan(methods, task=spec, **given)
     shown = options.task_name(name)
     places = plans.existing(carry_out(plan, f"bench task {shown}"), plan.root)
     echo(text(task_tables(places, name), columns=options.screen_width()))

@@ -15,10 +15,6 @@ BREAKDOWNS = (
 )  # fmt: skip
 
 
-def _asked_splits(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
-    return options.split_names(ctx, param, given) if given else ()
-
-
 @click.command("table")
 @options.roots_argument
 @click.option(
@@ -27,8 +23,8 @@ def _asked_splits(ctx: click.Context, param: click.Parameter, given: tuple[str, 
     "splits",
     multiple=True,
     metavar="SPLIT",
-    callback=_asked_splits,
-    help="self, intra or cross, with more columns; may be repeated. [default: all side by side]",
+    callback=options.split_names,
+    help="A split, such as cross, with more columns; may be repeated. [default: all side by side]",
 )
 @click.option(
     "-m",
@@ -94,8 +90,8 @@ def command(
 ) -> None:
     """Print the table of results. RESULTS: folders written by `bench run`. [default: runs]
 
-    MPJPE, contact recall and FID on all splits, for people; -s cross has more columns of one split. While
-    a run is going on, the cases that it has finished.
+    MPJPE, contact recall and FID on all splits, for people; -s SPLIT has more columns of one. While
+    a run is going on, the cases that all methods have done.
     """
     if paper is not None and (columns is not None or everything or by or at_least or choice["splits"]):
         raise BenchError(
@@ -112,7 +108,7 @@ def command(
         if (wanted := published(paper).task) != "retarget":
             task, maker = wanted, options.maker(wanted)
     what = "results of probes" if probes else "results"
-    places = options.results(roots or (Path("runs"),), dataset, task, maker, what, unfinished=not paper)
+    places = options.results(roots or (Path("runs"),), dataset, task, maker, what)
     if paper is not None:
         from retarget_bench.tables.published.requested import requested as published_table
 

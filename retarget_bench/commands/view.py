@@ -23,9 +23,6 @@ PORT = 8080
 @options.results_option
 @options.methods_option
 @options.only_dataset_option
-@click.option(
-    "--data", metavar="DATASET", help="The data set, where a run that has just begun cannot tell it."
-)
 @options.root_option
 @options.task_option
 @click.option(
@@ -36,7 +33,6 @@ PORT = 8080
 def command(
     sources: tuple[str, ...],
     results: tuple[Path, ...],
-    data: str | None,
     port: int,
     no_open: bool,
     **asked: Any,
@@ -54,7 +50,7 @@ def command(
     from retarget_bench.viewer import live
 
     live.viser()
-    case_list, case = _case_list(sources, results, data, **asked)
+    case_list, case = _case_list(sources, results, **asked)
     _free(port)
     window = live.Window(case_list, port, case)
     echo(f"{window.url} shows it; Ctrl-C stops")
@@ -69,10 +65,9 @@ def command(
 
 
 def _case_list(
-    sources: Sequence[str], results: Sequence[Path], data: str | None, **asked: Any
+    sources: Sequence[str], results: Sequence[Path], **asked: Any
 ) -> tuple[CaseList, str | None]:
     """The cases that are asked for, and the first to show. Raises BenchError where there is nothing."""
-    from retarget_bench.plugins.spec import Spec
     from retarget_bench.viewer import results_library
     from retarget_bench.viewer.scene_builder import CaseList
 
@@ -83,7 +78,7 @@ def _case_list(
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
     roots = folders or list(results) or [Path("runs")]
-    case_list = CaseList(roots, data=Spec.parse(data) if data else None, **asked)
+    case_list = CaseList(roots, **asked)
     there = case_list.refresh()
     if case_list.problem and not there:
         raise BenchError(case_list.problem)

@@ -54,6 +54,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
             label=data.label,
             version=data.card.version,
             content=data.content,
+            splits=dict(data.card.splits),
             notes=tuple(data.notes),
         ),
         metrics=unit.metrics.versions,

@@ -8,7 +8,8 @@ from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, SetMetric, optional
+from retarget_bench.api import CaseInfo, Dataset, SetMetric, optional
+from retarget_bench.api.datasets import chosen_splits
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips
 from retarget_bench.evaluation.attempt import attempt
@@ -38,6 +39,7 @@ OWN_CASES = (RETARGET, "probe")
 class Plan:
     """A request. Plain data throughout: it travels to worker processes.
 
+    splits:   of the data sets; none: all that they have.
     task:     ``retarget``, or a derived one with its parameters (``denoise[levels=5]``).
     stage:    predict only, score only, or both.
     redo:     never: compute nothing; missing: what is missing or was made by other code, data or
@@ -54,7 +56,7 @@ class Plan:
 
     methods: tuple[Spec, ...]
     datasets: tuple[Spec, ...]
-    splits: tuple[str, ...] = SPLITS
+    splits: tuple[str, ...] = ()
     metrics: tuple[str, ...] = ()
     task: str = RETARGET
     root: Path = Path("runs")
@@ -212,19 +214,13 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
     """Every unit of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
     if plan.isolate and shutil.which(word := shlex.split(plan.isolate)[0]) is None:
         raise BenchError(f"methods are to be started under {word}, which is not installed here")
-    if unknown := [split for split in plan.splits if split not in SPLITS]:
-        raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
-    found = []
-    for data in dict.fromkeys(map(bound.dataset, plan.datasets)):
-        offered = data_of(data, plan.task).card.splits
-        for split in dict.fromkeys(plan.splits):
-            if split in offered:
-                found += [
-                    EvaluationUnit(replace(plan, seed=plan.seed + number), data, split, each, number)
-                    for each in methods_of(plan)
-                    for number in range(_seeds(plan, each))
-                ]
-    return found
+    return [
+        EvaluationUnit(replace(plan, seed=plan.seed + number), data, split, method, number)
+        for data in dict.fromkeys(map(bound.dataset, plan.datasets))
+        for split in chosen_splits(data_of(data, plan.task), plan.splits)
+        for method in methods_of(plan)
+        for number in range(_seeds(plan, method))
+    ]
 
 
 def methods_of(plan: Plan) -> list[BoundMethod]:

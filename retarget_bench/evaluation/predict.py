@@ -184,7 +184,7 @@ def context_for(asked: Method | Inputs, dataset: Dataset, case: Case, seed: int)
         if case.reference is None and (real := _real_clips(dataset, case)):
             own, others = real, [info for info in real if info.clip != case.info.clip]
         elif not others:
-            anywhere = _clips_of_target(dataset, case.info, dataset.card.splits)
+            anywhere = _clips_of_target(dataset, case.info, [*dataset.card.splits])
             others = [info for info in anywhere if info.clip != case.info.clip]
         clips = {"target_motions": own, "other_clips": others}
         given |= {k: ReferenceClips(dataset.load, each) for k, each in clips.items() if k in inputs.needs}

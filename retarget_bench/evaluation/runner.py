@@ -11,7 +11,7 @@ from retarget_bench.evaluation import clips, executors, timing
 from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
-from retarget_bench.evaluation.plan import EvaluationUnit, Plan, data_of, evaluation_units
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
 from retarget_bench.evaluation.prediction.workers import LEARNED
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
@@ -34,7 +34,7 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
     """Compute what a plan lacks and return the paths of its results. timed: measure speeds, too.
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there. A plan of
-    some clips leaves results that are not finished. Raises BenchError where another run is writing to
+    some clips leaves results that are not complete. Raises BenchError where another run is writing to
     the same folder.
     """
     busy = f"another run is writing to {plan.root}; wait until it has ended, or give another folder"
@@ -44,10 +44,12 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
     ):
         engine = executors.engine(plan.executor, local)
         wanted = _with_cases(plan, evaluation_units(plan))
+        todo = [unit for unit in wanted if _lacks(unit)]
         for unit in wanted if plan.redo != "never" else ():
             if case_metadata.damaged(unit.paths):
                 case_metadata.write(unit.paths, unit.data, unit.infos)
-        todo = [unit for unit in wanted if _lacks(unit)]
+            if unit not in todo:
+                store.settle(unit.paths)
         done = _begun(plan, todo)
         _answer(plan, engine, done, progress)
         if plan.stage != "predict":
@@ -60,8 +62,7 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
 
 # --------------------------------------------------------------------------------------------- answers
 def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, Entries]:
-    """What interrupted runs left of each unit; the files are there that a table of unfinished results
-    needs."""
+    """What interrupted runs left of each unit; the files are there that its results are read by."""
     if plan.stage == "predict":
         return {unit: {} for unit in units}
     by_paths = {unit.paths: unit for unit in units}
@@ -69,7 +70,7 @@ def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, 
         _take_over(plan.root, by_paths)
     found = {unit: _journalled(unit) for unit in by_paths.values()}
     for unit in found:
-        if not unit.paths.cases.exists():
+        if not store.lists(unit.paths, unit.infos):
             case_metadata.write(unit.paths, unit.data, unit.infos)
         store.begin(unit.paths, header_of(unit, ()), unit.infos)
     return found
@@ -172,13 +173,8 @@ def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
 
 
 def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:
-    """The units that have cases; raises BenchError with the data set's own notes where none has, and with
-    its splits where it has none of those asked for."""
+    """The units that have cases; raises BenchError with the data set's own notes where none has."""
     filled = [unit for unit in found if unit.infos]
-    if not found:
-        cards = {spec: data_of(bound.dataset(spec), plan.task).card for spec in plan.datasets}
-        offered = "; ".join(f"{spec} has {' and '.join(card.splits)}" for spec, card in cards.items())
-        raise BenchError(f"there is no case in {' or '.join(plan.splits)}: {offered}")
     if not filled:
         data = {id(unit.data): unit.data for unit in found}.values()
         notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
+from retarget_bench.api import Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.prediction.workers import Asked, PredictionWorker
 from retarget_bench.files import write_csv
@@ -120,10 +120,10 @@ def _view(case: Case, number: int) -> Case:
 def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:
     """The times of the cases that a method was timed on; empty where there are none.
 
-    They may be of another split than these results, which a quick look has none of. clips: only of these
-    clips.
+    They may be of another split than these results. Results that are not complete have none. clips: only
+    of these clips.
     """
-    for place in _times(paths)[: paths.finished]:
+    for place in _times(paths)[: paths.complete]:
         times = _read(place)
         if clips is None:
             return times
@@ -154,8 +154,8 @@ def pace(times: Sequence[Time]) -> float:
 
 def _times(paths: ResultPaths) -> list[ResultPaths]:
     """The splits of the same method that have times, its own first."""
-    places = [paths, *(replace(paths, split=split) for split in SPLITS[::-1] if split != paths.split)]
-    return [place for place in places if place.timing.exists()]
+    folders = sorted(each.parents[0].name for each in paths.folder.parent.glob(f"*/{paths.timing.name}"))
+    return [replace(paths, split=split) for split in sorted(folders, key=paths.split.__ne__)]
 
 
 def _stale(places: Sequence[ResultPaths], now: float) -> bool:

@@ -36,17 +36,9 @@ def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
     return found
 
 
-def everything(roots: Iterable[Path], *, unfinished: bool = False) -> list[ResultPaths]:
-    """All results under some folders, of every task: what ranks, and so colours, are of.
-
-    unfinished: also those of a run that is going on.
-    """
-    return [
-        place
-        for root in roots
-        for task in TASKS
-        for place in store.find_results(root, task, unfinished=unfinished)
-    ]
+def everything(roots: Iterable[Path]) -> list[ResultPaths]:
+    """All results under some folders, of every task: what ranks, and so colours, are of."""
+    return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
 
 
 def styles(ranked: Mapping[str, ResultHeader]) -> dict[str, palette.MethodStyle]:

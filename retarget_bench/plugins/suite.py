@@ -3,7 +3,7 @@
 methods = ["copy_rotations[root_rule=height]", "ik"]
 dataset = "mixamo"
 root = "PATH/TO/mixamo"
-split = ["intra", "cross"]
+split = ["cross"]
 """
 
 from pathlib import Path

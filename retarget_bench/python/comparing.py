@@ -43,7 +43,7 @@ def compare(
 
 def nothing_common(first: str, second: str, rows: Sequence[MethodRow]) -> BenchError:
     """Why these rows cannot be compared."""
-    waiting = dict.fromkeys(filter(None, map(pairwise.unfinished, rows)))
+    waiting = dict.fromkeys(filter(None, map(pairwise.so_far, rows)))
     said = [f"{first} and {second} have no case in common that both have a number for", *waiting]
     return BenchError("; ".join(said))
 

@@ -16,7 +16,8 @@ import numpy as np
 
 import retarget_bench
 from retarget_bench import defaults
-from retarget_bench.api import optional
+from retarget_bench.api import CROSS, INTRA, SELF, optional
+from retarget_bench.api.datasets import usual_split
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.role_aliases import strip_prefix
 from retarget_bench.plugins import registry
@@ -24,7 +25,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
 GENERATED, REAL = "generated bodies", "real rigs"
-JOINTS = {"self": ", each to itself", "intra": " with the same joints", "cross": " with other joints"}
+JOINTS = {SELF: ", each to itself", INTRA: " with the same joints", CROSS: " with other joints"}
 PROPORTIONS = 1e-3
 """Bones whose shares in the length of all bones differ by less are as long."""
 
@@ -125,7 +126,7 @@ def caution(spec: Spec | str, source: Character, target: Character) -> str:
     if source.four_legged or target.four_legged:
         return ""
     alike = _joints(source) == _joints(target)
-    split = "cross" if not alike else "self" if Build.of(source).same_as(Build.of(target)) else "intra"
+    split = usual_split(alike and Build.of(source).same_as(Build.of(target)), alike)
     found = [each for each in worse(spec) if each.split == split]
     bodies = GENERATED if found and _generated(source) and _generated(target) else REAL
     return next((each.sentence for each in found if each.bodies == bodies), "")

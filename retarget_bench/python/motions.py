@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from retarget_bench import defaults
-from retarget_bench.api import Case, CaseInfo, Context
+from retarget_bench.api import CROSS, Case, CaseInfo, Context
 from retarget_bench.errors import BenchError
 from retarget_bench.files import check_writable
 from retarget_bench.motion import character, files, importer
@@ -251,7 +251,7 @@ def _answer(
     from retarget_bench.evaluation.predict import predict
 
     names = (source.character.name, target.name)
-    case = Case(CaseInfo("file", "retarget", "cross", *names, clip=names[0]), source, target)
+    case = Case(CaseInfo("file", "retarget", CROSS, *names, clip=names[0]), source, target)
     outcome = predict(asked, case, Context(seed=seed))
     if (found := outcome.prediction) is None:
         raise BenchError(f"{spec} gave no motion ({outcome.status}): {outcome.message}")

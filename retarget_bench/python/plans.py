@@ -137,7 +137,7 @@ def _working(kind: registry.Kind, tell: Tell) -> dict[str, Any]:
 
 def existing(places: Sequence[ResultPaths], root: Path) -> list[ResultPaths]:
     """The places that have results. Raises BenchError where none has."""
-    if there := [place for place in places if place.header.exists() or place.look]:
+    if there := [place for place in places if place.any_header.exists()]:
         return there
     raise BenchError(f"no results in {root}, and overwrite never makes none")
 

@@ -18,7 +18,7 @@ import pandas as pd
 from retarget_bench import defaults
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import Selection, bodies_of_cases, is_look, of_bodies
+from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies, of_splits
 from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.tasks import DERIVED
@@ -47,12 +47,12 @@ class Results:
     ``rb.run``, or from a folder by ``rb.load_results``.
 
     places: paths of the results. variants: tables show variants of methods, such as copied rotations with
-    other root rules, as after a run that names its methods. looks: tables show quick looks beside whole
-    results. Raises BenchError where there are no results, or of several tasks.
+    other root rules, as after a run that names its methods. Raises BenchError where there are no results,
+    or of several tasks.
     """
 
-    def __init__(self, places: Sequence[ResultPaths], variants: bool = False, looks: bool = False) -> None:
-        self.places, self.variants, self.looks = tuple(places), variants, looks
+    def __init__(self, places: Sequence[ResultPaths], variants: bool = False) -> None:
+        self.places, self.variants = tuple(places), variants
         if not self.places:
             raise BenchError("there are no such results")
         if len(tasks := sorted({place.task for place in places})) > 1:
@@ -68,8 +68,7 @@ class Results:
         found: list[ResultPaths] = []
         for folder in map(Path, folders or (defaults.OUT,)):
             if not (here := store.find_results(folder, task)):
-                lack = "finished " * bool(store.find_unfinished(folder, task))
-                raise BenchError(f"no {lack}results in {folder}; {_maker(task, folder)} makes some")
+                raise BenchError(f"no results in {folder}; {_maker(task, folder)} makes some")
             found += here
         return cls(found)
 
@@ -100,11 +99,9 @@ class Results:
         """The results of some methods, on some splits. Raises BenchError for those that there are not."""
         names = [methods] if isinstance(methods, str) else list(methods)
         wanted = [splits] if isinstance(splits, str) else list(splits)
-        if unknown := [each for each in wanted if each not in self.splits]:
-            raise BenchError(f"no results of split {unknown[0]!r} here; there are {', '.join(self.splits)}")
-        places = [place for place in self.places if not wanted or place.split in wanted]
+        places = of_splits(self.places, wanted)
         chosen = method_order.of_methods(places, names) if names else places
-        return Results(chosen, self.variants or bool(names), self.looks or bool(names))
+        return Results(chosen, self.variants or bool(names))
 
     # ------------------------------------------------------------------------------------------ numbers
     @property
@@ -144,15 +141,15 @@ class Results:
     @property
     def problems(self) -> pd.DataFrame:
         """The cases that a method did not answer: ``dataset``, ``split``, ``method``, ``case``, ``status``
-        (``unsupported``, ``invalid``, ``failed``, ``missing``) and ``message``; not those that a quick look
-        leaves out."""
+        (``unsupported``, ``invalid``, ``failed``, ``missing``) and ``message``; not those that a run has
+        yet to do."""
         found = [
             (matrix.dataset, matrix.split, row.label, case, each.status, each.message)
             for matrix in self._matrices
             for row in matrix.rows
             for each in row.header.problems
-            if not (is_look(row) and each.status == "missing")
             for case in each.cases
+            if case not in row.header.waiting
         ]
         return pd.DataFrame(found, columns=["dataset", "split", "method", "case", "status", "message"])
 
@@ -222,7 +219,7 @@ class Results:
             by=by,
             at_least=at_least,
             bodies=bodies,
-            select=Selection(variants=self.variants or not plain, apart=plain, looks=self.looks),
+            select=Selection(variants=self.variants or not plain, apart=plain),
         )
         return TableView(lambda form: requested.tables(self.places, asked, form))
 
@@ -294,13 +291,13 @@ class Results:
         """Copy these results, and nothing else, to a new folder, predictions included; returns its path.
 
         The folder appears when all is there. overwrite: replace results that are there. Raises BenchError
-        where the folder exists, two of these results would have one name, or one is not finished.
+        where the folder exists, two of these results would have one name, or one is not complete.
         """
         folder = Path(folder)
-        if unfinished := [place.method for place in self.places if place.any_header == place.begun]:
+        if begun := [place.method for place in self.places if not place.complete]:
             raise BenchError(
-                f"{unfinished[0]} is not finished, as after a quick look; a run without clips and limit "
-                "does the rest, and then it can be saved"
+                f"the results of {begun[0]} are not complete; a run without clips and limit does the rest, "
+                "and then they can be saved"
             )
         inside = [place.header.relative_to(place.root) for place in self.places]
         if len(set(inside)) < len(inside):

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import ModuleType
 
 from retarget_bench import defaults
-from retarget_bench.api import SPLITS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips as of_clips
 from retarget_bench.evaluation import plan as plans_
@@ -27,7 +26,7 @@ def run(
     methods: Named | Sequence[Named] = (),
     *,
     dataset: str = defaults.DATASET,
-    splits: str | Sequence[str] = SPLITS,
+    splits: str | Sequence[str] = (),
     metrics: str | Sequence[str] = (),
     clips: str | Sequence[str] = (),
     limit: int | None = None,
@@ -53,10 +52,10 @@ def run(
     methods:   specs (``"copy_rotations[root_rule=height]"``), files of methods of your own
                (``"my_method.py"``), or their modules; by default all that are untrained or have weights.
     dataset:   its spec. root: folder of its files, short for ``DATASET[root=DIR]``.
-    splits:    out of ``self``, ``intra`` (same structure) and ``cross`` (another structure).
+    splits:    of the data set, such as ``cross``; none: all.
     metrics:   by name, or by what they compute (``"MPJPE"``); none: all.
-    clips:     a quick look: only clips of these names (``"walk*"``). A later run without it does the rest.
-    limit:     a quick look: only so many clips of each split, evenly spread.
+    clips:     only clips of these names (``"walk*"``). A later run without it does the rest.
+    limit:     only so many clips of each split, evenly spread.
     plugins:   files of your own metrics, data sets and post-processors, to be named like built-in ones.
     overwrite: what to compute: ``never`` nothing, ``missing``, ``failed`` (also failed cases), ``always``.
     workers:   number of processes; one per core by default, at most eight.
@@ -108,9 +107,7 @@ def run(
     )
     with progress_bar("run", "answers", progress) as told:
         places = runner.run(plan, told, timed=timed)
-    return Results(
-        plans.existing(places, plan.root), variants=bool(methods), looks=bool(plan.clips or plan.limit)
-    )
+    return Results(plans.existing(places, plan.root), variants=bool(methods))
 
 
 def _several(methods: Named | Sequence[Named]) -> Sequence[Named]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retarget_bench import defaults
-from retarget_bench.api import Case, CaseInfo, Context
+from retarget_bench.api import CROSS, Case, CaseInfo, Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import character
 from retarget_bench.motion.point_sets import PointSets
@@ -101,7 +101,7 @@ def answer(
 
     asked, spec = ready(method), method_spec(method)
     both = (source.character.name, target.name)
-    case = Case(CaseInfo("file", "points", "cross", *both, clip=both[0]), source, target)
+    case = Case(CaseInfo("file", "points", CROSS, *both, clip=both[0]), source, target)
     outcome = predict(asked, case, Context(seed=seed))
     found = outcome.prediction
     if found is None:

@@ -14,7 +14,6 @@ import pandas as pd
 
 from retarget_bench import files
 from retarget_bench.analysis.pairwise import PairwiseComparison
-from retarget_bench.api import SPLITS
 from retarget_bench.errors import BenchError
 from retarget_bench.python.arguments import checked
 from retarget_bench.tables import rendering
@@ -98,7 +97,7 @@ class TableView:
         shown = found.pivot(index=[*by, "value_id"], columns="split", values="best")
         order = {each: number for number, each in enumerate(self.frame["value_id"].unique())}
         shown = shown.sort_index(level="value_id", key=lambda ids: ids.map(order), sort_remaining=False)
-        return ListFrame(shown[[each for each in SPLITS if each in shown]])
+        return ListFrame(shown[[each for each in self.frame["split"].unique() if each in shown]])
 
     @checked
     def save(self, path: str | PathLike[str]) -> Path:

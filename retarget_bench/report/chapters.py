@@ -92,12 +92,13 @@ class Split:
 class Chapter:
     """Results of one task (a folder's name, ``denoise-1a2b3c4d`` where it has parameters) on a data set.
 
-    dataset: its label, which names derived tasks too. data: the spec of the data set.
+    title: of its tables: the data set's label, which names derived tasks too, and the group of bodies.
+    data: the spec of the data set.
     first: the first table, without variants of methods unless these were asked for.
     """
 
     task: str
-    dataset: str
+    title: str
     data: Spec
     places: tuple[ResultPaths, ...]
     tables: tuple[Table, ...]
@@ -162,10 +163,10 @@ def chapters(
 
 
 def results(roots: Sequence[Path]) -> list[ResultPaths]:
-    """All that there are, of all tasks, finished or not. Raises BenchError where a root has none."""
+    """All that there are, of all tasks. Raises BenchError where a root has none."""
     found: list[ResultPaths] = []
     for root in roots:
-        here = method_order.everything([root], unfinished=True)
+        here = method_order.everything([root])
         if not here:
             raise BenchError(f"no results in {root}; bench run --out {root} makes some")
         found += here
@@ -234,9 +235,7 @@ def _chapter(
     declared = splits[0].matrix.rows[0].header.dataset
     spec = Spec(declared.name, declared.parameters)
     spec = spec if data is None else spec.with_parameters(root=data)
-    bodies = f": {sections[0].bodies}" if sections[0].bodies else ""
-    name = sections[0].dataset + bodies
-    return Chapter(places[0].task, name, spec, tuple(places), tuple(made), first, splits)
+    return Chapter(places[0].task, made[0].title, spec, tuple(places), tuple(made), first, splits)
 
 
 def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:

@@ -87,7 +87,7 @@ def _data(
     return {
         "chapters": [
             {
-                "title": printable(chapter.dataset),
+                "title": printable(chapter.title),
                 "splits": [_split(split, (c, s), shown, step) for s, split in enumerate(chapter.splits)],
             }
             for c, chapter in enumerate(chapters)

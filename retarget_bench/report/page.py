@@ -102,7 +102,7 @@ def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]
         sample = elements.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
         legend.append((label, sample))
     return {
-        "title": chapter.dataset,
+        "title": chapter.title,
         "asks": GOALS.get(chapter.kind, ""),
         "first": chapter.first,
         "tables": chapter.tables,
@@ -147,7 +147,7 @@ def _facts(chapters: Sequence[Chapter], shown: PackedScenes) -> list[tuple[str, 
     cases = sum(len(split.matrix.cases) for chapter in chapters for split in chapter.splits)
     span = dates[0] if dates and dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}" if dates else ""
     facts = [
-        ("results", "; ".join(chapter.dataset for chapter in chapters)),
+        ("results", "; ".join(chapter.title for chapter in chapters)),
         ("cases", f"{cases}, of which {count(len(shown.scenes), 'case')} can be seen in motion here"),
         ("methods", ", ".join(methods)),
         ("seeds", ", ".join(map(str, seeds))),

@@ -91,12 +91,12 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
         fresh = [key for key in rows.keys() if not newest.why_value_outdated(header, key[0])]  # noqa: SIM118
         return Columns(paths, header, cases, Lazy(fresh, rows.column))
     position = {info.id: number for number, info in enumerate(cases)}
-    if paths.finished:
+    if paths.complete:
         large = paths.rows.exists() and paths.rows.stat().st_size >= LARGE
         found = _fast(paths, position) if large else None
         numbers = _slow(paths, position, store.read_rows(paths.rows)) if found is None else found
     else:
-        header, entries = store.read_unfinished(paths, header, cases)
+        header, entries = store.read_begun(paths, header, cases)
         numbers = _slow(paths, position, entries)
     stale = {value for value, _ in numbers if newest.why_value_outdated(header, value)}
     return Columns(paths, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})

@@ -14,11 +14,13 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from retarget_bench.api import Direction, Parameters, Value
+from retarget_bench.api import SPLITS, Direction, Parameters, Value
 
 SCHEMA = 2
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
+WAITING = "not done yet"
+"""The message of cases that a run has not come to."""
 ELSEWHERE = "predictions made elsewhere"
 """The origin of a method whose predictions were given as files."""
 
@@ -73,13 +75,14 @@ class MethodInfo(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetInfo(_Part):
-    """A data set as results name it; ``content`` identifies the data."""
+    """A data set as results name it; ``content`` identifies the data. splits: see ``DatasetCard``."""
 
     name: str = ""
     parameters: Parameters = field(default_factory=dict)
     label: str
     version: str = ""
     content: str
+    splits: Mapping[str, str] = field(default_factory=lambda: SPLITS)
     notes: tuple[str, ...]
 
 
@@ -169,7 +172,6 @@ class ResultHeader(_Part):
     metrics:        metric -> ``version+code``.
     values:         value id -> declaration.
     problems, faults: cases without values, and those that lack the values of a metric alone.
-    only:           of a quick look the options that choose its clips.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
     files:          end of a file's name (``csv``, ``cases.csv``) -> what was written to it.
@@ -195,7 +197,6 @@ class ResultHeader(_Part):
     versions: Mapping[str, str] = field(default_factory=dict)
     revision: str = ""
     date: str = ""
-    only: str = ""
     not_applicable: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     files: Mapping[str, StoredFile] = field(default_factory=dict)
 
@@ -203,6 +204,16 @@ class ResultHeader(_Part):
     def declared(self) -> dict[str, DeclaredValue]:
         """Every value id -> declaration."""
         return {**self.values, **self.set_values}
+
+    @property
+    def unanswered(self) -> frozenset[str]:
+        """The cases without values, for any reason."""
+        return frozenset(case for each in self.problems for case in each.cases)
+
+    @property
+    def waiting(self) -> frozenset[str]:
+        """The cases that a run has not come to."""
+        return frozenset(case for each in self.problems if each.message == WAITING for case in each.cases)
 
     def parts(self) -> Iterable[_Part]:
         """The header and all its parts, each with ``extra`` fields of its own."""
@@ -243,7 +254,7 @@ OPTIONAL: dict[str, Any] = {
     "four_legged": None,
     "not_applicable": {},
     "files": {},
-    "only": "",
+    "splits": SPLITS,
     "rows": None,
     "footer": "",
 }

@@ -17,7 +17,7 @@ Values = dict[str, float | dict[str, float]]
 class ResultPaths:
     """Paths of the results of one method on one split of a data set.
 
-    look: what a quick look has begun is meant, also where there are older results of all clips.
+    Results that a run has begun, and not completed, replace older ones.
     """
 
     root: Path
@@ -25,7 +25,6 @@ class ResultPaths:
     task: str
     split: str
     method: str
-    look: bool = field(default=False, compare=False)
 
     @property
     def folder(self) -> Path:
@@ -66,12 +65,13 @@ class ResultPaths:
 
     @property
     def any_header(self) -> Path:
-        """The header; of results that are not finished the one that their run began with."""
-        return self.header if self.finished or not self.begun.exists() else self.begun
+        """The header; of results that are not complete the one that their run began with."""
+        return self.header if self.complete else self.begun
 
     @property
-    def finished(self) -> bool:
-        return self.header.exists() and not (self.look and self.begun.exists())
+    def complete(self) -> bool:
+        """Whether all cases are there; False of results that a run has begun and not completed."""
+        return not self.begun.exists()
 
     @property
     def cases(self) -> Path:

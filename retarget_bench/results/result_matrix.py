@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import SPLITS, CaseInfo
+from retarget_bench.api import INTRA, SELF, CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.results import columns, compatibility, dataset_names
@@ -56,12 +56,12 @@ class ResultMatrix:
 
     cases:  sorted by clip. Values of legacy protocols count self pairs as intra, so self cases are there
             too, with those values only; ``own`` tells them apart.
+    meaning: what the cases of the split have in common; "" where results do not say it.
     part:   which group of the cases (or joints) this is; "" for all.
     bodies: the group of bodies that all cases are of; "" where they are not told apart.
     variants: labels of the variants of methods that were left out.
-    unfinished: a sentence on how far a running run is; "" where all is finished.
-    look:   of a quick look, how many of the clips it is over: "3 of 12 clips".
-    looks:  labels of methods with nothing but a quick look that were left out, beside others.
+    so_far: how many cases these are of those that are asked for, ``3 of 12 clips so far``; "" where
+            results are complete.
     own:    ``(cases,)`` bool.
     values: value id -> what headers declare of it.
     """
@@ -72,12 +72,11 @@ class ResultMatrix:
     own: np.ndarray
     rows: tuple[MethodRow, ...]
     values: Mapping[str, DeclaredValue]
+    meaning: str = ""
     part: str = ""
     bodies: str = ""
     variants: tuple[str, ...] = ()
-    unfinished: str = ""
-    look: str = ""
-    looks: tuple[str, ...] = ()
+    so_far: str = ""
 
     @cached_property
     def clips(self) -> np.ndarray:
@@ -137,7 +136,7 @@ def _kept(run: Numbers, keep: np.ndarray, some: np.ndarray, key: Key) -> np.ndar
 
 
 def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
-    """Results by data set and split (self, intra, cross).
+    """Results by data set and split, in the order of the data set.
 
     Data sets of one label in several folders are told apart (``dataset_names``). Numbers on other data, or
     of another version of a metric, than the newest of a data set's results are left out, and so are further
@@ -154,9 +153,20 @@ def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
     for paths, header in there.items():
         found = columns.read(paths, header, newest[names[paths]])
         grouped.setdefault((names[paths], paths.task, paths.split), []).append(found)
-    order = {split: rank for rank, split in enumerate(SPLITS)}
-    keys = sorted(grouped, key=lambda key: (*key[:2], order.get(key[2], len(order))))
-    return [_matrix(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
+    return [
+        _matrix(found, key[0], grouped.get((*key[:2], SELF), []))
+        for key, found in sorted(grouped.items(), key=lambda each: (*each[0][:2], _place(each[1])))
+    ]
+
+
+def _place(found: Sequence[Columns]) -> tuple[int, str]:
+    """Sort key of the results of a split among those of a data set."""
+    splits, split = [*_newest(found).dataset.splits], found[0].paths.split
+    return splits.index(split) if split in splits else len(splits), split
+
+
+def _newest(found: Sequence[Columns]) -> ResultHeader:
+    return max((each.header for each in found), key=lambda header: header.date)
 
 
 def _matrix(found: Sequence[Columns], name: str, selves: Sequence[Columns]) -> ResultMatrix:
@@ -165,7 +175,7 @@ def _matrix(found: Sequence[Columns], name: str, selves: Sequence[Columns]) -> R
         values |= each.header.values
     pooled = {key for key, value in values.items() if value.with_self}
     split = found[0].paths.split
-    extra = selves if pooled and split == "intra" else ()
+    extra = selves if pooled and split == INTRA else ()
     lists = {id(each.cases): each.cases for each in found}  # mostly one
     once = {info.id: info for each in lists.values() for info in each}
     mine = len(once)
@@ -189,6 +199,7 @@ def _matrix(found: Sequence[Columns], name: str, selves: Sequence[Columns]) -> R
         own=np.array(order, dtype=np.int64) < mine,
         rows=_rows(runs),
         values=with_current_labels(values),
+        meaning=_newest(found).dataset.splits.get(split, ""),
     )
 
 
@@ -208,7 +219,7 @@ def _aligned(
             column[places[id(own_self.cases)]] = there[key]
         return column
 
-    apart = found.paths.split != "intra"
+    apart = found.paths.split != INTRA
     keys = [key for key in found.numbers if apart or key[0] not in pooled or key in there]
     return derived(found.numbers, over_all, keys)
 

@@ -10,8 +10,8 @@ Under a results root, one folder per data set, task and split holds for every me
     <method>.log       what the method printed, where it printed anything
     cases.csv          what is known of every case: source, target, clip, kind, frames
 
-and, while a run is going on, ``<method>.journal``, which a re-run continues from, and ``<method>.begun``, a
-header without counts.
+and, from the beginning of a run until all cases are done, ``<method>.journal``, which a re-run continues
+from, and ``<method>.begun``, a header without counts. While these are there they are the results.
 """
 
 import csv
@@ -28,7 +28,15 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, check_ordinary, digest, read_json, sweep, write_csv, write_text
 from retarget_bench.results import checksums, large_rows
-from retarget_bench.results.header import SCHEMA, DeclaredValue, MetricFault, Problem, ResultHeader, parsed
+from retarget_bench.results.header import (
+    SCHEMA,
+    WAITING,
+    DeclaredValue,
+    MetricFault,
+    Problem,
+    ResultHeader,
+    parsed,
+)
 from retarget_bench.results.large_rows import Batch, LargeRows
 from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, LARGE, ROWS, SETS
 from retarget_bench.results.paths import CaseResult as CaseResult
@@ -38,7 +46,6 @@ from retarget_bench.results.paths import case_file as case_file
 
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
-UNFINISHED = "not finished yet"
 
 
 @dataclass
@@ -121,16 +128,21 @@ def append_journal(paths: ResultPaths, entry: CaseResult) -> None:
 
 
 def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -> None:
-    """Write what ``read_unfinished`` needs beside the journal.
+    """Write what results are read by, beside the journal, until they are complete.
 
-    A case list that is there stays until results are complete, since older ones are read with it. Raises
-    BenchError where results of so many cases could not be written.
+    Raises BenchError where results of so many cases could not be written.
     """
     if len(infos) > large_rows.MANY:
         large_rows.parquet()
-    if not paths.cases.exists():
+    if not lists(paths, infos):
         write_cases(paths, infos)
     _write_header(paths.begun, header)
+
+
+def settle(paths: ResultPaths) -> None:
+    """Let complete results count, whatever a run has begun."""
+    paths.begun.unlink(missing_ok=True)
+    paths.journal.unlink(missing_ok=True)
 
 
 # --------------------------------------------------------------------------------------------- writing
@@ -174,15 +186,25 @@ def _write_last(
     _write_header(paths.header, replace(header, files=files))
     for end in {ROWS, ARRAYS, LARGE}.difference(ends):
         paths.file(end).unlink(missing_ok=True)
-    paths.journal.unlink(missing_ok=True)
-    paths.begun.unlink(missing_ok=True)
+    settle(paths)
 
 
 def write_cases(paths: ResultPaths, infos: Sequence[CaseInfo]) -> None:
     """The case list of a split, sorted by id."""
+    write_csv(paths.cases, CASE_FIELDS, _listed(infos))
+
+
+def lists(paths: ResultPaths, infos: Sequence[CaseInfo]) -> bool:
+    """Whether the case list that is there, if any, is of these cases."""
+    try:
+        return read_csv(paths.cases, CASE_FIELDS) == [list(map(str, row)) for row in _listed(infos)]
+    except FileError:
+        return False
+
+
+def _listed(infos: Sequence[CaseInfo]) -> list[tuple[str, str, str, str, str, int]]:
     ordered = sorted(infos, key=lambda info: info.id)
-    cases = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
-    write_csv(paths.cases, CASE_FIELDS, cases)
+    return [(info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered]
 
 
 def _write_header(path: Path, header: ResultHeader) -> None:
@@ -253,17 +275,17 @@ def read_header_facts(path: Path) -> dict[str, Any]:
 
 
 def read_results(paths: ResultPaths) -> Results:
-    """Everything that is known of one method on one split, finished or not.
+    """Everything that is known of one method on one split, complete or not.
 
     Raises FileError when a file is missing, damaged or from a newer version.
     """
     header = read_header(paths.any_header)
-    finished = paths.any_header != paths.begun
-    if finished:
+    complete = paths.complete
+    if complete:
         verify(paths, header, ROWS, LARGE, CASES)
     cases = {info.id: info for info in read_cases(paths.cases, paths.task, paths.split)}
-    if not finished:
-        header, entries = read_unfinished(paths, header, list(cases.values()))
+    if not complete:
+        header, entries = read_begun(paths, header, list(cases.values()))
     elif LARGE in header.files:
         entries = LargeRows(paths.large).entries()
     else:
@@ -279,10 +301,10 @@ def read_results(paths: ResultPaths) -> Results:
     return Results(paths, header, [entries[case] for case in sorted(entries)], cases)
 
 
-def read_unfinished(
+def read_begun(
     paths: ResultPaths, header: ResultHeader, cases: Sequence[CaseInfo]
 ) -> tuple[ResultHeader, dict[str, CaseResult]]:
-    """The header and the entries of a run that is going on, or was interrupted: of cases finished so far.
+    """The header and the entries of results that are not complete: of the cases that are done.
 
     The others are problems of status ``missing``. A journal of other keys has no entries. Values per joint
     and frame are left to ``read_arrays``.
@@ -302,7 +324,7 @@ def read_unfinished(
         for metric, message in each.faults.items()
     )
     if waiting := tuple(sorted(ids - done.keys())):
-        kept.append(Problem(status="missing", message=UNFINISHED, cases=waiting))
+        kept.append(Problem(status="missing", message=WAITING, cases=waiting))
     return replace(header, problems=tuple(kept), faults=faults).counted(ids), done
 
 
@@ -356,7 +378,7 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
 def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
     header = read_header(paths.any_header)
-    if paths.any_header == paths.begun:
+    if not paths.complete:
         return _flatten(_read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
     verify(paths, header, ARRAYS, LARGE)
     if LARGE in header.files:
@@ -385,24 +407,12 @@ def read_npz(path: Path, problem: str) -> dict[str, np.ndarray]:
         raise FileError(path, f"{problem} ({error})") from error
 
 
-def find_results(root: Path, task: str = "retarget", *, unfinished: bool = False) -> list[ResultPaths]:
-    """Every finished result of a task under a results root, sorted.
+def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:
+    """Every result of a task under a results root, complete or not, sorted.
 
     task: ``retarget``, a derived one (with any parameters), or ``probe``: what ``bench probe`` wrote.
-    unfinished: also ``find_unfinished``.
     """
-    return _find(root, task, "json") + (find_unfinished(root, task) if unfinished else [])
-
-
-def find_unfinished(root: Path, task: str = "retarget") -> list[ResultPaths]:
-    """Every result that a run has begun and not finished, and of which there is no older one, sorted."""
-    return [paths for paths in _find(root, task, "begun") if not paths.header.exists()]
-
-
-def _find(root: Path, task: str, suffix: str) -> list[ResultPaths]:
-    places = []
     changed = f"{task}-{8 * '[0-9a-f]'}"  # see Spec.slug
-    for path in sorted(each for name in (task, changed) for each in root.glob(f"*/{name}/*/*.{suffix}")):
-        dataset, folder, split = path.relative_to(root).parts[:3]
-        places.append(ResultPaths(root, dataset, folder, split, path.stem))
-    return places
+    folders = [f"*/{name}/*/*.{end}" for name in (task, changed) for end in ("json", "begun")]
+    found = {path.with_suffix("") for folder in folders for path in root.glob(folder)}
+    return [ResultPaths(root, *path.relative_to(root).parts) for path in sorted(found)]

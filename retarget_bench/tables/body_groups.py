@@ -24,12 +24,6 @@ def shown(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary
     variants = dict.fromkeys(label for section in kept for label in section.variants)
     if variants:
         hints.append(f"variants left out: {', '.join(variants)}: bench table --variants")
-    looks = dict.fromkeys(label for section in kept for label in section.looks)
-    if looks:
-        hints.append(
-            f"quick looks left out: {', '.join(looks)}: bench table -m shows one, and bench run without "
-            "--clips and --limit does the rest of its cases"
-        )
     return kept, hints
 
 

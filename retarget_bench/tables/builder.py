@@ -201,9 +201,9 @@ def _table(
         hints = [*reading, *set_groups.without(found, sets)]
     elif left := [key for key in of_sets if key not in whole]:
         notes = [f"Not shown: values of all answers as one set (--columns {','.join(left)})."]
-    state = "".join(dict.fromkeys(section.state for section in found))
+    so_far = "; ".join(dict.fromkeys(section.so_far for section in found if section.so_far))
     return Table(
-        title=title + state,
+        title=f"{title} ({so_far})" if so_far else title,
         groups=tuple(groups),
         notes=(*notes, *_notes(found, known)),
         footnotes=tuple(builder.footnotes.sentences),
@@ -212,6 +212,7 @@ def _table(
         data=provenance.data_facts(found),
         subjects=tuple(builder.column(key) for key in keys),
         hints=tuple(hints),
+        splits={section.split: section.meaning for section in found if section.meaning},
     )
 
 
@@ -266,7 +267,7 @@ def _whole(found: Sequence[SplitSummary]) -> frozenset[str]:
 
 def _no_set(section: SplitSummary, key: str) -> str:
     """Reason why no method has this value of the set of all bodies; "" where one has."""
-    if section.unfinished:
+    if section.so_far:
         return "computed of all cases, once they are done"
     values = [each for score in section.scores for each in score.sets if each.value_id == key]
     values = [each for each in values if each.structure == TWO_LEGS]

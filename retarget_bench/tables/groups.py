@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
-from retarget_bench.api import TWO_LEGS
+from retarget_bench.api import INTRA, SELF, TWO_LEGS
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue, ResultHeader
@@ -175,8 +175,8 @@ class GroupBuilder:
             reason = f"scored without the metric {facts.metric}; bench score adds it"
         elif key not in header.values:
             reason = "scored before this value existed; bench score adds it"
-        elif facts.with_self and header.split == "intra":
-            reason = "pools self pairs with intra, and there are no results on the self split"
+        elif facts.with_self and header.split == INTRA:
+            reason = f"pools {SELF} pairs with {INTRA}, and there are no results on the {SELF} split"
         elif refused := header.not_applicable.get(key):
             return self.footnotes.missing(str(refused["reason"]))
         else:
@@ -242,9 +242,10 @@ def _interval(value: SetValue) -> Interval | None:
 
 
 def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
-    """Best or tied; "" where so few clips could not have told the best from the worst."""
+    """Best or tied; "" where so few clips could not have told the best from the worst, and of results that
+    are not complete."""
     ranking = section.rankings.get(key)
-    if ranking is None or not ranking.separable:
+    if section.so_far or ranking is None or not ranking.separable:
         return ""
     if score.label == ranking.best:
         return "best"

@@ -54,7 +54,7 @@ class MethodGroup:
             ),
             common=self._common(),
             absent=(*absent, *self._failed(), *self._alone(), *self._too_few_clips()),
-            below=(*unfinished(self.sections), *self._speeds()),
+            below=tuple(self._speeds()),
             floors=self._floors(),
             learned=self._learned(),
         )
@@ -72,7 +72,7 @@ class MethodGroup:
             if not self.several:
                 frames = f", {section.frames} frames" if section.frames else ""
                 cases += f" and {count(section.pairs, 'pair')}{frames}"
-            shown.append(f"{section.split}: {cases}{section.state}")
+            shown.append(f"{section.split}: {cases}")
         return "; ".join(shown)
 
     def _common(self) -> tuple[Ranking | None, ...]:
@@ -181,15 +181,18 @@ class MethodGroup:
         """Columns that rank nobody though several methods have numbers."""
         found = []
         for section, key in self.spots:
-            having = [score for score in section.scores if not score.unranked and key in score.means]
+            methods = [score for score in section.scores if not never_ranked(score.header.method)]
+            having = [score for score in methods if key in score.means]
             if (
                 len(having) > 1
                 and key not in section.rankings
                 and self.builder.declared[key].better != "none"
             ):
+                ranked = any(not score.unranked for score in having)
+                why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
                 found.append(
-                    f"{section.split}: no method is ranked by {self.builder.column(key).label}, since no "
-                    "case has a number of all ranked methods. Each number is over other cases."
+                    f"{section.split}: no method is ranked by {self.builder.column(key).label}, since "
+                    f"{why}. Each number is over other cases."
                 )
         return found
 
@@ -273,7 +276,9 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
             continue  # self pairs, which only legacy protocols count here
         scores = {score.label: score for score in section.scores}
         cells = (
-            builder.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
+            _of_part(section, scores[label], key, builder, marks[label])
+            if label in scores
+            else Cell(NOT_RUN)
             for label in labels
         )
         # not every body has every joint, nor every clip every second
@@ -302,18 +307,21 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         unranked=(),
         heading=heading,
         subject=key,
-        below=tuple(unfinished(sections)),
     )
 
 
-def unfinished(sections: Sequence[SplitSummary]) -> list[str]:
-    """A sentence for each split of a running run, or of a quick look."""
-    found = (
-        f"{each.split} is {'a quick look' if each.look else 'unfinished'}: {each.unfinished}"
-        for each in sections
-        if each.unfinished
-    )
-    return list(dict.fromkeys(found))
+def _of_part(
+    section: SplitSummary, score: MethodSummary, key: str, builder: GroupBuilder, mark: str
+) -> Cell:
+    """The cell of a method and a part, with a footnote where it is ranked in other parts and not in this.
+
+    mark: why it is ranked in none.
+    """
+    cell = builder.cell(section, score, key)
+    if mark or cell.value is None or not score.unranked:
+        return cell
+    reason = "over the cases that it answered, which are not all of this line"
+    return replace(cell, reason=reason, footnote=builder.footnotes.number(reason))
 
 
 def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:
@@ -322,4 +330,4 @@ def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:
     reasons = {score.unranked for score in scores if score.asked}
     if not reasons or "" in reasons:
         return ""
-    return reasons.pop() if len(reasons) == 1 else "answered too few"
+    return reasons.pop() if len(reasons) == 1 else "answered fewer"

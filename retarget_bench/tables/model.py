@@ -1,5 +1,6 @@
 """The table model: tables, groups, rows and cells; numbers and their text are separate fields."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol
 
@@ -222,6 +223,7 @@ class Table:
     notes:     sentences below the table: what the data leave out, which versions differ.
     footnotes: texts of the footnote numbers in cells, from 1.
     data:      (fact, value) pairs about the data set.
+    splits:    split -> what its cases have in common.
     subjects:  the values in a breakdown.
     hints:     sentences about what else there is.
     reading:   how to read the numbers, where they are not means over clips.
@@ -237,6 +239,7 @@ class Table:
     subjects: tuple[Column, ...] = ()
     reading: str = ""
     hints: tuple[str, ...] = ()
+    splits: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def columns(self) -> tuple[Column, ...]:

@@ -7,6 +7,7 @@ trains every row and prints the table as it was published, the published numbers
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from retarget_bench.api import CROSS, INTRA
 from retarget_bench.plugins.spec import Scalar
 
 
@@ -23,7 +24,7 @@ class AblationColumn:
     unit: str
     value: str = ""
     missing: str = ""
-    splits: tuple[str, ...] = ("intra", "cross")
+    splits: tuple[str, ...] = (INTRA, CROSS)
 
 
 @dataclass(frozen=True)

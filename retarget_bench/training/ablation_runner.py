@@ -100,10 +100,12 @@ def plan_of(
     ablation: Ablation, trained: Sequence[TrainedRow], data: Spec, out: Path, jobs: int
 ) -> plan.Plan:
     """The plan of predictions and scores on the data set to test on. Raises BenchError; see ``check``."""
+    there = bound.dataset(data).built.card.splits
+    asked = {split for column in ablation.columns for split in column.splits}
     return plan.Plan(
         methods=tuple(dict.fromkeys(each.ready for each in trained)),
         datasets=(data,),
-        splits=tuple(dict.fromkeys(split for column in ablation.columns for split in column.splits)),
+        splits=tuple(split for split in there if split in asked),
         metrics=_metrics(ablation),
         task=TASK,
         root=out,

@@ -87,13 +87,14 @@ class JointDataset:
     def __init__(self, given: Sequence[Dataset]) -> None:
         self._given = tuple(given)
         cards = [data.card for data in given]
+        splits = {name: meaning for card in cards for name, meaning in card.splits.items()}
         self.card = DatasetCard(
             name="+".join(card.name for card in cards),
             summary="; ".join(card.summary for card in cards),
             version="+".join(card.version for card in cards),
             licence="; ".join(card.licence for card in cards),
             obtain="; ".join(card.obtain for card in cards),
-            splits=tuple(split for split in SPLITS if any(split in card.splits for card in cards)),
+            splits={name: splits[name] for name in (*SPLITS, *splits) if name in splits},
         )
 
     @property

@@ -1,21 +1,17 @@
 """Finding results, cases and files by name, for everything that shows motion."""
 
 import difflib
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from retarget_bench import defaults
 from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.figures import method_order
 from retarget_bench.motion import files
-from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
@@ -29,7 +25,8 @@ class StoredResults:
     label:   what people call the method. dataset: the data set, without where its files lie.
     task:    with its parameters (``denoise[levels=5]``). content: of the data, "" where it was not written.
     key:     what predictions are known by, "" likewise.
-    entries: case -> what came of it. cases: what is known of every case without loading it.
+    entries: case -> what came of it. cases: what is known of every case without loading it. Cases that a
+    run has not come to are in neither.
     """
 
     place: ResultPaths
@@ -69,9 +66,9 @@ class StoredResults:
 
 
 def read_stored(place: ResultPaths) -> StoredResults:
-    """The results at a place, finished or not; read once while they stay the same. Raises FileError."""
+    """The results at a place; read once while they stay the same. Raises FileError."""
     try:
-        changed = (place.journal if place.any_header == place.begun else place.header).stat().st_mtime_ns
+        changed = (place.header if place.complete else place.journal).stat().st_mtime_ns
     except OSError as error:
         raise FileError(place.header, f"cannot be read ({error.strerror})") from error
     return _read(place, changed)
@@ -81,7 +78,7 @@ def read_stored(place: ResultPaths) -> StoredResults:
 def _read(place: ResultPaths, changed: int) -> StoredResults:
     del changed
     results = store.read_results(place)
-    header = results.header
+    header, waiting = results.header, results.header.waiting
     label = header.method.label
     _, dot, seed = place.method.rpartition(".seed-")
     if dot and seed.isdecimal():  # not the first seed
@@ -93,88 +90,14 @@ def _read(place: ResultPaths, changed: int) -> StoredResults:
         task=header.task or place.task,
         content=header.dataset.content,
         key=header.keys.get("prediction_key", ""),
-        entries={entry.case: entry for entry in results.entries},
-        cases=results.cases,
+        entries={entry.case: entry for entry in results.entries if entry.case not in waiting},
+        cases={case: info for case, info in results.cases.items() if case not in waiting},
     )
 
 
 def listed(places: Sequence[ResultPaths]) -> list[str]:
     """The ids of all cases of these results, in their order."""
     return list(dict.fromkeys(case for place in places for case in read_stored(place).cases))
-
-
-def unfinished(root: Path, task: str = "retarget") -> list[ResultPaths]:
-    """Every result under a root that is being made and was never finished before, sorted."""
-    found = []
-    for journal in sorted(root.glob(f"*/{task}/*/*.journal")):
-        dataset, folder, split = journal.relative_to(root).parts[:3]
-        place = ResultPaths(root, dataset, folder, split, journal.stem)
-        if not place.header.exists():
-            found.append(place)
-    return found
-
-
-def read_unfinished(
-    place: ResultPaths, dataset: Spec | None = None, root: str | None = None
-) -> StoredResults:
-    """Results of a running evaluation: the values of finished cases.
-
-    dataset: None: the one that finished results beside them name, or the usual one. root: of its files, if
-    not as usual. Raises BenchError where the data set is unknown, FileError for a journal that is none.
-    """
-    keys, entries = _journal(place.journal)
-    spec = dataset or _neighbours(place) or _usual(place)
-    if spec is None:
-        raise BenchError(
-            f"{place.journal}: nothing of this run is finished yet, so nobody can tell its data set; say "
-            "it by --data"
-        )
-    here = spec if root is None else spec.with_parameters(root=root)
-    data = plan.data_of(bound.dataset(here), place.task)
-    infos = data.cases(Spec.parse(place.task).name, place.split)
-    return StoredResults(
-        place=place,
-        label=place.method,
-        dataset=spec,
-        task=place.task,
-        content=data.content,
-        key=keys.get("prediction_key", ""),
-        entries=entries,
-        cases={info.id: info for info in infos if info.id in entries},
-    )
-
-
-def _journal(path: Path) -> tuple[dict[str, str], dict[str, CaseResult]]:
-    """Keys and finished cases of a journal; a last line that is being written is left out."""
-    try:
-        head, *lines = path.read_bytes().split(b"\n")[:-1]
-        keys = json.loads(head)
-        entries = [CaseResult(**json.loads(line)) for line in lines]
-        return {name: str(value) for name, value in keys.items()}, {each.case: each for each in entries}
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        raise FileError(path, f"is no journal of a run ({error})") from error
-
-
-def _neighbours(place: ResultPaths) -> Spec | None:
-    """The data set that finished results in the same folder name."""
-    for header in sorted((place.root / place.dataset).glob("*/*/*.json")):
-        task, split = header.parts[-3:-1]
-        try:
-            return read_stored(ResultPaths(place.root, place.dataset, task, split, header.stem)).dataset
-        except FileError:
-            continue
-    return None
-
-
-def _usual(place: ResultPaths) -> Spec | None:
-    """The usual data set, or one without parameters, where results of it go by this folder's name."""
-    known = {entry.name for entry in registry.names("datasets")}
-    for spec in (Spec.parse(defaults.DATASET), Spec(place.dataset)):
-        if spec.name in known:
-            spec = registry.canonical("datasets", spec)
-            if bound.dataset(spec).slug == place.dataset:
-                return spec
-    return None
 
 
 MOTION_FILES = files.suffixes()
@@ -233,14 +156,14 @@ def colours(roots: Iterable[Path]) -> dict[str, str]:
     {} where they cannot be ranked."""
     places = method_order.everything(roots)
     try:
-        return _colours(tuple((place, place.header.stat().st_mtime_ns) for place in places))
+        return _colours(tuple((place, place.any_header.stat().st_mtime_ns) for place in places))
     except (BenchError, OSError):
         return {}
 
 
 @lru_cache(maxsize=8)
 def _colours(places: tuple[tuple[ResultPaths, int], ...]) -> dict[str, str]:
-    """Of results that have not changed since they were asked for: who watches a run asks often."""
+    """Of headers that have not changed since they were asked for: who watches a run asks often."""
     return method_order.colours(method_order.ranked(place for place, _ in places))
 
 
@@ -261,7 +184,7 @@ def place_of(path: Path) -> tuple[ResultPaths, str] | None:
     if path.suffix.lower() != ".npz" or len(parents) < 5:
         return None
     place = ResultPaths(parents[4], parents[3].name, parents[2].name, parents[1].name, parents[0].name)
-    if not place.header.exists():
+    if not place.any_header.exists():
         return None
     fits = [each for each in read_stored(place).cases if store.case_file(each) == path.stem]
     return (place, fits[0]) if fits else None

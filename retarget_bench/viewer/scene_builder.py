@@ -29,13 +29,7 @@ from retarget_bench.results.predictions import read_prediction
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import results_library
 from retarget_bench.viewer.flesh import lit
-from retarget_bench.viewer.results_library import (
-    StoredResults,
-    listed,
-    read_stored,
-    read_unfinished,
-    unfinished,
-)  # fmt: skip
+from retarget_bench.viewer.results_library import StoredResults, listed, read_stored
 from retarget_bench.viewer.scene import Figure, Scene, distinct, figure_of
 
 REFERENCE = "reference"
@@ -299,15 +293,14 @@ def _fitted(motion: Prediction, fps: float, length: int) -> tuple[Prediction, st
 class CaseList:
     """Cases to choose from.
 
-    roots: of results. dataset: see ``of_dataset``. data: the data set itself, where results do not
-    tell it. root: where its files lie, if not as usual. files: shown in place of results.
+    roots: of results. dataset: see ``of_dataset``. root: where its files lie, if not as usual. files: shown
+    in place of results.
     """
 
     roots: Sequence[Path] = ()
     task: str = "retarget"
     dataset: str | None = None
     methods: Sequence[str] = ()
-    data: Spec | None = None
     root: str | None = None
     files: Sequence[Path] = ()
     _results: list[StoredResults] = field(default_factory=list)
@@ -316,7 +309,7 @@ class CaseList:
     def refresh(self) -> list[str]:
         """The ids of all cases now, in the order of the results; one, "", of files.
 
-        ``problem`` says why results that are being made cannot be shown; "" where all can.
+        ``problem`` says why results cannot be shown; "" where all can.
         """
         if self.files:
             return [""]
@@ -336,21 +329,13 @@ class CaseList:
         same = [
             each for each in having if (each.place.dataset, each.place.task) == (first.dataset, first.task)
         ]
-        spec = self.data or having[0].dataset
+        spec = having[0].dataset
         data = spec if self.root is None else spec.with_parameters(root=self.root)
         return of_stored(same, case, data, results_library.colours(self.roots))
 
     def _places(self) -> list[ResultPaths]:
-        """Finished results, then those that are being made."""
-        done = [place for root in self.roots for place in store.find_results(root, self.task)]
-        begun = [place for root in self.roots for place in unfinished(root, self.task)]
-        if self.methods:
-            named = {_slug(name) for name in self.methods}
-            begun = [place for place in begun if place.method in named]
-            running = {place.method for place in begun}
-            finished = [name for name in self.methods if _slug(name) not in running]
-            done = method_order.of_methods(done, finished) if finished else []
-        found = [*done, *begun]
+        found = [place for root in self.roots for place in store.find_results(root, self.task)]
+        found = method_order.of_methods(found, self.methods) if self.methods else found
         try:
             return found if self.dataset is None else of_dataset(found, self.dataset)
         except BenchError as error:
@@ -359,19 +344,7 @@ class CaseList:
 
     def _read(self, place: ResultPaths) -> StoredResults | None:
         try:
-            return (
-                read_stored(place)
-                if place.header.exists()
-                else read_unfinished(place, self.data, self.root)
-            )
+            return read_stored(place)
         except BenchError as error:
             self.problem = str(error)
             return None
-
-
-def _slug(name: str) -> str:
-    """The folder name of a method's results, however its name is written."""
-    try:
-        return bound.method(name).known_as.slug
-    except BenchError:
-        return name

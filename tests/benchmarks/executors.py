@@ -15,7 +15,6 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from retarget_bench.api import SPLITS
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
@@ -46,7 +45,7 @@ def main() -> None:
     data = Spec.parse(asked.dataset)
     data = data.with_parameters(root=str(Path(asked.root).resolve())) if asked.root else data
     metrics = default_metrics("retarget", print)
-    plan = Plan(tuple(map(Spec, METHODS)), (data,), SPLITS, metrics, jobs=2)
+    plan = Plan(tuple(map(Spec, METHODS)), (data,), (), metrics, jobs=2)
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, Python {platform.python_version()}")
     with tempfile.TemporaryDirectory() as folder:
         runner.run(

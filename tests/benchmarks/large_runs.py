@@ -33,6 +33,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard  # noqa: E402
+from retarget_bench.api.datasets import usual_splits  # noqa: E402
 from retarget_bench.evaluation import runner  # noqa: E402
 from retarget_bench.evaluation.header_builder import header_of  # noqa: E402
 from retarget_bench.evaluation.jobs import Jobs  # noqa: E402
@@ -70,7 +71,12 @@ class MadeUp:
     """Cases without motion: as many pairs of forty bodies as clips."""
 
     card = DatasetCard(
-        name="large_runs", summary="none", version="1", licence="CC0", obtain="here", splits=("intra",)
+        name="large_runs",
+        summary="none",
+        version="1",
+        licence="CC0",
+        obtain="here",
+        splits=usual_splits("intra"),
     )
     label = "made up"
     notes = ()

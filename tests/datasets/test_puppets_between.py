@@ -92,7 +92,7 @@ def test_the_usual_cases_are_as_they_were() -> None:
     assert usual.content == "puppets generator 3, size tiny, part test, seed 0"
     assert usual.label == "puppets-1.0 tiny"
     assert not hasattr(usual, "real")
-    assert usual.card.splits == ("self", "intra", "cross")
+    assert [*usual.card.splits] == ["self", "intra", "cross"]
     legs = Puppets(between="legs")
     assert legs.content == f"{usual.content}, between legs"
     assert legs.label == "puppets-1.0 tiny, between legs"

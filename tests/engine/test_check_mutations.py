@@ -45,7 +45,6 @@ MUTATIONS = {
     "nearest sample of the ground": ("floor", GROUND, "_cell", "place - sample", "np.rint(place - sample)"),
     "intervals of 90 %": ("table", STATISTICS, "LEVEL", 0.95, 0.9),
     "differences at 10 %": ("table", STATISTICS, "ALPHA", 0.05, 0.1),
-    "ranked from 90 % of the cases": ("table", SUMMARY, "COVERAGE", 0.95, 0.9),
     "Euler angles in reverse": (
         "reader", RECORDING, "local_rotations", "(angles, order)", "(angles[..., ::-1], order[::-1])",
     ),

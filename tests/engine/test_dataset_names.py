@@ -74,7 +74,7 @@ def test_tables_explanations_and_reports_name_both(two: tuple[Path, list[Spec]])
     names = [f"folder walks ({bound.dataset(spec).slug})" for spec in specs]
     assert all(name in bench("table", root) for name in names)
     assert all(name in bench("explain", root) for name in names)
-    titles = {chapter.dataset for chapter in chapters.chapters([root])}
+    titles = {chapter.title for chapter in chapters.chapters([root])}
     assert titles == {f"{name}: people" for name in names}
 
 

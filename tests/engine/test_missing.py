@@ -239,6 +239,23 @@ def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form)
     assert "mpjpe_h.world" in drawn if form == "csv" else "by pair" in drawn
 
 
+def test_a_line_on_which_a_method_did_not_answer_all_cases_says_so(tmp_path):
+    """There it is over its own cases, and the others over all."""
+    for name, second in (("m", 3.0), ("k", "failed")):
+        numbers = [1.0, second, 1.0, 1.0]
+        clips = zip(("a>b", "a>b", "a>c", "a>c"), "1212", numbers, strict=True)
+        told = [(pair, c, {"mpjpe_h.world": x} if isinstance(x, float) else x) for pair, c, x in clips]
+        store(tmp_path, "cross", name, told)
+    (made,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
+    (group,) = made.groups
+    k, m = (
+        [(row.cells[at].value, row.cells[at].footnote) for row in group.ranked]
+        for at, _ in enumerate(group.columns)
+    )
+    assert (k, m) == ([(1.0, 1), (1.0, 0)], [(2.0, 0), (1.0, 0)])
+    assert made.footnotes == ("over the cases that it answered, which are not all of this line",)
+
+
 def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
     store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
     store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, **WORLD})])

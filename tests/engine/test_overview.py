@@ -78,6 +78,34 @@ def test_rows_over_fewer_cases_stand_apart_with_the_best_on_the_same(places):
     assert [row.label for row in controls] == ["floor"]
 
 
+def test_a_method_that_fails_on_one_case_stands_apart_with_its_sentence(tmp_path):
+    for label, number in (("good", 1.0), ("better", 0.5)):
+        stored(tmp_path, "cross", label, [number] * 20)
+    stored(tmp_path, "cross", "fails", [None, *[0.1] * 19])
+    (made,) = builder.overview(records.find_results(tmp_path))
+    (group,) = made.groups
+    assert [(row.label, row.n) for row in group.ranked] == [("better", "20"), ("good", "20")]
+    assert [(row.label, row.mark, row.n) for row in group.unranked] == [
+        ("fails", "answered 19 of 20", "19/20"),
+        ("better", "", "19"),
+    ]
+    assert [(each.label, each.status, len(each.cases)) for each in made.problems] == [
+        ("fails", "failed", 1)
+    ]
+    said = rendering.text([made])
+    assert "answered fewer cases: over those only" in said
+    assert "no method is ranked" not in said
+
+
+def test_where_no_method_answered_all_cases_nobody_is_ranked_and_the_table_says_so(tmp_path):
+    stored(tmp_path, "cross", "one", [None, *[1.0] * 19])
+    stored(tmp_path, "cross", "two", [*[1.0] * 19, None])
+    group = only_group(records.find_results(tmp_path))
+    assert not group.ranked
+    (said,) = group.absent
+    assert said.startswith("cross: no method is ranked by world, since none answered all cases.")
+
+
 def test_a_split_alone_has_n_and_the_same_rows(places):
     found = summary.split_summaries(places, select=Selection())
     (made,) = builder.tables(found)

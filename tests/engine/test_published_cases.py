@@ -83,18 +83,20 @@ def test_other_bodies_have_groups_of_their_own(with_dogs: Path) -> None:
         made(with_dogs, "humot-table4", "mixed")
 
 
-def test_a_case_that_one_method_lacks_counts_for_none(tmp_path: Path) -> None:
+def test_a_case_that_one_method_did_not_answer_is_taken_from_nobody(tmp_path: Path) -> None:
     many = [("ann>bo", f"c{n:02}") for n in range(40)]
     store(tmp_path, "intra", "most", all_of(many[:39], 0.1) | {many[39]: "failed"})
     store(tmp_path, "intra", "all", all_of(many[:39], 0.2) | {many[39]: 40.2})
     store(tmp_path, "intra", "still", all_of(many[:30], 0.3) | all_of(many[30:], "failed"), control=True)
     table = made(tmp_path, "humot-table4")
     found = rows(table)
-    assert found["most"] == (["0.1000"], "39")
-    assert found["all"] == (["0.2000"], "39")
-    assert found["still"] == (["0.3000"], "30/39")
-    assert table.footnotes == ("over the 30 of the 39 common cases that it has",)
-    assert any("all intra: 39 cases, pairs 1, clips 39" in note for note in table.notes)
+    assert found["most"] == (["0.1000"], "39/40")
+    assert found["all"] == (["1.2000"], "40")
+    assert found["still"] == (["0.3000"], "30/40")
+    assert table.footnotes == ("over the 30 of the 40 common cases that it has",)
+    assert any("all intra: 40 cases, pairs 1, clips 40" in note for note in table.notes)
+    apart = [(row.label, row.beside, row.cells[0].value) for row in table.groups[-1].unranked if row.apart]
+    assert apart == [("most", "", pytest.approx(0.1)), ("all", "most", pytest.approx(0.2))]
 
 
 def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> None:
@@ -164,7 +166,7 @@ def test_an_overall_mean_without_one_of_its_pairs_is_set_apart(tmp_path: Path) -
 
 def test_methods_are_chosen_and_numbers_are_over_the_cases_of_those(tmp_path: Path) -> None:
     many = [("ann>bo", f"c{n:02}") for n in range(40)]
-    store(tmp_path, "intra", "most", all_of(many[:39], 0.1) | {many[39]: "failed"})
+    store(tmp_path, "intra", "most", all_of(many[:39], 0.1) | {many[39]: {}})
     for name in ("one", "two"):
         store(tmp_path, "intra", name, all_of(many, 0.2))
     store(tmp_path, "intra", "still", all_of(many, 0.3), control=True)

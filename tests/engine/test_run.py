@@ -196,9 +196,7 @@ def test_no_case_at_all_is_an_error_with_the_data_sets_notes(tmp_path):
 
 def test_splits_that_a_data_set_has_not_are_named_with_those_that_it_has(tmp_path):
     other = replace(asked(tmp_path, "toy_method"), splits=("self",))
-    with pytest.raises(
-        BenchError, match=r"^there is no case in self: toy_cases\[clips=3\] has intra and cross$"
-    ):
+    with pytest.raises(BenchError, match=r"^toy_cases has no split 'self'; it has intra and cross$"):
         runner.run(other, lambda done, total: None)
 
 
@@ -353,7 +351,7 @@ def test_newer_and_damaged_headers_are_refused_with_a_sentence(tmp_path):
 def test_unknown_names_are_refused(tmp_path):
     with pytest.raises(BenchError, match="toy_method"):
         carry_out(tmp_path, "toy_methd")
-    with pytest.raises(BenchError, match="split"):
+    with pytest.raises(BenchError, match="toy_cases has no split 'outer'"):
         runner.run(replace(asked(tmp_path, "toy_method"), splits=("outer",)), lambda done, total: None)
 
 
@@ -361,10 +359,11 @@ def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     seen = []
 
     def look(done, total):
-        for place in store.find_unfinished(tmp_path):
+        for place in store.find_results(tmp_path):
+            assert not place.complete
             header = store.read_header(place.begun)
             cases = store.read_cases(place.cases, place.task, place.split)
-            told, entries = store.read_unfinished(place, header, cases)
+            told, entries = store.read_begun(place, header, cases)
             assert case_metadata.read_legs(place) == {"tall": "2", "small": "2"}
             seen.append((len(entries), told.counts.ok, told.counts.missing, len(cases)))
 
@@ -372,5 +371,5 @@ def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     assert seen[0][1:] == (0, seen[0][3], seen[0][3])
     assert any(0 < ok < count for _, ok, _, count in seen)
     assert all(entries == ok and ok + missing == count for entries, ok, missing, count in seen)
-    assert store.find_unfinished(tmp_path) == []
-    assert not place.begun.exists()
+    assert store.find_results(tmp_path) == [place]
+    assert place.complete

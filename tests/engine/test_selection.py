@@ -9,8 +9,11 @@ from retarget_bench.analysis import summary
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
+from retarget_bench.figures.data import rows
 from retarget_bench.report import chapters
+from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
+from retarget_bench.tables import builder
 
 VALUE = "mpjpe_h.world"
 LEGS = "character,legs\nann,2\nbo,2\nrex,4\n"
@@ -85,13 +88,13 @@ def test_the_first_table_of_a_report_leaves_them_out_unless_they_are_asked_for(t
     stored(tmp_path, "copy_rotations")
     stored(tmp_path, "v", name="copy_rotations", label=variant, parameters={"root_rule": "none"})
 
-    def rows(table):
+    def shown(table):
         return {row.label for row in table.groups[0].rows}
 
     for asked in ({}, {"variants": True}, {"methods": [variant]}):
         chapter = chapters.chapters([tmp_path], **asked)[0]
-        assert (variant in rows(chapter.first)) == bool(asked)
-        assert variant in rows(chapter.tables[0])
+        assert (variant in shown(chapter.first)) == bool(asked)
+        assert variant in shown(chapter.tables[0])
 
 
 def answered(places, **choice):
@@ -107,8 +110,7 @@ def test_a_running_run_is_shown_over_the_cases_that_all_have_done(tmp_path):
     whole = stored(
         tmp_path, "whole", (("ann>bo", "c1"), ("bo>ann", "c2"), ("rex>rex", "c3"), ("ann>rex", "c4"))
     )
-    assert records.find_results(tmp_path) == [whole]
-    assert set(records.find_results(tmp_path, unfinished=True)) == {*places, whole}
+    assert set(records.find_results(tmp_path)) == {*places, whole}
     assert answered([*places, whole]) == {
         ("people", "most"): (1, 1), ("people", "some"): (1, 1), ("people", "whole"): (1, 1),
         ("mixed", "most"): (1, 1), ("mixed", "whole"): (1, 1),
@@ -117,13 +119,30 @@ def test_a_running_run_is_shown_over_the_cases_that_all_have_done(tmp_path):
     people = sections([*places, whole])["people"]
     assert {score.means[VALUE].value for score in people.scores} == {1.0}  # of ann>bo
     assert not any(score.unranked for score in people.scores)
-    assert people.unfinished == (
-        "numbers are over the 1 of 2 cases that all methods here have done so far. "
-        "Done by each: 2: most, whole; 1: some; not shown, 0: none."
-    )
+    assert people.so_far == "1 of 2 clips so far of some"
     assert answered(places, methods=("most",)) == {("people", "most"): (2, 2), ("mixed", "most"): (1, 1)}
-    with pytest.raises(BenchError, match="no case is done by all methods of this unfinished run yet"):
+    with pytest.raises(BenchError, match="no case is done by all of these methods yet"):
         sections(places, methods=("none",))
+
+
+def test_nothing_is_marked_while_cases_lack_and_the_table_says_so(tmp_path):
+    """Not even where so many clips tell the best from the worst; marks come with the last case."""
+    names, clips = ("one", "two"), [("ann>bo", f"c{n:02}") for n in range(30)]
+    places = [
+        store(tmp_path, "cross", name, [(*each, {VALUE: number + n / 100}) for n, each in enumerate(clips)])
+        for number, name in enumerate(names, 1)
+    ]
+
+    def table():
+        (made,) = builder.tables(summary.split_summaries(places, select=Selection()), [VALUE])
+        return made.title, [row.cells[0].mark for row in made.groups[0].ranked]
+
+    assert table() == ("data", ["best", ""])
+    running(places[0], 29)
+    assert table() == ("data (29 of 30 clips so far of one)", ["", ""])
+    (matrix,) = Selection().parts(result_matrix.result_matrices(places))
+    with pytest.raises(BenchError, match="cases lack in these results, so there are no ties to show"):
+        rows.ties([matrix], VALUE)
 
 
 def test_a_case_that_failed_in_a_running_run_counts_as_not_answered(tmp_path):
@@ -144,16 +163,16 @@ def test_comparisons_and_reports_read_a_running_run_and_say_so(tmp_path):
     places = [stored(tmp_path, name, [("ann>bo", f"c{n}") for n in range(5)]) for name in ("one", "two")]
     running(places[0], 3)
     done = CliRunner().invoke(group, ["compare", "one", "two", "--results", str(tmp_path)])
-    assert "* one is unfinished: 3 of 5 cases are done so far" in done.output
+    assert "* one: 3 of 5 cases so far" in done.output
     assert "the same" in done.output
     none = running(stored(tmp_path, "three", [("ann>bo", f"c{n}") for n in range(5)]), 0)
-    assert none in records.find_results(tmp_path, unfinished=True)
+    assert not none.complete
     done = CliRunner().invoke(group, ["compare", "one", "three", "--results", str(tmp_path)])
-    assert "a number for; one is unfinished: 3 of 5 cases are done so far; three is" in str(done.exception)
+    assert "a number for; one: 3 of 5 cases so far; three: 0 of 5" in str(done.exception)
     page = tmp_path / "report.html"
     done = CliRunner().invoke(group, ["report", str(tmp_path), "--no-player", "-o", str(page)])
     assert done.exit_code == 0, done.exception
-    assert "cross is unfinished: numbers are over the 3 of 5 cases" in page.read_text()
+    assert "data: people (3 of 5 clips so far of one)" in page.read_text()
 
 
 def test_a_control_that_is_asked_for_comes_without_the_others(tmp_path):

@@ -164,7 +164,10 @@ def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_i
     changed(place, set_values={"fid_people": {**FID, "metric": "fid_people"}})
     (done,) = (replace(each, bodies="people") for each in summary.split_summaries([place]))
     begun = replace(
-        done, split="intra", unfinished="so far", scores=[replace(each, sets=[]) for each in done.scores]
+        done,
+        split="intra",
+        so_far="1 of 2 clips so far",
+        scores=[replace(each, sets=[]) for each in done.scores],
     )
     _, found = groups_of([done, begun], ["mpjpe_h.world", "fid_people"])
     said = [sentence for group in found for sentence in group.absent]

@@ -69,7 +69,8 @@ def test_every_mistake_in_the_manifest_is_said_at_once(sound: Path) -> None:
         ("unknown data", "data.dataset"),
         ("header cut", "the header is not one: method lacks privileged"),
         ("undeclared", "does not say what mpjpe_h.world is"),
-        ("a seed twice", "ik.copy and ik are both of seed 0"),
+        ("a seed twice", "ik and ik.copy are both of seed 0"),
+        ("not complete", "retarget intra: the results are not complete"),
     ],
 )
 def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
@@ -104,6 +105,8 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
     elif name == "a seed twice":
         for path in (rows, header, rows.with_suffix(".npz")):
             shutil.copyfile(path, path.with_name(path.name.replace("ik.", "ik.copy.")))
+    elif name == "not complete":
+        shutil.copyfile(header, header.with_suffix(".begun"))
     elif name == "other label":
         rewrite(manifest, 'label = "ik"', 'label = "mine"')
     elif name == "hidden privilege":
@@ -267,15 +270,15 @@ def test_paper_and_licence_are_copied_from_the_card(tmp_path: Path) -> None:
     assert left[0] == "method.authors"
 
 
-def test_a_quick_look_is_no_submission(tmp_path: Path) -> None:
+def test_results_that_are_not_complete_are_no_submission(tmp_path: Path) -> None:
     runs = str(tmp_path / "runs")
     asked = ("-d", "toy_cases", "-s", "intra", "-m", "position", "--out", runs)
     plugin = ("--plugin", str(TOYS / "toy_cases.py"))
     assert bench("run", "copy_rotations", "--limit", "1", *asked, *plugin) == 0
     with pytest.raises(
-        BenchError, match=r"no finished results in .*runs: a quick look .* is no submission"
+        BenchError, match=r"of copy_rotations on intra in .*runs are not complete; bench run without"
     ):
         make(tmp_path / "made", Path(runs), "copy_rotations")
     assert not (tmp_path / "made").exists()
-    with pytest.raises(BenchError, match="has no results of 'ik'; there are none"):
+    with pytest.raises(BenchError, match="has no results of 'ik'; there are copy_rotations"):
         make(tmp_path / "made", Path(runs), "ik")

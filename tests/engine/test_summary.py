@@ -89,6 +89,32 @@ def test_who_has_a_value_for_few_cases_does_not_shrink_the_others(tmp_path, hard
     assert scores(found)["m"].means[VALUE].n == 24
 
 
+@pytest.mark.parametrize("status", ["failed", "invalid", "missing", "unsupported"])
+def test_who_leaves_out_a_case_does_not_choose_what_the_others_are_compared_on(tmp_path, hard, status):
+    """As a method would without its two worst cases of 46, and copying then look better on the rest."""
+    many = np.concatenate([hard, np.random.default_rng(2).gamma(2.0, 1.0, 20), [30.0, 40.0]])
+    clips = [("a>b", f"c{n:02}") for n in range(len(many))]
+
+    def stored(root, label, factor, **left_out):
+        told = [(*c, {VALUE: factor * float(x)}) for c, x in zip(clips, many, strict=True)]
+        told[-2:] = [(*c, status) for c in clips[-2:]] if left_out else told[-2:]
+        return store(root, "intra", label, told)
+
+    others = [stored(tmp_path, "copying", 1.0), stored(tmp_path, "ik", 0.9)]
+    (alone,) = summary.split_summaries(others)
+    (found,) = summary.split_summaries([*others, stored(tmp_path, "nkn", 0.5, left_out=True)])
+    for label, factor in (("copying", 1.0), ("ik", 0.9)):
+        mean = scores(found)[label].means[VALUE]
+        assert mean == scores(alone)[label].means[VALUE]
+        assert (mean.value, mean.n) == (pytest.approx(factor * many.mean()), 46)
+    assert found.rankings == alone.rankings
+    assert found.rankings[VALUE].order == ("ik", "copying")
+    apart = scores(found)["nkn"]
+    assert (apart.unranked, apart.means[VALUE].n) == ("answered 44 of 46", 44)
+    ours, theirs = found.on_cases_of("nkn", "ik", [VALUE])[VALUE]
+    assert (ours.value, theirs.value) == pytest.approx((0.5 * many[:-2].mean(), 0.9 * many[:-2].mean()))
+
+
 def test_controls_and_privileged_rows_are_never_ranked(tmp_path, hard):
     found = section(
         tmp_path,

@@ -123,7 +123,8 @@ def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
     alone = bench(results, "-s", "self")
     assert "cross" not in alone
     assert "jerk" in alone.partition("method")[0]
-    assert "no split is called" in CliRunner().invoke(group, ["table", str(results), "-s", "up"]).output
+    done = CliRunner().invoke(group, ["table", str(results), "-s", "up"])
+    assert "no case is in the split up; self and cross have some" in str(done.exception)
 
 
 def test_a_split_without_cases_is_told_with_those_that_have_some(results):

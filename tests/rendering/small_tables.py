@@ -84,4 +84,5 @@ def make_table(label: str = "ours", words: str = "words") -> Table:
             ),
         ),
         data=(("data set", words),),
+        splits={"cross": f"another body {words}", "intra": f"a like body {words}"},
     )  # fmt: skip

@@ -82,7 +82,7 @@ def test_everything_that_a_reader_needs_is_on_the_page():
     needed = [
         "2.91–3.80", "-0.50 to 4.10", "±0.25",  # intervals and spread
         words.BEST, words.TIED, words.INTERVALS, words.SEEDS, words.N, words.MEANS,
-        words.SPLITS["cross"], words.SPLITS["intra"],
+        *make_table().splits.values(),
         *EMPTY.values(),
         "[1] reason words", "[2] older", "note words",
         "failed: words", "2: data/words, data/b",  # cases without an answer

@@ -10,22 +10,22 @@ import sys
 import time
 import urllib.error
 import urllib.request
+from dataclasses import replace
 from importlib.util import find_spec
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from small_runs import CASE, HERE, OTHER, bvh_file, ran, toys
+from small_runs import CASE, HERE, OTHER, bvh_file, ran
 from viewing_toys.toy_moves import DOG, body, moving
 
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import ResultPaths
+from retarget_bench.results import store
+from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.viewer import live
 from retarget_bench.viewer.bodies import Solid
 from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
-from retarget_bench.viewer.results_library import read_unfinished, unfinished
 from retarget_bench.viewer.scene import figure_of
 from retarget_bench.viewer.scene_builder import CaseList
 
@@ -35,13 +35,14 @@ needs_viser = pytest.mark.skipif(
 
 
 def as_if_running(place: ResultPaths, cases: list[str]) -> None:
-    """A finished result as it was while only these cases were done, and the last line half written."""
-    keys = json.loads(place.header.read_text())["keys"]
-    lines = [json.dumps({"schema": 1, **keys})]
-    lines += [json.dumps({"case": case, "status": "ok", "message": "", "values": {}}) for case in cases]
-    place.journal.write_text("\n".join(lines) + '\n{"case": "toy_mo')
-    for path in (place.header, place.rows, place.arrays):
-        path.unlink()
+    """Complete results as they were while only these cases were done, and the last line half written."""
+    whole = store.read_results(place)
+    store.begin(place, replace(whole.header, files={}), list(whole.cases.values()))
+    store.open_journal(place, whole.header.keys)
+    for case in cases:
+        store.append_journal(place, CaseResult(case, "ok"))
+    with place.journal.open("a") as file:
+        file.write('{"case": "toy_mo')
 
 
 # ----------------------------------------------------------------------------- the list of cases
@@ -72,16 +73,14 @@ def test_data_may_lie_elsewhere_than_usual(tmp_path, monkeypatch):
 def test_new_cases_of_a_running_run_appear(tmp_path):
     done, running = ran(tmp_path, "copy", "positions")
     as_if_running(running, [OTHER])
-    assert unfinished(tmp_path) == [running]
     assert CaseList([tmp_path], methods=["toy_method[does=positions]"]).refresh() == [OTHER]
     with pytest.raises(BenchError, match="no results of 'waltz'"):
         CaseList([tmp_path], methods=["waltz"]).refresh()
-    for path in (done.header, done.rows, done.arrays):
-        path.unlink()
-    begun = CaseList([tmp_path], data=Spec("toy_moves"))
+    done.header.unlink()
+    begun = CaseList([tmp_path])
     assert begun.refresh() == [OTHER]
     shown = begun.scene(OTHER).figures[2]
-    assert (shown.label, shown.status) == (running.method, "ok")
+    assert (shown.label, shown.status) == ("toy_method[does=positions]", "ok")
     assert shown.positions is not None
     told, torn, _ = running.journal.read_text().rpartition('{"case": "toy_mo')
     assert torn
@@ -89,20 +88,6 @@ def test_new_cases_of_a_running_run_appear(tmp_path):
     running.journal.write_text(told + json.dumps(lost) + "\n")
     assert sorted(begun.refresh()) == sorted([CASE, OTHER])
     assert begun.scene(CASE).figures[2].message == "no"
-
-
-def test_the_data_set_of_a_run_is_told_by_its_folder_or_by_what_is_finished(tmp_path):
-    toys()
-    (place,) = ran(tmp_path, "copy", data="toy_moves[frames=5]")
-    (other,) = ran(tmp_path, "positions", data="toy_moves[frames=5]")
-    as_if_running(other, [CASE])
-    assert read_unfinished(other).dataset == Spec.parse("toy_moves[frames=5]")
-    place.header.unlink()
-    with pytest.raises(BenchError, match="nobody can tell its data set; say it by --data"):
-        read_unfinished(other)
-    (plainly,) = ran(tmp_path / "plain", "copy")
-    as_if_running(plainly, [CASE])
-    assert read_unfinished(plainly).dataset == Spec("toy_moves")
 
 
 # ----------------------------------------------------------------------------------------- triangles

@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
+from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
@@ -15,7 +16,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import PointSets
 from retarget_bench.plugins.spec import Spec
 
-SPLIT = "self"
+SPLIT = SELF
 """Source and target are the same body, so all cases are of this split."""
 
 
@@ -31,7 +32,7 @@ class Derived(TaskDataset):
     """Moves when any case does: how noise is made, which joints are drawn, the usual levels."""
 
     def __init__(self, data: Dataset, task: Spec) -> None:
-        super().__init__(data, task, (SPLIT,))
+        super().__init__(data, task, usual_splits(SPLIT))
         asked = QUESTIONS[task.name]
         self.question: TaskQuestion = asked(str(task.parameters.get("levels", asked.LEVELS)))
         most = task.parameters.get("motions", 0)

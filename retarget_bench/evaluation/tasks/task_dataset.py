@@ -19,7 +19,7 @@ class TaskDataset:
     version: ClassVar[str]
     """Moves when any case of the task does."""
 
-    def __init__(self, data: Dataset, task: Spec, splits: tuple[str, ...] | None = None) -> None:
+    def __init__(self, data: Dataset, task: Spec, splits: Mapping[str, str] | None = None) -> None:
         self._data, self.task = data, task
         self.card = replace(data.card, tasks=(task.name,), splits=splits or data.card.splits)
 

@@ -151,6 +151,9 @@ def _seed(place: ResultPaths) -> int:
 def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool) -> Iterator[Finding]:
     """first: these are the rows of the first seed, which predictions belong to."""
     where = f"{place.task} {place.split}" + ("" if first else f", seed {_seed(place)}")
+    if not place.complete:
+        yield _error(f"{where}: the results are not complete: {place.begun.name} is what a run began with")
+        return
     try:
         if wrong := mistakes(store.read_header_facts(place.header)):
             yield _error(f"{where}: the header is not one: {'; '.join(wrong[:3])}")

@@ -93,12 +93,6 @@ def _places(runs: Path, name: str, data_set: str) -> list[ResultPaths]:
     headers = dataset_names.headers(store.find_results(runs))
     labels = {place: header.method.label for place, header in headers.items()}
     if (label := pairwise.label_of(name, set(labels.values()))) is None:
-        begun = {store.read_header(each.any_header).method.label for each in store.find_unfinished(runs)}
-        if pairwise.label_of(name, begun) is not None:
-            raise BenchError(
-                f"{name} has no finished results in {runs}: a quick look or an interrupted run is no "
-                "submission. bench run without --clips and --limit does the rest"
-            )
         known = ", ".join(sorted(set(labels.values()))) or "none"
         raise BenchError(
             f"{runs} has no results of {name!r}; there are {known}. --results names another folder"
@@ -109,6 +103,11 @@ def _places(runs: Path, name: str, data_set: str) -> list[ResultPaths]:
         raise BenchError(
             f"{runs} has results of {label} on several data sets: {', '.join(names)}. A submission is of "
             "one; name it: -d"
+        )
+    if begun := [place.split for place in mine if not place.complete]:
+        raise BenchError(
+            f"the results of {label} on {', '.join(begun)} in {runs} are not complete; bench run without "
+            "--clips and --limit does the rest, and then they can be submitted"
         )
     return mine
 

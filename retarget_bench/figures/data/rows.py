@@ -76,12 +76,13 @@ def _rows(
 # -------------------------------------------------------------------------------------------------- ties
 def ties(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = ()) -> Figure:
     """Methods from the best to the worst, then those that are not ranked; and groups of which no paired
-    test tells any two apart. Raises NothingToDraw where nobody is ranked by the value."""
+    test tells any two apart. Raises NothingToDraw where nobody is ranked by the value, or results are not
+    complete."""
     what = values.value_of(matrices, value)
     charts = []
     for matrix in values.in_order(matrices, order):
         section = split_summary(matrix.narrowed(value))
-        if (ranking := section.rankings.get(value)) is None:
+        if matrix.so_far or (ranking := section.rankings.get(value)) is None:
             continue
         means = {score.label: score.means[value] for score in section.scores if value in score.means}
         names = [*ranking.order, *(label for label in means if label not in ranking.order)]
@@ -97,7 +98,8 @@ def ties(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = ()
         title = f"{matrix.split}: {ranking.clips} clips, {ranking.cases} common cases"
         charts.append(_rows(matrix, title, names, marks, what, together=True, joined=joined))
     if not charts:
-        raise NothingToDraw(f"nobody is ranked by {value} in these results, so there are no ties to show")
+        why = f"nobody is ranked by {value}" if not any(each.so_far for each in matrices) else "cases lack"
+        raise NothingToDraw(f"{why} in these results, so there are no ties to show")
     return Figure(
         "ties", matrices[0].dataset, "bars join what the data cannot tell apart",
         values.methods(values.in_order(matrices, order)), tuple(charts), "lines 95 %; hollow: not ranked",

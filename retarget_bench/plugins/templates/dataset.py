@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_split, usual_splits
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -48,7 +49,7 @@ class MyDataset:
         version="1",
         licence="CC0-1.0",
         obtain="made by this file",
-        splits=("self", "intra"),
+        splits=usual_splits("self", "intra"),
         parameters={"frames": "length of every clip, at 30 frames per second"},
     )
     notes: Sequence[str] = ()
@@ -74,12 +75,11 @@ class MyDataset:
         """A fixed list in a fixed order; nothing is loaded here."""
         if task != "retarget":
             return []
-        pairs = [(a, b) for a, b in product(SIZES, SIZES) if (split == "self") == (a == b)]
+        pairs = [(a, b) for a, b in product(SIZES, SIZES) if split == usual_split(a == b, alike=True)]
         return [
             CaseInfo(f"my_dataset/{a}>{b}/{clip}", task, split, a, b, clip, frames=self.frames)
             for clip in CLIPS
             for a, b in pairs
-            if split in self.card.splits
         ]
 
     def load(self, info: CaseInfo) -> Case:

@@ -7,7 +7,7 @@ import numpy as np
 
 from retarget_bench import defaults
 from retarget_bench.analysis.summary import common_cases, means_over_clips, never_ranked
-from retarget_bench.api import CaseInfo
+from retarget_bench.api import SELF, CaseInfo
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
@@ -23,8 +23,8 @@ def own_rows(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Ow
     """Rows of the methods that have a number in any column, per data set and group of bodies.
 
     matrices: of any splits, of bodies told apart. A number of a column is over the cases that all compared
-    methods have one for (see ``common_cases``); a method that lacks too many of them is over its own, and
-    the best of the others stands beside it, over the same.
+    methods have one for (see ``common_cases``); a method that did not answer one that the column asks for,
+    or lacks too many numbers, is over its own, and the best of the others stands beside it, over the same.
     """
     grouped: dict[tuple[str, str], list[ResultMatrix]] = {}
     for matrix in matrices:
@@ -85,6 +85,15 @@ class _Pool:
             found[np.ix_(rows, columns)] = matrix.numbers((value, ""))[:, own]
         return found
 
+    def unanswered(self) -> np.ndarray:
+        """``(methods, cases)`` bool: the cases that a method did not answer, of the splits that it has."""
+        found = np.zeros((len(self.methods), len(self.infos)), dtype=bool)
+        for matrix, (rows, columns, own) in zip(self.matrices, self.spots, strict=True):
+            for row, at in zip(matrix.rows, rows, strict=True):
+                lost = row.header.unanswered
+                found[at, columns] = [matrix.cases[case].id in lost for case in own]
+        return found
+
     @property
     def pooled(self) -> set[str]:
         """Values that count self pairs as intra, which therefore need results on both."""
@@ -93,7 +102,7 @@ class _Pool:
     @property
     def with_self(self) -> set[str]:
         """Methods with results on the self split."""
-        return {row.label for matrix in self.matrices if matrix.split == "self" for row in matrix.rows}
+        return {row.label for matrix in self.matrices if matrix.split == SELF for row in matrix.rows}
 
     def counts(self, there: np.ndarray) -> Counts:
         """there: ``(cases,)`` bool."""
@@ -228,7 +237,7 @@ def _key(info: CaseInfo) -> tuple[str, str]:
 def _with_self(column: PublishedColumn) -> bool:
     """True for columns that self pairs count in."""
     ends = [pair.split(">") for pair in column.pairs]
-    return "self" in column.splits or any(source == target for source, target in ends)
+    return SELF in column.splits or any(source == target for source, target in ends)
 
 
 def _takes(column: PublishedColumn, pool: _Pool) -> bool:
@@ -248,7 +257,7 @@ def _compared(column: PublishedColumn, pool: _Pool) -> _Column:
         own = f"bodies of structures that its own training {'had' if column.seen == 'seen' else 'had not'}"
         nothing = np.zeros_like(answered, dtype=bool)
         return _Column(answered, answered, nothing[:, 0], nothing[0], own)
-    common, among, _ = common_cases(answered, having)
+    common, among, _ = common_cases(answered, having & ~(asked & pool.unanswered()).any(axis=1))
     if not among.any():
         return _Column(answered, answered, among, np.zeros_like(common))
     over = among | ~compared
@@ -272,7 +281,7 @@ def _asked(column: PublishedColumn, pool: _Pool, case: int, method: MethodInfo |
         return trained is not None and had == (column.seen == "seen")
     if column.splits:
         return info.split in column.splits
-    return info.split != "self" if column.any_pair else info.pair in column.pairs
+    return info.split != SELF if column.any_pair else info.pair in column.pairs
 
 
 def _together(parts: Sequence[_Column]) -> _Column:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from retarget_bench.analysis.summary import never_ranked
+from retarget_bench.api import CROSS
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import compatibility, dataset_names, store
@@ -23,15 +24,17 @@ Found = tuple[ResultHeader, ResultPaths, list[SetValue]]
 def own_set_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRows]:
     """Rows per data set, with the floor: what real motion scores.
 
-    Only results without references count (their headers say which structures have four legs). Of a method
-    with several seeds, the first. A column's number is the mean over the structures that have one.
+    Only complete results without references count (their headers say which structures have four legs). Of a
+    method with several seeds, the first. A column's number is the mean over the structures that have one.
     """
     there = dataset_names.headers(places)
     names = dataset_names.shown(there)
     newest = compatibility.newest_by_name((names[place], header) for place, header in there.items())
     results: dict[str, list[Found]] = {}
     for place, header in there.items():
-        if header.four_legged is None or place.split != "cross" or ".seed-" in place.method:
+        if header.four_legged is None or place.split != CROSS or ".seed-" in place.method:
+            continue
+        if not place.complete:
             continue
         latest = newest[names[place]]
         store.verify(place, header, SETS)

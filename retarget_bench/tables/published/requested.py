@@ -33,7 +33,8 @@ def requested(name: str, places: Sequence[ResultPaths], select: Selection, bodie
     if any(column.seen for column in table.columns):
         table = published_tables.with_structures(table, matrices)
     made = paper_table(table, own_rows(table, matrices))
-    return replace(made, hints=tuple(hints))
+    so_far = (f"{matrix.split}: {matrix.so_far}" for matrix in matrices if matrix.so_far)
+    return replace(made, hints=(*so_far, *hints))
 
 
 def _of_bodies(

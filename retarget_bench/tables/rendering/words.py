@@ -49,11 +49,6 @@ ENDED = {
     "missing": "lacks predictions of",
 }
 """Status of cases without an answer, as a verb."""
-SPLITS = {
-    "self": "each character performs its own motion, so that copying is exact",
-    "intra": "another character of the same structure performs it",
-    "cross": "a character of another structure performs it",
-}
 NO_BREAK = "\u00a0"
 _COMMAND = re.compile(r"\bbench [a-z-]+(?: --?[a-z][a-z-]*(?: [a-z][\w,-]*)?)*")
 
@@ -249,7 +244,7 @@ def splits_and_controls(table: Table) -> list[tuple[str, str]]:
     """(name, meaning) of the splits and of the controls of a table."""
     columns = [column.split for group in table.groups for column in group.columns]
     there = dict.fromkeys([*(group.split for group in table.groups), *columns])
-    named = [(split, SPLITS[split]) for split in there if split in SPLITS]
+    named = [(split, table.splits[split]) for split in there if split in table.splits]
     rows = {row.label: row for group in table.groups for row in group.unranked if row.mark == CONTROL}
     about = {label: row.about.removeprefix("Control: ") for label, row in rows.items()}
     return [*named, *((label, meaning) for label, meaning in about.items() if meaning)]

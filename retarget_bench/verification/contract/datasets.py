@@ -1,11 +1,13 @@
 """The checks that a data set must pass."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, RealDataset
+from retarget_bench.api.datasets import usual_split
+from retarget_bench.files import slug
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.verification.contract.common import Trial, demand
@@ -35,7 +37,11 @@ class DatasetTrial(Trial[Dataset]):
         texts = ("summary", "version", "licence", "obtain")
         if empty := [name for name in texts if not getattr(card, name).strip()]:
             return f"no {', '.join(empty)}"
-        return self.card_fault(card, splits=SPLITS)
+        if not isinstance(card.splits, Mapping):
+            return "splits is no mapping of names to what the cases of each have in common"
+        if strange := [name for name in card.splits if name != slug(name)]:
+            return f"split {strange[0]!r} is no name of a folder"
+        return self.card_fault(card)
 
     @demand("label, content and notes are text")
     def texts(self) -> str | None:
@@ -73,8 +79,8 @@ class DatasetTrial(Trial[Dataset]):
             if (source.name, target.name) != (info.source, info.target):
                 return f"{info.id} holds {source.name}>{target.name}"
             alike = source.structure == target.structure
-            split = "self" if source.name == target.name else "intra" if alike else "cross"
-            if split != info.split:
+            split = usual_split(source.name == target.name, alike)
+            if info.split in SPLITS and split != info.split:
                 return f"{info.id} is listed as {info.split} but is {split}"
         return None
 

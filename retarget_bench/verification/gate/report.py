@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from retarget_bench.api.cases import SPLITS
+from retarget_bench.api import SPLITS
 from retarget_bench.tables.builder import DEFAULT_COLUMNS
 from retarget_bench.tables.model import count
 from retarget_bench.verification.gate.compare import NEW, GateRow, Status
@@ -147,7 +147,7 @@ def _families(found: Sequence[GateRow]) -> Iterator[_Entry]:
 
 def _place(line: GateRow) -> int:
     """Splits in their usual order; all else as it is."""
-    return SPLITS.index(line.where) if line.where in SPLITS else len(SPLITS)
+    return [*SPLITS, line.where].index(line.where)
 
 
 def _alike(found: Sequence[GateRow]) -> Iterator[_Entry]:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
@@ -13,7 +14,7 @@ KINDS = ("hop", "rest")
 class ToyApart:
     """Parameters: ``clips``, how many of each body."""
 
-    card = DatasetCard("toy_apart", "toys apart", "1", "CC0", "here", splits=("cross",))
+    card = DatasetCard("toy_apart", "toys apart", "1", "CC0", "here", splits=usual_splits("cross"))
     label = "toy_apart"
     notes = ()
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -38,7 +39,7 @@ class ToyCases:
         version="1",
         licence="CC0",
         obtain="here",
-        splits=("intra", "cross"),
+        splits=usual_splits("intra", "cross"),
     )
     label = "toy_cases"
     notes = ()

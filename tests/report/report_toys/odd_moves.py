@@ -3,6 +3,7 @@
 from itertools import permutations
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from tests.viewing.viewing_toys.toy_moves import body, moving
 
 BODIES = {'"><img src=x onerror=alert(1)>': 1.0, "Ünï 名\u202e": 1.2, "it's {{ 7*7 }} & co": 0.8}
@@ -16,7 +17,7 @@ class OddMoves:
         version="1",
         licence="CC0",
         obtain="here",
-        splits=("intra", "cross"),
+        splits=usual_splits("intra", "cross"),
     )
     label = "odd <b>moves</b>"
     notes = ("<i>a note</i>",)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.plugins import registry
 
 
@@ -12,7 +13,7 @@ class FewPuppets:
 
     def __init__(self):
         self._data = registry.create("datasets", "puppets[size=tiny]")
-        self.card = replace(self._data.card, name="few_puppets", splits=("self", "cross"))
+        self.card = replace(self._data.card, name="few_puppets", splits=usual_splits("self", "cross"))
         self.characters, self.load = self._data.characters, self._data.load
 
     def cases(self, task, split):

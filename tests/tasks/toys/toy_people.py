@@ -3,6 +3,7 @@
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -70,7 +71,7 @@ class ToyPeople:
         version="1",
         licence="CC0",
         obtain="here",
-        splits=("self", "intra"),
+        splits=usual_splits("self", "intra"),
     )
     notes = ()
 

@@ -8,6 +8,7 @@ content: a name for it.
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -57,7 +58,7 @@ class ToyWalks:
         version="1",
         licence="CC0",
         obtain="here",
-        splits=("intra", "cross"),
+        splits=usual_splits("intra", "cross"),
     )
     label = "toy_walks"
     notes = ()

@@ -3,6 +3,7 @@
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -68,7 +69,12 @@ def moving(character: Character, frames: int, fps: float = 30.0):
 
 class ToyMoves:
     card = DatasetCard(
-        name="toy_moves", summary="toys", version="1", licence="CC0", obtain="here", splits=("intra",)
+        name="toy_moves",
+        summary="toys",
+        version="1",
+        licence="CC0",
+        obtain="here",
+        splits=usual_splits("intra"),
     )
     label = "toy_moves"
     notes = ()

@@ -3,6 +3,7 @@
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -27,7 +28,7 @@ class plugin:
         version="1",
         licence="CC0-1.0",
         obtain="part of this package",
-        splits=("intra",),
+        splits=usual_splits("intra"),
         parameters={"frames": "length of the clip"},
     )
     content, label, notes = "beam 1", "beam", ()

@@ -1,4 +1,4 @@
-"""Runs of some clips: never taken for whole ones, and gone on from."""
+"""Runs of some clips: results that are not complete, and that a whole run goes on from."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner, timing
-from retarget_bench.evaluation.quick_looks import chosen
+from retarget_bench.evaluation.clips import chosen
 from retarget_bench.plugins import registry
 from retarget_bench.results import store
 
@@ -72,74 +72,78 @@ def test_clips_are_chosen_with_all_their_pairs(patterns, limit, kept):
     assert len(found) == 2 * len(kept)
 
 
-def test_a_look_is_no_result_and_a_whole_run_goes_on_from_it(tmp_path):
-    (look,) = run(tmp_path / "some", limit=2)
-    assert look.look
-    assert store.find_results(tmp_path / "some") == []
-    assert len(list((look.folder / look.method).glob("*.npz"))) == 4  # two clips, two pairs
-    kept = {path: path.stat().st_mtime_ns for path in (look.folder / look.method).glob("*.npz")}
+def test_a_whole_run_goes_on_from_one_of_some_clips(tmp_path):
+    (some,) = run(tmp_path / "some", limit=2)
+    assert not some.complete
+    assert store.find_results(tmp_path / "some") == [some]
+    assert len(list((some.folder / some.method).glob("*.npz"))) == 4  # two clips, two pairs
+    kept = {path: path.stat().st_mtime_ns for path in (some.folder / some.method).glob("*.npz")}
     (whole,) = run(tmp_path / "some")
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
-    assert (whole.look, whole.begun.exists()) == (False, False)
-    assert store.read_header(whole.header).only == ""
+    assert (whole.complete, whole.journal.exists()) == (True, False)
     run(tmp_path / "all")
     assert files(tmp_path / "some") == files(tmp_path / "all")
 
 
-def test_what_a_look_shows_is_over_its_clips_and_says_so(tmp_path):
+def test_numbers_are_over_the_clips_that_are_there(tmp_path):
     places = run(tmp_path, "toy_method", "copy_rotations", clips=("clip 1", "clip 3"))
-    (found,) = split_summaries(places, select=Selection(looks=True))
-    assert (found.look, found.clips) == ("2 of 5 clips", 2)
+    (found,) = split_summaries(places, select=Selection())
+    assert (found.so_far, found.clips) == ("2 of 5 clips so far", 2)
     assert {(score.ok, score.asked) for score in found.scores} == {(4, 4)}
-    assert found.unfinished == (
-        "numbers are over the 4 of 10 cases that all methods here have done so far (--clips clip 1,clip 3)."
-    )
     whole = run(tmp_path / "whole", "toy_method", "copy_rotations")
     (over_all,) = split_summaries(whole)
     one, other = (each.scores[0].means[VALUE] for each in (found, over_all))
     assert (one.n, other.n) == (4, 10)
 
 
-def test_looks_are_left_out_beside_whole_results_unless_they_are_named(tmp_path):
-    whole, look = *run(tmp_path, "copy_rotations"), *run(tmp_path, limit=1)
-    (found,) = split_summaries([whole, look], select=Selection())
-    assert ([score.label for score in found.scores], found.scores[0].ok) == (["copy_rotations"], 10)
-    assert (found.looks, found.state) == (("toy_method",), "")
-    named = Selection(("copy_rotations", "toy_method"))
-    (found,) = split_summaries([whole, look], select=named)
+def test_a_table_is_over_the_clips_that_all_of_its_methods_have(tmp_path):
+    places = [*run(tmp_path, "copy_rotations"), *run(tmp_path, limit=1)]
+    (found,) = split_summaries(places, select=Selection())
     assert {score.label: score.ok for score in found.scores} == {"copy_rotations": 2, "toy_method": 2}
-    assert found.state == " (a quick look: 1 of 5 clips)"
+    assert found.so_far == "1 of 5 clips so far of toy_method"
+    (alone,) = split_summaries(places, select=Selection(("copy_rotations",)))
+    assert (alone.so_far, alone.scores[0].ok) == ("", 10)
 
 
-def test_a_look_replaces_no_older_results(tmp_path):
-    """They stay as they are, and the look shows its own."""
-    (whole,) = run(tmp_path)
-    before = {**files(tmp_path), "header": whole.header.read_bytes()}
-    (look,) = run(tmp_path, metrics=("position", "contact"), limit=1)
-    assert {**{name: files(tmp_path)[name] for name in before if name != "header"}} == {
-        name: text for name, text in before.items() if name != "header"
-    }
-    assert whole.header.read_bytes() == before["header"]
-    assert len(store.read_header(look.any_header).metrics) == 2
-    (found,) = split_summaries([look], select=Selection(looks=True))
-    assert found.look == "1 of 5 clips"
-    (found,) = split_summaries([replace(look, look=False)])
-    assert (found.look, found.scores[0].ok) == ("", 10)
+def test_a_published_table_is_over_the_clips_that_are_there_and_says_so(tmp_path, capsys):
+    run(tmp_path, "copy_rotations", splits=("cross",), limit=2)
+    assert "- cross: 2 of 5 clips so far" in table(capsys, "table", tmp_path, "--paper", "humot-table5")
 
 
-def test_a_look_that_has_all_clips_is_a_whole_run(tmp_path):
+def test_what_a_run_has_begun_replaces_older_results_until_those_count_again(tmp_path):
+    """Where nothing of theirs is outdated they do not have to be computed again."""
+    (place,) = run(tmp_path)
+    before = {**files(tmp_path), "header": place.header.read_bytes()}
+    run(tmp_path, metrics=("position", "contact"), limit=1)
+    (found,) = split_summaries([place], select=Selection())
+    assert found.so_far == "1 of 5 clips so far"
+    assert len(store.read_header(place.any_header).metrics) == 2
+    (found,) = split_summaries(run(tmp_path), select=Selection())
+    assert (found.so_far, found.scores[0].ok) == ("", 10)
+    assert {**files(tmp_path), "header": place.header.read_bytes()} == before
+
+
+def test_the_case_list_is_of_the_data_that_a_run_has_begun_with(tmp_path):
+    run(tmp_path)
+    (place,) = run(tmp_path)
+    store.write_cases(place, infos("walk"))  # as of other data
+    run(tmp_path, redo="always", limit=1)
+    (found,) = split_summaries([place], select=Selection())
+    assert (found.so_far, found.scores[0].ok) == ("1 of 5 clips so far", 2)
+
+
+def test_a_run_of_clips_that_are_all_is_a_whole_run(tmp_path):
     (place,) = run(tmp_path, limit=5)
-    header = store.read_header(place.header)
-    assert (place.look, header.only, header.counts.ok) == (False, "", 10)
+    assert (place.complete, store.read_header(place.header).counts.ok) == (True, 10)
 
 
-def test_a_look_takes_no_times(tmp_path):
-    (look,) = run(tmp_path, limit=1, timed=True)
-    assert not look.timing.exists()
-    assert timing.read(look) == []
+def test_results_that_are_not_complete_have_no_times(tmp_path):
+    (place,) = run(tmp_path, limit=1, timed=True)
+    assert not place.timing.exists()
+    assert timing.read(place) == []
 
 
-def test_batches_of_a_look_are_those_of_the_whole_run(tmp_path):
+def test_batches_are_those_of_the_whole_run(tmp_path):
     for file in sorted((HERE / "batch_toys").glob("*.py")):
         registry.add_file(file)
     name = next(e.name for e in registry.names("methods") if "batch" in e.name)
@@ -167,11 +171,11 @@ def test_the_commands(tmp_path, capsys):
     common = ("-d", "toy_cases", "-s", "cross", "--out", tmp_path, "-j", "1", *toys)
     said = table(capsys, "predict", "toy_method", "--clips", "clip 0", *common)
     assert said.startswith("2 predictions in")
-    assert "These are of some clips (--clips clip 0)" in said
+    assert "These are of some clips" in said
     for command in ("score", "run"):
         said = table(capsys, command, "toy_method", "-m", "position", "--limit", "1", *common)
-        assert "(a quick look: 1 of 3 clips)" in said.splitlines()[0]
-        assert "numbers are over the 2 of 6 cases" in " ".join(said.split())
-    assert "(a quick look: 1 of 3 clips)" in table(capsys, "table", tmp_path)
+        assert "(1 of 3 clips so far)" in said.splitlines()[0]
+        assert "A run without --clips and --limit does the rest" in said
+    assert "(1 of 3 clips so far)" in table(capsys, "table", tmp_path).splitlines()[0]
     said = table(capsys, "run", "toy_method", "-m", "position", *common)
-    assert "quick look" not in said
+    assert "so far" not in said
