@@ -92,10 +92,9 @@ def cases(bound: BoundDataset, task: str, split: str) -> Sequence[CaseInfo]:
 
 
 @lru_cache(maxsize=16)
-def _batches(bound: BoundDataset, task: str, split: str, together: bool) -> Sequence[tuple[str, ...]]:
-    """Their ids, in batches or one by one."""
-    infos = cases(bound, task, split)
-    return batches(infos, data_of(bound, task).characters()) if together else [(i.id,) for i in infos]
+def _batches(bound: BoundDataset, task: str, split: str) -> Sequence[tuple[str, ...]]:
+    """Their ids in batches."""
+    return batches(cases(bound, task, split), data_of(bound, task).characters())
 
 
 @dataclass(frozen=True)
@@ -180,14 +179,13 @@ class EvaluationUnit:
 
     @property
     def in_batches(self) -> bool:
-        """True if the method takes several cases at once."""
+        """True if the method takes several cases at once: others are asked them one after the other."""
         return self.plan.external is None and optional.takes_batches(self.method.built)
 
     @cached_property
     def batches(self) -> Sequence[tuple[str, ...]]:
-        """The ids of all cases, in the batches that the method is asked them in; mostly one by one."""
-        together = self.in_batches and self.plan.stage != "score"
-        return _batches(self.dataset, self.plan.task, self.split, together)
+        """The ids of all cases, in the batches that methods are asked them in."""
+        return _batches(self.dataset, self.plan.task, self.split)
 
     @cached_property
     def keys(self) -> dict[str, str]:

@@ -80,6 +80,7 @@ def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], 
     """Have everything answered that is lacking and asked for, and journal it. Raises BenchError."""
     left = {unit: _not_asked(unit, entries) for unit, entries in done.items()}
     if not any(len(unit.infos) > len(mine) for unit, mine in left.items()):
+        progress(0, 0)
         return
     stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left), preload=_preload(left))
     units = list(done)

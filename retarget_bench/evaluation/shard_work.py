@@ -126,8 +126,11 @@ class ShardWork:
         first = units[next(iter(task.lacking))]
         data = self._data(first)
         cases: dict[str, Case] = {}
+        whole = self.plan.stage != "score" and any(units[unit].in_batches for unit in task.lacking)
         for each in task.cases:
             asking = [unit for unit, mine in task.lacking.items() if each in mine]
+            if not asking and not whole:
+                continue
             self.at(asking, (each,), LOADING)
             try:
                 cases[each] = loaded(data, self._infos(first)[each])
@@ -178,14 +181,15 @@ class ShardWork:
 
     def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,
-        which is then stored. The method is given all ``cases`` where any is new."""
+        which is then stored. A method that takes several at once is given all where any is new."""
         paths, wanted = self.stored.units[unit].paths, task.lacking[unit]
         keys = {
             case: store.case_key(self.stored.units[unit].keys, case) for case in wanted if case in cases
         }
         found = {case: self._kept(paths, key, cases[case]) for case, key in keys.items()}
         new = [case for case, outcome in found.items() if outcome is None]
-        made = self._predicted(unit, cases) if new else {}
+        whole = self.stored.units[unit].in_batches
+        made = self._predicted(unit, cases if whole else {case: cases[case] for case in new}) if new else {}
         for case in new:
             if made[case].status != "missing":
                 _store(paths, keys[case], cases[case], made[case])

@@ -37,6 +37,8 @@ SHARDS = 64
 """So many, where that makes them no larger than ``LARGEST``."""
 LARGEST = 200_000
 """Frames of the answers of a shard: minutes of one core for most methods."""
+PARTS = 2
+"""A batch is in one task, for metrics know its references then, where that is so many shards at most."""
 
 Answer = tuple[int, CaseResult]
 """The number of a unit, and how one of its cases went."""
@@ -49,8 +51,7 @@ T = TypeVar("T")
 class Task:
     """Cases of one split that are loaded once, and what of them is lacking.
 
-    cases: all of a batch, which a method is given at once, because how it is composed decides how results
-    round. lacking: the units that lack some of them, all of one data set, split and seed.
+    cases: all of a batch. lacking: the units that lack some of them, all of one data set, split and seed.
     """
 
     cases: tuple[str, ...]
@@ -67,8 +68,9 @@ class Unit:
     method.
 
     method: with the paths of its files in full. seed: the base seed. seeded_as: the name that its seeds are
-    made from. inputs: what it is given beside source and target. lock: of the environment that it
-    answers in, if that is another one. keys: what its results are known by.
+    made from. inputs: what it is given beside source and target. in_batches: whether it is given all cases
+    of a batch at once, because how it is composed decides how results round. lock: of the environment that
+    it answers in, if that is another one. keys: what its results are known by.
     """
 
     dataset: Spec
@@ -78,6 +80,7 @@ class Unit:
     seed: int
     seeded_as: str
     inputs: Inputs
+    in_batches: bool
     lock: str
     keys: Mapping[str, str]
 
@@ -93,6 +96,7 @@ class Unit:
             # post-processors follow the very answers of the method alone
             "" if external else str(unit.known_as.alone),
             Inputs() if external else Inputs.of(method.built),
+            unit.in_batches,
             unit.lock,
             unit.keys,
         )
@@ -109,7 +113,7 @@ def cut(done: Mapping[EvaluationUnit, Collection[str]]) -> Iterator[list[Task]]:
     most = min(max(sum(asked) / SHARDS, 1.0), LARGEST)
     shard: list[Task] = []
     held = 0
-    for size, task in _tasks(list(done), [frozenset(left) for left in done.values()]):
+    for size, task in _tasks(list(done), [frozenset(left) for left in done.values()], PARTS * most):
         if shard and held + size > most:
             yield shard
             shard, held = [], 0
@@ -119,37 +123,34 @@ def cut(done: Mapping[EvaluationUnit, Collection[str]]) -> Iterator[list[Task]]:
         yield shard
 
 
-def _tasks(units: Sequence[EvaluationUnit], done: Sequence[frozenset[str]]) -> Iterator[tuple[int, Task]]:
-    """Tasks and the frames of their answers: every batch with all methods that are asked it and lack
-    any of it, the longest first; then every case with all methods that take one at a time."""
+def _tasks(
+    units: Sequence[EvaluationUnit], done: Sequence[frozenset[str]], most: float
+) -> Iterator[tuple[int, Task]]:
+    """Tasks and the frames of their answers, the longest batches first: every batch with all units that
+    lack any of it, in several tasks where that is more than ``most``."""
     splits: dict[tuple[object, ...], list[int]] = {}
     for number, unit in enumerate(units):
         splits.setdefault((unit.dataset, unit.split, unit.plan.seed), []).append(number)
-    batches: list[tuple[int, Mapping[str, int], tuple[str, ...], tuple[int, ...]]] = []
+    found: list[tuple[int, tuple[str, ...], list[int]]] = []
+    lengths: dict[int, Mapping[str, int]] = {}
     for numbers in splits.values():
-        frames = {info.id: info.frames for info in units[numbers[0]].infos}
-        for batch, having in _owners(units, numbers):
-            length = sum(frames[case] for case in batch) if len(batch) > 1 else 0
-            batches.append((length, frames, batch, having))
-    batches.sort(key=lambda each: each[0], reverse=True)
-    for _, lengths, batch, having in batches:
-        wanted = {n: [case for case in batch if case not in done[n]] for n in having}
-        task = Task(batch, {number: cases for number, cases in wanted.items() if cases})
-        if task.lacking:
-            yield sum(lengths[case] for cases in task.lacking.values() for case in cases), task
-
-
-def _owners(
-    units: Sequence[EvaluationUnit], numbers: Sequence[int]
-) -> Iterator[tuple[tuple[str, ...], tuple[int, ...]]]:
-    """The batches of one split, and the units that have them."""
-    lists = {id(units[number].batches): units[number].batches for number in numbers}  # methods share them
-    owners: dict[tuple[str, ...], tuple[int, ...]] = {}
-    for name, batches in lists.items():
-        having = tuple(number for number in numbers if id(units[number].batches) == name)
-        for batch in batches:
-            owners[batch] = owners[batch] + having if batch in owners else having
-    yield from owners.items()
+        lengths[numbers[0]] = frames = {info.id: info.frames for info in units[numbers[0]].infos}
+        for batch in units[numbers[0]].batches:
+            found.append((sum(frames[case] for case in batch), batch, numbers))
+    found.sort(key=lambda each: each[0], reverse=True)
+    for _, batch, numbers in found:
+        held, lacking = 0, dict[int, list[str]]()
+        for number in numbers:
+            if not (mine := [case for case in batch if case not in done[number]]):
+                continue
+            size = sum(lengths[numbers[0]][case] for case in mine)
+            if lacking and held + size > most:
+                yield held, Task(batch, lacking)
+                held, lacking = 0, {}
+            lacking[number] = mine
+            held += size
+        if lacking:
+            yield held, Task(batch, lacking)
 
 
 # -------------------------------------------------------------------------------------------- in files
