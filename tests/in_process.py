@@ -48,7 +48,9 @@ class InThisProcess:
         try:
             work.do({**asked, "again": False, "without": []})
         except shard_work.CannotStore as error:
-            raise BenchError(f"stopped: {error}") from error
+            raise BenchError(
+                f"stopped: {error}. What was finished is kept; run again to continue"
+            ) from error
         except Exception as error:
             return f"{type(error).__name__}: {error}"
         return ""

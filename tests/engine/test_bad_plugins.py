@@ -33,7 +33,7 @@ ORDERLY = ("position", "smoothness")
 WRONG = {
     "write": r"read-only \(sway.py:\d+\); what metrics are given cannot be written to, so take a copy",
     "setflags": r"cannot set WRITEABLE flag to True of this array \(sway.py:\d+\); what metrics are given",
-    "fail": r"ValueError: no   sway \(sway.py:\d+\)",
+    "fail": r"ValueError: no \\ud800 sway \(sway.py:\d+\)",
     "quit": "SystemExit: 3",
     "hang": "no answer within 0.2 s",
     "nan": "gave nan for sway; what is undefined for a case must be left out",

@@ -358,7 +358,7 @@ def edited(folder, name, change):
 @pytest.mark.parametrize(
     ("name", "change", "words"),
     [
-        ("golden.json", lambda old: old[:100], r"golden\.json: does not hold golden rows, or is damaged"),
+        ("golden.json", lambda old: old[:100], r"golden\.json: is not JSON"),
         ("golden.json", lambda old: b"[]", r"golden\.json: does not hold golden rows, or is damaged"),
         (
             "golden.json",

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.code_hash import (
     code_hash,
@@ -162,7 +161,7 @@ def test_a_method_is_known_by_its_statements_and_by_those_of_the_motion_room(own
     second = method_code()
     assert second != first
     some = list(package_code("motion"))
-    monkeypatch.setattr(plan, "package_code", lambda _: some[1:])
+    monkeypatch.setattr(bound, "package_code", lambda _: some[1:])
     assert method_code() not in (first, second)
 
 
@@ -190,7 +189,7 @@ def test_shared_layers_count_for_methods_that_import_from_them(own, monkeypatch,
     path = own / "own_method.py"
     path.write_text(path.read_text(encoding="utf-8") + text, encoding="utf-8")
     first = method_code()
-    monkeypatch.setattr(plan, "reached_code", without_a_layer)
+    monkeypatch.setattr(bound, "reached_code", without_a_layer)
     assert (method_code() != first) == (text not in NOT_SHARED)
 
 
@@ -201,7 +200,7 @@ def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeyp
     alone, composed = Spec("own_method"), Spec("own_method", posts=(Spec("own_post"),))
     bound.method_code.cache_clear()
     first = bound.method_code(alone), bound.method_code(composed)
-    monkeypatch.setattr(plan, "reached_code", without_a_layer)
+    monkeypatch.setattr(bound, "reached_code", without_a_layer)
     bound.method_code.cache_clear()
     assert bound.method_code(alone) == first[0]
     assert bound.method_code(composed) != first[1]
@@ -209,7 +208,7 @@ def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeyp
 
 def reached(kind: registry.Kind, name: str) -> set[str]:
     own = [path for _, path in registry.code_files(kind, name)]
-    return {each for each, _ in reached_code(plan.LAYERS, own)}
+    return {each for each, _ in reached_code(bound.LAYERS, own)}
 
 
 @pytest.mark.parametrize(
@@ -232,7 +231,7 @@ def test_a_method_is_known_by_the_layers_that_it_reaches_and_by_no_others(name, 
 def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_count():
     """Against what Python itself imports, also late."""
     code = (
-        "import sys; from retarget_bench.evaluation import plan; "
+        "import sys; from retarget_bench.plugins import bound; "
         "from retarget_bench.plugins.spec import Spec; "
         "bound.method(Spec('san')).built.structures; import retarget_bench.methods.san.training; "
         "head = 'retarget_bench.training.'; "
@@ -246,7 +245,7 @@ def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_coun
 
 
 def test_code_is_hashed_without_importing_it():
-    names = {name for name, _ in package_code(plan.LAYERS)}
+    names = {name for name, _ in package_code(bound.LAYERS)}
     assert {"layers/__init__.py", "layers/masks.py"} <= names
     code = (
         "import sys; from retarget_bench.plugins.bound import method_code as code; "
@@ -265,7 +264,7 @@ def test_names_of_the_motion_room_are_relative_to_it():
 
 def test_what_keys_leave_out_of_the_motion_room_is_reached_by_no_method():
     """Formats of files and edits: no plug-in and no other module of the room imports the edits."""
-    root = Path(plan.__file__).parents[2]
+    root = Path(bound.__file__).parents[2]
     rooms = [
         root / "retarget_bench" / "motion",
         *(root / room for room in ("methods", "metrics", "datasets")),
@@ -275,14 +274,14 @@ def test_what_keys_leave_out_of_the_motion_room_is_reached_by_no_method():
     for file in files:
         if "editing" not in file.relative_to(root).parts:
             assert not imports(file, "motion.editing"), file
-    kept = [name for name, _ in package_code("motion") if not name.startswith(plan.APART)]
+    kept = [name for name, _ in package_code("motion") if not name.startswith(bound.APART)]
     assert "motion/transfer.py" in kept
     assert not [name for name in kept if "editing" in name]
 
 
 def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own, monkeypatch):
-    built = plan._built(("position",))
-    monkeypatch.setattr(plan, "_built", lambda names: built)
+    built = bound.metrics(("position",)).built
+    monkeypatch.setattr(bound.BoundMetrics, "built", built)
 
     def version() -> str:
         bound.metrics.cache_clear()
@@ -294,14 +293,14 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
     changed(own / "own_metric.py", "100 *", "99 *")
     second = version()
     assert second != first
-    monkeypatch.setattr(plan, "package_code", lambda _: [])
+    monkeypatch.setattr(bound, "package_code", lambda _: [])
     assert version() not in (first, second)
     monkeypatch.undo()
     bound.metrics.cache_clear()
 
 
-DRAWN = plan.SETS, "draw.py", "MOST = 1200"
-WINDOWED = plan.FEATURES, "windows.py", "HOP = 8"
+DRAWN = bound.SETS, "draw.py", "MOST = 1200"
+WINDOWED = bound.FEATURES, "windows.py", "HOP = 8"
 
 
 @pytest.mark.parametrize("name", ["fid", "position"])
@@ -319,7 +318,7 @@ def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
     def package_files(asked: str) -> list[tuple[str, Path]]:
         return list(files.items() if asked == package else package_code(asked))
 
-    monkeypatch.setattr(plan, "package_code", package_files)
+    monkeypatch.setattr(bound, "package_code", package_files)
 
     def version(text: str) -> str:
         copy.write_text(text, encoding="utf-8")

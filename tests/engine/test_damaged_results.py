@@ -14,9 +14,10 @@ from stored import unchecked
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import runner, worker
+from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.files import SetValue
+from retarget_bench.evaluation.shard_work import ShardWork
 from retarget_bench.files import LOCK, locked
 from retarget_bench.plugins import registry
 from retarget_bench.results import case_metadata, store
@@ -59,7 +60,7 @@ def test_what_is_not_as_it_was_written_is_named_and_made_again(tmp_path, monkeyp
         with pytest.raises(FileError, match="bench run, with the same options, write it anew") as caught:
             read(place)
         assert caught.value.path == path
-    monkeypatch.setattr(worker, "_predicted", None)  # not asked: stored predictions are scored
+    monkeypatch.setattr(ShardWork, "_predicted", None)  # not asked: stored predictions are scored
     carry_out(tmp_path, "toy_method")
     assert path.read_bytes() == wanted
 

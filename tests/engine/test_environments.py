@@ -88,7 +88,7 @@ def ask(tmp_path):
         pools.append(
             WorkerPool(tmp_path / f"pool-{len(pools)}", tmp_path, registry.files(), Limits(**limits))
         )
-        worker = pools[-1].worker(plan.placed(registry.canonical("methods", method)))
+        worker = pools[-1].worker(plan.placed(method).spec)
         worker.log = tmp_path / "log.txt"
         return worker.ask(asked) if together else [worker.ask([each])[0] for each in asked]
 
@@ -164,7 +164,9 @@ def test_keys_of_ordinary_methods_know_of_no_environment(tmp_path):
 )
 def test_what_cannot_be_started_is_a_sentence(tmp_path, command, said):
     with pytest.raises(BenchError) as raised:
-        plan.evaluation_units(asked(tmp_path, str(Spec("copy_rotations", environment=command))))
+        runner.run(
+            asked(tmp_path, str(Spec("copy_rotations", environment=command))), lambda done, total: None
+        )
     assert said in str(raised.value)
     assert "\n" not in str(raised.value)
 

@@ -181,7 +181,7 @@ def test_full_notes_say_it_too(places):
 def test_floors_and_learned_methods_are_named_once_for_splits_that_share_a_table(tmp_path):
     for split, order in (("self", (1.0, 2.0)), ("cross", (2.0, 1.0))):
         for name, number in zip(("a", "b"), order, strict=True):
-            place = stored(tmp_path, split, name, [number] * 20, trained_on=("here",))
+            place = stored(tmp_path, split, name, [number] * 20, trained_on={"characters": ("here",)})
             with_set(place, number, 0.5, 3.0)
     found = summary.split_summaries(records.find_results(tmp_path), select=Selection())
     drawn = rendering.latex(builder.tables(found, builder.OVERVIEW_COLUMNS))

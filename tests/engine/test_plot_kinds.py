@@ -79,7 +79,7 @@ def stored(root: Path) -> Numbers:
         plain["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
         told = parsed(plain)
         store.write_results(place, told, list(entries.values()), infos)
-        place.timing.write_text(f"case,frames,seconds\nc,{FPS[label]:g},1\n")
+        place.timing.write_text(f"case,frames,seconds,yardstick\nc,{FPS[label]:g},1,0\n")
         found[label] = entries
     rows = "".join(f"{body},{STRUCTURES[body]}\n" for body in BODIES)
     (place.folder / "cases.structures.csv").write_text(f"target,structure\n{rows}")

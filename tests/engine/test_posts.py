@@ -16,7 +16,7 @@ from retarget_bench.api.optional import takes_batches
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict, runner
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.post_processors import Composed
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
@@ -186,12 +186,12 @@ def test_the_code_of_a_post_process_counts(tmp_path, monkeypatch):
     post.write_text(TOYS[3].read_text())
     registry.add_file(post)
     spec = Spec.parse("toy_method+then")
-    plans.method_code.cache_clear()
-    before, alone = plans.method_code(spec), plans.method_code(spec.alone)
+    bound.method_code.cache_clear()
+    before, alone = bound.method_code(spec), bound.method_code(spec.alone)
     post.write_text(post.read_text() + "\nMORE = 1\n")
-    plans.method_code.cache_clear()
-    assert plans.method_code(spec) != before
-    assert plans.method_code(spec.alone) == alone
+    bound.method_code.cache_clear()
+    assert bound.method_code(spec) != before
+    assert bound.method_code(spec.alone) == alone
 
 
 def test_a_finished_cell_is_not_asked_again(tmp_path):

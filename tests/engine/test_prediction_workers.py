@@ -185,7 +185,7 @@ def test_privileged_motions_are_handed_over_when_they_are_looked_at(pool, case):
         ("leaves_at_once", "failed", "exit code 4"),
         ("exit", "failed", "SystemExit: out of here"),
         ("unreadable", "failed", "Odd: no message that can be read"),
-        ("surrogate", "failed", "half a character: ?"),
+        ("surrogate", "failed", "half a character: \\ud800"),
     ],
 )
 def test_whatever_else_comes_is_a_status(pool, case, tmp_path, does, status, words):

@@ -219,7 +219,7 @@ def test_an_interrupted_run_gives_the_same_bytes(finished, tmp_path):
         pass
 
     def progress(done: int, total: int) -> None:
-        if done == 20:
+        if done >= 20:
             raise EnoughError
 
     with pytest.raises(EnoughError):
@@ -237,7 +237,7 @@ def test_lost_features_of_a_begun_run_are_made_again(tmp_path):
         pass
 
     def progress(done: int, total: int) -> None:
-        if done == 5:
+        if done >= 5:
             raise EnoughError
 
     with pytest.raises(EnoughError):

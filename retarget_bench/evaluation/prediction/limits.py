@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Case
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, printable
 
 STARTING = 180.0
 """Seconds in which a method must be built: weights are read, large packages are imported."""
@@ -74,8 +74,7 @@ class CannotStart(Trouble):
 
 def text(said: Any) -> str:
     """A reason as it can be written: not too long, and of characters that can be shown."""
-    told = " ".join(str(said)[:LONGEST_MESSAGE].split())
-    return "".join(each if each.isprintable() else "?" for each in told)
+    return printable(str(said)[:LONGEST_MESSAGE])
 
 
 def size_of(folder: Path) -> int:
