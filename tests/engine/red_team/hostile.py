@@ -129,16 +129,17 @@ class Hostile:
         time.sleep(60)
 
     def _kill_others(self, target):
-        """Every worker, of all scoring processes."""
+        """Every worker, of all scoring processes of the run; those of other runs have tests of their own."""
         mine = {os.getpid(), *_ancestors()}
-        for each in psutil.process_iter():
+        for each in psutil.Process(_ancestors()[3]).children(recursive=True):
             with suppress(psutil.Error):
                 if "RETARGET_BENCH_WORKER" in each.environ() and each.pid not in mine:
                     each.kill()
 
     def _tamper(self, target):
-        """Whatever lies in the folders of questions is made another motion."""
-        for path in Path("/tmp").glob("retarget-bench-*/**/*.npz"):
+        """Whatever lies in the folders of questions of the run is made another motion."""
+        (run,) = (each for each in Path.cwd().parents if each.name.startswith("retarget-bench-"))
+        for path in run.rglob("*.npz"):
             with suppress(OSError):
                 path.write_bytes(path.read_bytes()[::-1])
 
@@ -184,7 +185,7 @@ class Hostile:
 
 
 def _ancestors():
-    """Of a process that answers: its worker, the fork server, the scoring process."""
+    """Of a process that answers: its worker, the fork server, the scoring process, that of the run."""
     found, pid = [], os.getppid()
     while pid > 1:
         found.append(pid)
