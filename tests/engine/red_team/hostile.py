@@ -129,7 +129,7 @@ class Hostile:
         time.sleep(60)
 
     def _kill_others(self, target):
-        """Every worker, of all scoring processes of the run; those of other runs have tests of their own."""
+        """Every worker, of all scoring processes of the run; no other run."""
         mine = {os.getpid(), *_ancestors()}
         for each in psutil.Process(_ancestors()[3]).children(recursive=True):
             with suppress(psutil.Error):
