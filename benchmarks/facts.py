@@ -46,7 +46,10 @@ from retarget_bench.api import MethodCard
 
 
 class SeedTold:
-    card = MethodCard(name="seed_told", version="1", stochastic=True)
+    card = MethodCard(name="seed_told", summary="Stands where its seed says", version="1", stochastic=True)
+
+    def supports(self, source, target):
+        return None
 
     def retarget(self, source, target, *, context):
         rotations = np.zeros((source.frames, len(target.skeleton.names), 4))
@@ -304,10 +307,10 @@ def retargeted(revision: Revision) -> Facts:
     """Bytes of retargeted files, and verdicts on them."""
     assert revision.data is not None
     sources = (
-        *("lafan1/aiming1_subject1.bvh", "cmu_bvh/01_01.bvh", "cmu_asfamc/02_01.amc"),
+        *("lafan1/Lafan1_example.bvh", "cmu_bvh/01_01.bvh", "cmu_asfamc/02_01.amc"),
         *("bandai_namco/dataset-1_bow_normal_001.bvh", "mixamo_r2et/Mousey"),
     )
-    targets = ("gltf/Xbot.glb", "gltf/Soldier.glb", "cmu_bvh/01_01.bvh", "lafan1")
+    targets = ("gltf/Xbot.glb", "gltf/Soldier.glb", "cmu_bvh/01_01.bvh", "lafan1/std.bvh")
     folder = revision.scratch / "retargeted"
     folder.mkdir(parents=True, exist_ok=True)
     found = [_file(revision.data / each) for each in targets]

@@ -16,11 +16,12 @@ import pytest
 ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted([*ROOT.glob("tests/benchmarks/*.py"), *ROOT.glob("benchmarks/*.py")])
 BEGUN = """
-import contextlib, io, json, runpy, sys
+import contextlib, io, json, os, runpy, sys
 found = {}
 for script in sys.argv[1:]:
     parses = "ArgumentParser(" in open(script, encoding="utf-8").read()
     path, sys.argv = list(sys.path), [script, "--help"]
+    sys.path.insert(0, os.path.dirname(script))
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             runpy.run_path(script, run_name="__main__" if parses else "begun")

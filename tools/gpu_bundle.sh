@@ -25,7 +25,9 @@ for method; do
 done
 echo "$@" >"$folder/METHODS"
 code=(retarget_bench methods metrics datasets tools benchmarks pyproject.toml constraints.txt LICENSE)
-git archive HEAD "${code[@]}" ':(exclude,glob)**/*.safetensors' ':(exclude,glob)methods/*/weights/*' |
+# training validates on another part of the embedded motions than results are of
+unneeded=(":(exclude,glob)**/*.safetensors" ":(exclude,glob)methods/*/weights/*" ":(exclude)datasets/puppets/tiny/test.npz")
+git archive HEAD "${code[@]}" "${unneeded[@]}" |
     tar x -C "$folder"
 if [ ${#weights[@]} -gt 0 ]; then git archive HEAD "${weights[@]}" | tar x -C "$folder"; fi
 if [ -n "${WHEELS:-}" ]; then cp -r "$WHEELS" "$folder/wheels"; fi

@@ -69,7 +69,9 @@ def test_a_bundle_is_the_code_and_the_weights_that_training_begins_with(tmp_path
     listed = ["git", "-C", ROOT, "ls-tree", "-r", "-z", "--name-only", "HEAD", *packages]
     tracked = subprocess.run(listed, capture_output=True, text=True, check=True).stdout.split("\0")
     assert {name for name in tracked if name.endswith((".py", ".toml", ".csv"))} <= found
-    assert sum((tmp_path / "bundle" / name).stat().st_size for name in found) < 10_000_000
+    assert "datasets/puppets/tiny/validation.npz" in found
+    assert "datasets/puppets/tiny/test.npz" not in found
+    assert sum((tmp_path / "bundle" / name).stat().st_size for name in found) < 16_000_000
 
 
 def test_one_that_is_too_large_to_travel_is_told(tmp_path: Path) -> None:
