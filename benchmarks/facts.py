@@ -271,7 +271,7 @@ def training(revision: Revision) -> Facts:
 
 def quick_training(revision: Revision) -> Facts:
     """Those of two steps of one method."""
-    yield from _steps(revision, "smrm", 2)
+    yield from _steps(revision, "pan", 2)
 
 
 def _steps(revision: Revision, method: str, steps: int) -> Facts:

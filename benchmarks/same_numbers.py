@@ -37,6 +37,8 @@ ROOT = Path(__file__).resolve().parents[1]
 WORK = ROOT / "build" / "same_numbers"
 RENAMED = ROOT / "benchmarks" / "renamed.csv"
 CHANGES = "results/CHANGES.md"
+ASKED = hashlib.sha256(Path(facts.__file__).read_bytes()).hexdigest()[:8]
+"""Facts that were asked otherwise are asked anew."""
 EXAMPLES = 3
 """Differences written out of each group that is told in one line."""
 SEPARATOR = " / "
@@ -108,7 +110,7 @@ def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
     """The facts of every kind, from files where they were computed before."""
     found = []
     for kind in kinds:
-        path = revision.scratch.parent / f"{kind.__name__}.csv"
+        path = revision.scratch.parent / f"{kind.__name__}-{ASKED}.csv"
         if not path.exists():
             started = time.perf_counter()
             lines = [(SEPARATOR.join(fact), value) for fact, value in kind(revision)]
