@@ -28,6 +28,7 @@ TRAINED = (
     *("npt", "skr", "skin"),
 )
 STEPS = 20
+"""Training steps of every method."""
 TOGETHER = 50
 """Files that one ``bench doctor`` is given."""
 ABLATIONS = (("humot", "losses"), ("smrm", "table2"), ("smrm", "table3"), ("pan", "table5"))
@@ -108,8 +109,7 @@ class Revision:
         return replace(self, scratch=self.scratch / name)
 
 
-# ------------------------------------------------------------------------------------------- results
-# folders
+# --------------------------------------------------------------------------------- folders of results
 def rows(name: str, folder: Path) -> Facts:
     """Every number of a results folder, with counts of cases and reasons of those without an answer."""
     for path in sorted(folder.glob("*/*/*/*.json")):
@@ -234,21 +234,8 @@ def ablations(revision: Revision) -> Facts:
     """Rows of the ablations, after two steps each."""
     for method, name in ABLATIONS:
         out = revision.scratch / f"ablate-{method}-{name}"
-        words = (
-            "--preset",
-            "quick",
-            "--budget",
-            "2it",
-            "-f",
-            "csv",
-            "--out",
-            out,
-            "-j",
-            "1",
-            "--device",
-            "cpu",
-        )
-        text = revision.bench("ablate", method, name, "-d", "puppets", *words)
+        words = ("--preset", "quick", "--budget", "2it", "--out", out, "-j", "1", "--device", "cpu")
+        text = revision.bench("ablate", method, name, "-d", "puppets", "-f", "csv", *words)
         start = text.index('"dataset"')
         yield from table(("ablation", method, name), text[start:], ("dataset", "split", "method"))
 

@@ -7,9 +7,8 @@ Both revisions are checked out, get environments of their own, and are run side 
 is compared fact by fact (``benchmarks/facts.py``). A difference is
 
 - *renamed*, if ``benchmarks/renamed.csv`` says that a part of the fact's name is called otherwise now;
-- *named*, if a pattern in ``results/CHANGES.md`` of the later revision fits the fact (under "Numbers
-that moved":
-  lines that begin with the pattern in backquotes, and say why);
+- *named*, if a pattern in ``results/CHANGES.md`` of the later revision fits the fact: under "Numbers that
+  moved", a line begins with the pattern in backquotes and says why;
 - else *unnamed*: the exit status is 1 then. A fact that is gone is a difference; one that is new is none.
 
 Checkouts, environments and facts lie in ``build/same_numbers`` and are used again: facts of a revision
@@ -140,8 +139,7 @@ class Comparison:
     unnamed: list[tuple[str, str, str]] = field(default_factory=list)
 
     def text(self, kind: str) -> str:
-        """A line of counts, one for each pattern that named something, and examples of what nothing
-        named."""
+        """A line of counts, a line for each pattern that named something, and what nothing named."""
         named = sum(map(len, self.named.values()))
         counts = f"{self.same:,} same, {self.renamed:,} renamed, {self.new:,} new, {named:,} named"
         lines = [f"{kind}: {counts}, {len(self.unnamed):,} UNNAMED"]
