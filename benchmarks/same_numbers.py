@@ -59,8 +59,13 @@ def main() -> int:
     parser.add_argument("--only", action="append", help="only facts of this kind; may be repeated")
     options = parser.parse_args()
     data = options.data.resolve() if options.data else None
+    if data is not None and not data.is_dir():
+        parser.error(f"{data} is no folder")
     kinds = facts.QUICK if options.quick else (*facts.FULL, *(facts.WITH_DATA if data else ()))
-    kinds = tuple(kind for kind in kinds if not options.only or kind.__name__ in options.only)
+    offered = {kind.__name__: kind for kind in kinds}
+    if unknown := [name for name in options.only or () if name not in offered]:
+        parser.error(f"there are no facts {unknown[0]!r} here, but {', '.join(offered)}")
+    kinds = tuple(kind for name, kind in offered.items() if not options.only or name in options.only)
     started = time.perf_counter()
     try:
         old, new = (revision(name, data) for name in (options.old, options.new))
@@ -83,7 +88,10 @@ def main() -> int:
 # revisions
 def revision(name: str, data: Path | None) -> Revision:
     """A revision's checkout, with an environment that it shares with revisions of equal requirements."""
-    sha = _git("rev-parse", f"{name}^{{commit}}")[:12]
+    try:
+        sha = _git("rev-parse", f"{name}^{{commit}}")[:12]
+    except subprocess.CalledProcessError:
+        raise RuntimeError(f"{name!r} is no revision of this repository") from None
     tree = WORK / sha / "tree"
     if not tree.exists():
         _git("worktree", "prune")
