@@ -12,6 +12,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -262,9 +263,10 @@ def quick_training(revision: Revision) -> Facts:
 
 
 def _steps(revision: Revision, method: str, steps: int) -> Facts:
-    out = revision.scratch / f"train-{method}"
+    out = revision.scratch / f"train-{method}-{steps}"
     words = ("--preset", "quick", "--budget", f"{steps}it", "--out", out, "-j", "1", "--device", "cpu")
     if not (out / "weights.json").exists():
+        shutil.rmtree(out, ignore_errors=True)  # what an interrupted comparison left
         revision.bench("train", method, "-d", "puppets", *words)
     head = ("training", method)
     for row in _csv(out / "log.csv"):
