@@ -12,6 +12,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -28,6 +29,7 @@ TRAINED = (
     *("npt", "skr", "skin"),
 )
 STEPS = 20
+"""Training steps of every method."""
 TOGETHER = 50
 """Files that one ``bench doctor`` is given."""
 ABLATIONS = (("humot", "losses"), ("smrm", "table2"), ("smrm", "table3"), ("pan", "table5"))
@@ -108,8 +110,7 @@ class Revision:
         return replace(self, scratch=self.scratch / name)
 
 
-# ------------------------------------------------------------------------------------------- results
-# folders
+# --------------------------------------------------------------------------------- folders of results
 def rows(name: str, folder: Path) -> Facts:
     """Every number of a results folder, with counts of cases and reasons of those without an answer."""
     for path in sorted(folder.glob("*/*/*/*.json")):
@@ -234,21 +235,8 @@ def ablations(revision: Revision) -> Facts:
     """Rows of the ablations, after two steps each."""
     for method, name in ABLATIONS:
         out = revision.scratch / f"ablate-{method}-{name}"
-        words = (
-            "--preset",
-            "quick",
-            "--budget",
-            "2it",
-            "-f",
-            "csv",
-            "--out",
-            out,
-            "-j",
-            "1",
-            "--device",
-            "cpu",
-        )
-        text = revision.bench("ablate", method, name, "-d", "puppets", *words)
+        words = ("--preset", "quick", "--budget", "2it", "--out", out, "-j", "1", "--device", "cpu")
+        text = revision.bench("ablate", method, name, "-d", "puppets", "-f", "csv", *words)
         start = text.index('"dataset"')
         yield from table(("ablation", method, name), text[start:], ("dataset", "split", "method"))
 
@@ -271,13 +259,14 @@ def training(revision: Revision) -> Facts:
 
 def quick_training(revision: Revision) -> Facts:
     """Those of two steps of one method."""
-    yield from _steps(revision, "smrm", 2)
+    yield from _steps(revision, "pan", 2)
 
 
 def _steps(revision: Revision, method: str, steps: int) -> Facts:
-    out = revision.scratch / f"train-{method}"
+    out = revision.scratch / f"train-{method}-{steps}"
     words = ("--preset", "quick", "--budget", f"{steps}it", "--out", out, "-j", "1", "--device", "cpu")
     if not (out / "weights.json").exists():
+        shutil.rmtree(out, ignore_errors=True)  # what an interrupted comparison left
         revision.bench("train", method, "-d", "puppets", *words)
     head = ("training", method)
     for row in _csv(out / "log.csv"):

@@ -7,9 +7,8 @@ Both revisions are checked out, get environments of their own, and are run side 
 is compared fact by fact (``benchmarks/facts.py``). A difference is
 
 - *renamed*, if ``benchmarks/renamed.csv`` says that a part of the fact's name is called otherwise now;
-- *named*, if a pattern in ``results/CHANGES.md`` of the later revision fits the fact (under "Numbers
-that moved":
-  lines that begin with the pattern in backquotes, and say why);
+- *named*, if a pattern in ``results/CHANGES.md`` of the later revision fits the fact: under "Numbers that
+  moved", a line begins with the pattern in backquotes and says why;
 - else *unnamed*: the exit status is 1 then. A fact that is gone is a difference; one that is new is none.
 
 Checkouts, environments and facts lie in ``build/same_numbers`` and are used again: facts of a revision
@@ -37,6 +36,8 @@ ROOT = Path(__file__).resolve().parents[1]
 WORK = ROOT / "build" / "same_numbers"
 RENAMED = ROOT / "benchmarks" / "renamed.csv"
 CHANGES = "results/CHANGES.md"
+ASKED = hashlib.sha256(Path(facts.__file__).read_bytes()).hexdigest()[:8]
+"""Facts that were asked otherwise are asked anew."""
 EXAMPLES = 3
 """Differences written out of each group that is told in one line."""
 SEPARATOR = " / "
@@ -58,8 +59,13 @@ def main() -> int:
     parser.add_argument("--only", action="append", help="only facts of this kind; may be repeated")
     options = parser.parse_args()
     data = options.data.resolve() if options.data else None
+    if data is not None and not data.is_dir():
+        parser.error(f"{data} is no folder")
     kinds = facts.QUICK if options.quick else (*facts.FULL, *(facts.WITH_DATA if data else ()))
-    kinds = tuple(kind for kind in kinds if not options.only or kind.__name__ in options.only)
+    offered = {kind.__name__: kind for kind in kinds}
+    if unknown := [name for name in options.only or () if name not in offered]:
+        parser.error(f"there are no facts {unknown[0]!r} here, but {', '.join(offered)}")
+    kinds = tuple(kind for name, kind in offered.items() if not options.only or name in options.only)
     started = time.perf_counter()
     try:
         old, new = (revision(name, data) for name in (options.old, options.new))
@@ -82,7 +88,10 @@ def main() -> int:
 # revisions
 def revision(name: str, data: Path | None) -> Revision:
     """A revision's checkout, with an environment that it shares with revisions of equal requirements."""
-    sha = _git("rev-parse", f"{name}^{{commit}}")[:12]
+    try:
+        sha = _git("rev-parse", f"{name}^{{commit}}")[:12]
+    except subprocess.CalledProcessError:
+        raise RuntimeError(f"{name!r} is no revision of this repository") from None
     tree = WORK / sha / "tree"
     if not tree.exists():
         _git("worktree", "prune")
@@ -108,7 +117,7 @@ def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
     """The facts of every kind, from files where they were computed before."""
     found = []
     for kind in kinds:
-        path = revision.scratch.parent / f"{kind.__name__}.csv"
+        path = revision.scratch.parent / f"{kind.__name__}-{ASKED}.csv"
         if not path.exists():
             started = time.perf_counter()
             lines = [(SEPARATOR.join(fact), value) for fact, value in kind(revision)]
@@ -138,8 +147,7 @@ class Comparison:
     unnamed: list[tuple[str, str, str]] = field(default_factory=list)
 
     def text(self, kind: str) -> str:
-        """A line of counts, one for each pattern that named something, and examples of what nothing
-        named."""
+        """A line of counts, a line for each pattern that named something, and what nothing named."""
         named = sum(map(len, self.named.values()))
         counts = f"{self.same:,} same, {self.renamed:,} renamed, {self.new:,} new, {named:,} named"
         lines = [f"{kind}: {counts}, {len(self.unnamed):,} UNNAMED"]

@@ -54,3 +54,24 @@ def test_a_fact_that_is_gone_differs_and_one_that_is_new_does_not() -> None:
     found = same_numbers.compare({(*ROW, "ik"): "1"}, {(*ROW, "pan"): "1"}, {}, [])
     assert (found.same, found.new) == (0, 1)
     assert found.unnamed == [("rows / main / cross / ik", "1", "(gone)")]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["nowhere", "HEAD", "--quick"], "'nowhere' is no revision of this repository"),
+        (["HEAD", "HEAD", "--only", "nothing"], "there are no facts 'nothing' here, but main_job"),
+        (["HEAD", "HEAD", "--only", "mixamo"], "there are no facts 'mixamo' here"),
+        (["HEAD", "HEAD", "--data", "/no/such/folder"], "/no/such/folder is no folder"),
+    ],
+)
+def test_wrong_words_compare_nothing_and_say_so(
+    words: list[str], told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["same_numbers.py", *words])
+    try:
+        status = same_numbers.main()
+    except SystemExit as stop:
+        status = int(str(stop.code))
+    assert status == 2
+    assert told in capsys.readouterr().err

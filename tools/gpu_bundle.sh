@@ -9,18 +9,25 @@
 # folder OUT) METHOD.tar, which takes the place of shipped weights.
 set -euo pipefail
 
+refuse() { echo "gpu_bundle: $*" >&2 && exit 2; }
+[ $# -gt 1 ] || refuse "say a folder and at least one method: tools/gpu_bundle.sh build/gpu pan"
 folder=$(realpath -m "$1") && shift
 cd "$(dirname "$0")/.."
 limit=40000000
 cmu=${CMU:-${RETARGET_BENCH_CMU:-}}
 
+for method; do [ -d "methods/${method%%[*}" ] || refuse "there is no method $method"; done
+[ -z "$cmu" ] || [ -d "$cmu" ] || refuse "CMU=$cmu is no folder"
+if [ -e "$folder" ] && [ ! -e "$folder/METHODS" ]; then refuse "$folder exists and is no bundle; give another folder"; fi
 rm -rf "$folder" && mkdir -p "$folder/earlier"
 weights=()
 for method; do
     if [ -e "${EARLIER:-}/$method.tar" ]; then
         cp "$EARLIER/$method.tar" "$folder/earlier"
     else
-        weights+=(":(glob)methods/${method%%[*}/weights/puppets.*")
+        name=puppets
+        if [ "$method" != "${method%%[*}" ]; then name='puppets_*'; fi # those of other parameters
+        weights+=(":(glob)methods/${method%%[*}/weights/$name.*")
     fi
 done
 echo "$@" >"$folder/METHODS"

@@ -187,15 +187,15 @@ def test_a_body_that_cannot_move_is_refused_and_nothing_is_left(tmp_path):
 
 
 def test_real_files_keep_their_dress(tmp_path, real_data):
-    found = {path.parent for path in real_data.rglob("*.bvh")}
-    # some of the cases cannot be read
-    folders = sorted(
-        folder for folder in found if "cases" not in folder.parts
-    )  # some of those cannot be read
+    folders = sorted({path.parent for path in real_data.rglob("*.bvh")})
     assert folders
     for folder in folders:
         path = min(folder.glob("*.bvh"))
-        like = importer.load(path)
+        try:
+            like = importer.load(path)
+        except FileError:
+            assert path.parts[len(real_data.parts)] == "cases"  # of bug reports: some cannot be read
+            continue
         some = performance(like, frames=8)
         assert write_like.write(tmp_path / "out.bvh", some, like) == (), path
         reading = like.findings

@@ -71,7 +71,8 @@ def test_a_bundle_is_the_code_and_the_weights_that_training_begins_with(tmp_path
     assert {name for name in tracked if name.endswith((".py", ".toml", ".csv"))} <= found
     assert "datasets/puppets/tiny/validation.npz" in found
     assert "datasets/puppets/tiny/test.npz" not in found
-    assert sum((tmp_path / "bundle" / name).stat().st_size for name in found) < 16_000_000
+    others = [name for name in found if not name.startswith("datasets/puppets/tiny/")]
+    assert sum((tmp_path / "bundle" / name).stat().st_size for name in others) < 10_000_000
 
 
 def test_one_that_is_too_large_to_travel_is_told(tmp_path: Path) -> None:
@@ -81,6 +82,34 @@ def test_one_that_is_too_large_to_travel_is_told(tmp_path: Path) -> None:
     done = bundle(tmp_path / "bundle", "humot", WHEELS=tmp_path / "wheels")
     assert done.returncode == 1
     assert "larger than 40 MB" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("methods", "variables", "words"),
+    [
+        (["nobody"], {}, "there is no method nobody"),
+        ([], {}, "say a folder and at least one method"),
+        (["pan"], {"CMU": "/no/such/folder"}, "CMU=/no/such/folder is no folder"),
+    ],
+)
+def test_wrong_words_are_a_sentence(tmp_path: Path, methods: list[str], variables: Any, words: str) -> None:
+    done = bundle(tmp_path / "bundle", *methods, **variables)
+    assert (done.returncode, list(tmp_path.iterdir())) == (2, [])
+    assert words in done.stderr
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("years of work")
+    done = bundle(tmp_path, "pan")
+    assert done.returncode == 2
+    assert "is no bundle" in done.stderr
+    assert files(tmp_path) == {"thesis.tex"}
+
+
+def test_methods_with_parameters_bring_weights_of_their_own(tmp_path: Path) -> None:
+    assert bundle(tmp_path / "bundle", "pan[parts=three]").returncode == 0
+    tensors = {name for name in files(tmp_path / "bundle") if name.endswith(".safetensors")}
+    assert tensors == {"methods/pan/weights/puppets_three.safetensors"}
 
 
 def test_a_plan_begins_with_earlier_weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
