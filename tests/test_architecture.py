@@ -180,7 +180,18 @@ def test_every_module_says_what_it_is_and_is_short():
 
 
 ORDER = (
-    *("errors", "files", "defaults", "motion", "api", "plugins", "results", "evaluation", "analysis"),
+    *(
+        "errors",
+        "files",
+        "parallel",
+        "defaults",
+        "motion",
+        "api",
+        "plugins",
+        "results",
+        "evaluation",
+        "analysis",
+    ),
     *("tables", "figures", "viewer", "report", "exchange", "training", "verification", "python"),
     *("commands", "cli"),
 )

@@ -290,7 +290,7 @@ DATA_FAULTS = {
         "content was",
     ),
     "wrong split": (
-        {'(split == "self") == (a == b)': '(split == "self") == (a != b)'},
+        {"split == usual_split(a == b": "split == usual_split(a != b"},
         "splits follow",
         "but is",
     ),

@@ -16,6 +16,7 @@ LISTING = 600.0
 """Seconds in which a data set lists the cases of a split: it may have to look at all its files."""
 LOADING, PER_FRAME = 300.0, 1.0
 """Seconds in which it loads a case, and for each of its frames."""
+CONTROL = frozenset(map(chr, [*range(32), 127, *range(128, 160)]))
 
 
 def listed(data: Dataset, task: str, split: str) -> tuple[CaseInfo, ...]:
@@ -62,8 +63,8 @@ def _info_fault(info: CaseInfo) -> str:
     if lacking := [each.name for each in fields(CaseInfo) if not hasattr(info, each.name)]:
         return f"it lists {_kind(info)} that has no {lacking[0]}"
     texts = (info.id, info.source, info.target, info.clip, info.kind)
-    if not info.id or not all(isinstance(each, str) and each.isprintable() for each in texts):
-        return f"it lists a case whose names are not printable texts, {texts!r}"
+    if not info.id or not all(isinstance(each, str) and CONTROL.isdisjoint(each) for each in texts):
+        return f"it lists a case whose names are no texts without control characters, {texts!a}"
     if not isinstance(info.frames, int) or info.frames < 0:
         return f"it lists {info.id} with {info.frames!r} frames"
     return ""

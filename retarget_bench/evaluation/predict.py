@@ -27,6 +27,9 @@ from retarget_bench.motion.motion import Motion, Positions, Surface, kind_of
 from retarget_bench.plugins.post_processors import Composed
 from retarget_bench.plugins.prediction_check import EMPTY, Invalid, verified
 
+APART = 1e-3
+"""Shares of the height by which the two answers may differ: networks round."""
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -111,6 +114,17 @@ def refusal(method: Method, case: Case) -> str | None:
     if "source_motion" in card.needs and known is None and not isinstance(case.source, Motion):
         return "needs the motion that the source is made of, and this case does not have it"
     return method.supports((known or case.source).character, case.target)
+
+
+def differ(first: Prediction, second: Prediction, case: Case) -> bool:
+    """Whether two answers to a case are not the same motion."""
+    apart = [
+        np.asarray(each.vertices if hasattr(each, "vertices") else each.positions)
+        for each in (first, second)
+    ]
+    return apart[0].shape != apart[1].shape or float(np.abs(apart[0] - apart[1]).max(initial=0.0)) > (
+        APART * case.target.height
+    )
 
 
 def as_scored(prediction: Prediction) -> Prediction:

@@ -12,13 +12,13 @@ from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
-from retarget_bench.evaluation.prediction.workers import LEARNED
+from retarget_bench.evaluation.prediction.launch import LEARNED
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
 from retarget_bench.files import LOCK, locked
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.plugins import bound
-from retarget_bench.results import case_metadata, store
+from retarget_bench.results import case_metadata, journal, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
 PATIENCE = 60.0
@@ -94,7 +94,7 @@ def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], 
                 lost[number] = problem or "it ended, but not all of its answers are to be seen here"
             for unit, entry in answers:
                 if plan.stage != "predict":
-                    store.append_journal(units[unit].paths, entry)
+                    journal.append_journal(units[unit].paths, entry)
                 done[units[unit]][entry.case] = entry
             count += len(answers)
             progress(count, total)
@@ -147,10 +147,10 @@ def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
     """Journal what shards of a run that has ended went on to finish, and remove them."""
     keys = {paths: unit.keys for paths, unit in units.items()}
     plans = left_over(root, keys)
-    begun = {paths: store.open_journal(paths, keys[paths]) for paths in keys} if plans else {}
+    begun = {paths: journal.open_journal(paths, keys[paths]) for paths in keys} if plans else {}
     for paths, entry in taken_over(plans, keys, root):
         if entry.case not in begun[paths]:
-            store.append_journal(paths, entry)
+            journal.append_journal(paths, entry)
             begun[paths][entry.case] = entry
     for stored in plans:
         stored.remove()
@@ -158,7 +158,7 @@ def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
 
 def _journalled(unit: EvaluationUnit) -> Entries:
     """The entries that an interrupted run left, unless they are to be made anew."""
-    found = store.open_journal(unit.paths, unit.keys, anew=unit.plan.redo != "missing")
+    found = journal.open_journal(unit.paths, unit.keys, anew=unit.plan.redo != "missing")
     sets = bool(unit.metrics.of_sets)
     return {
         case: entry

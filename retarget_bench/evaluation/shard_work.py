@@ -20,7 +20,8 @@ from retarget_bench.evaluation.cases import loaded
 from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
 from retarget_bench.evaluation.prediction.limits import Limits
-from retarget_bench.evaluation.prediction.workers import Asked, WorkerPool
+from retarget_bench.evaluation.prediction.questions import Asked
+from retarget_bench.evaluation.prediction.workers import WorkerPool
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import evaluate

@@ -6,6 +6,7 @@ a fixed piece of work at the same moment, the yardstick, so that times of a busy
 machine, are not shown as if they were of a quiet one.
 """
 
+import json
 import math
 import statistics
 import time
@@ -15,8 +16,9 @@ from typing import TypeVar
 
 from retarget_bench.api import Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.prediction.workers import Asked, PredictionWorker
-from retarget_bench.files import write_csv
+from retarget_bench.evaluation.prediction.questions import Asked
+from retarget_bench.evaluation.prediction.workers import PredictionWorker
+from retarget_bench.files import digest, write_csv
 from retarget_bench.results.store import ResultPaths, read_cases, read_csv
 
 U = TypeVar("U")
@@ -27,7 +29,8 @@ ENOUGH_SECONDS = 0.5
 SLOWER = 1.5
 """Ratio of yardsticks from which times are not compared."""
 WORK = 60_000
-FIELDS = ("case", "frames", "seconds", "yardstick")
+FIELDS = ("case", "frames", "seconds", "yardstick", "sum")
+"""The last is a checksum of the others of all rows, in each of them."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +55,8 @@ def stale(units: Mapping[U, Sequence[ResultPaths]]) -> list[U]:
 
 def write(paths: ResultPaths, times: Sequence[Time]) -> None:
     """Write the times of a method, which are those on all splits."""
-    rows = [(t.case, t.frames, f"{t.seconds:.6g}", f"{t.yardstick:.6g}") for t in times]
-    write_csv(paths.timing, FIELDS, rows)
+    rows = [[t.case, str(t.frames), f"{t.seconds:.6g}", f"{t.yardstick:.6g}"] for t in times]
+    write_csv(paths.timing, FIELDS, [[*row, _sum(rows)] for row in rows])
     for other in _times(paths):
         if other != paths:
             other.timing.unlink()
@@ -135,10 +138,18 @@ def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:
 def _read(place: ResultPaths) -> list[Time]:
     """The times in a file. Raises FileError."""
     try:
-        rows = read_csv(place.timing, FIELDS)
+        found = read_csv(place.timing, FIELDS)
+        rows = [row[:-1] for row in found]
+        if any(row[-1] != _sum(rows) for row in found):
+            raise ValueError("it is not as it was written")
         return [Time(case, int(frames), *map(float, seconds)) for case, frames, *seconds in rows]
     except (FileError, OSError, ValueError) as error:
-        raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error
+        problem = error.problem if isinstance(error, FileError) else error
+        raise FileError(place.timing, f"cannot be read as times ({problem}); delete it") from error
+
+
+def _sum(rows: Sequence[Sequence[str]]) -> str:
+    return digest(json.dumps(rows), 12)
 
 
 def rate(times: Sequence[Time]) -> float | None:

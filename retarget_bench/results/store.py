@@ -26,7 +26,7 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, check_ordinary, digest, read_json, sweep, write_csv, write_text
+from retarget_bench.files import atomic, check_ordinary, digest, read_json, write_csv, write_text
 from retarget_bench.results import checksums, large_rows
 from retarget_bench.results.header import (
     SCHEMA,
@@ -37,6 +37,7 @@ from retarget_bench.results.header import (
     ResultHeader,
     parsed,
 )
+from retarget_bench.results.journal import read_journal
 from retarget_bench.results.large_rows import Batch, LargeRows
 from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, LARGE, ROWS, SETS
 from retarget_bench.results.paths import CaseResult as CaseResult
@@ -71,60 +72,6 @@ def case_seed(base: int, method: str, case_id: str) -> int:
 def case_key(keys: Mapping[str, str], case_id: str) -> str:
     """The key of one case's prediction. keys: of the results."""
     return digest(f"{keys['prediction_key']}\n{case_id}", 16)
-
-
-# --------------------------------------------------------------------------------------------- journal
-def open_journal(
-    paths: ResultPaths, keys: Mapping[str, str], *, anew: bool = False
-) -> dict[str, CaseResult]:
-    """The finished cases of an interrupted run with the same keys; a stale journal is begun anew.
-
-    The journal is left ending on a whole line, ready to be appended to. What killed runs left of files that
-    they were writing is removed.
-    """
-    try:
-        for each in (paths.journal, paths.begun, paths.rows, paths.arrays, paths.header):
-            sweep(each)
-        done, whole = ({}, 0) if anew else _read_journal(paths.journal, keys)
-        if not whole:
-            write_text(paths.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")
-        elif whole < paths.journal.stat().st_size:
-            with paths.journal.open("r+b") as file:
-                file.truncate(whole)
-    except OSError as error:
-        raise FileError(paths.journal, f"cannot be continued ({error.strerror})") from error
-    return done
-
-
-def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseResult], int]:
-    """Entries, and the length in bytes of the whole lines (0: stale or none)."""
-    done: dict[str, CaseResult] = {}
-    length = 0
-    if not path.exists():
-        return done, 0
-    with path.open("rb") as file:
-        for number, line in enumerate(file):
-            try:
-                record: Any = json.loads(line) if line.endswith(b"\n") else None  # else it is torn
-                entry = CaseResult(**record) if number else None
-            except (ValueError, TypeError, RecursionError):
-                break
-            if entry is not None:
-                done[entry.case] = entry
-            elif record != {"schema": SCHEMA, **keys}:
-                return done, 0
-            length += len(line)
-    return done, length
-
-
-def append_journal(paths: ResultPaths, entry: CaseResult) -> None:
-    """One line, written at once."""
-    line = json.dumps(vars(entry), allow_nan=False) + "\n"
-    try:
-        with paths.journal.open("ab", buffering=0) as file:
-            file.write(line.encode())
-    except OSError as error:
-        raise FileError(paths.journal, f"cannot be written ({error.strerror})") from error
 
 
 def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -> None:
@@ -313,7 +260,7 @@ def read_begun(
     arrays = {key for key, value in header.values.items() if value.index in ARRAY_INDICES}
     done = {
         case: replace(each, values={key: each.values[key] for key in each.values.keys() - arrays})
-        for case, each in _read_journal(paths.journal, header.keys)[0].items()
+        for case, each in read_journal(paths.journal, header.keys)[0].items()
         if case in ids
     }
     problems = [Problem(status=e.status, message=e.message, cases=(e.case,)) for e in done.values()]
@@ -379,7 +326,7 @@ def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
     header = read_header(paths.any_header)
     if not paths.complete:
-        return _flatten(_read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
+        return _flatten(read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
     verify(paths, header, ARRAYS, LARGE)
     if LARGE in header.files:
         rows = LargeRows(paths.large)

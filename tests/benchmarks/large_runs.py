@@ -4,10 +4,10 @@
 
 For 10^3 ... 10^6 cases (as many pairs as clips) it measures, each in a process of its own with its imports:
 
-    plan     from a request with so many methods to the jobs that processes are given
+    plan     from a request with so many methods to the shards that processes are given
     write    rows of one method with a number for every value that installed metrics declare
     table    the default ``bench table`` of all methods
-    journal  appending a finished case, near the beginning and near the end, and reading all of it again
+    journalled  appending a finished case, near the beginning and near the end, and reading all of it again
 
 in seconds of the clock and of the processor and megabytes at the peak, and writes them as CSV and Markdown.
 """
@@ -34,16 +34,15 @@ sys.path.insert(0, str(ROOT))
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard  # noqa: E402
 from retarget_bench.api.datasets import usual_splits  # noqa: E402
-from retarget_bench.evaluation import runner  # noqa: E402
 from retarget_bench.evaluation.header_builder import header_of  # noqa: E402
-from retarget_bench.evaluation.jobs import Jobs  # noqa: E402
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units  # noqa: E402
+from retarget_bench.evaluation.shards import cut  # noqa: E402
 from retarget_bench.files import write_csv, write_text  # noqa: E402
 from retarget_bench.motion.character import Character  # noqa: E402
 from retarget_bench.motion.skeleton import Skeleton  # noqa: E402
 from retarget_bench.plugins import registry  # noqa: E402
 from retarget_bench.plugins.spec import Spec  # noqa: E402
-from retarget_bench.results import case_metadata, large_rows, store  # noqa: E402
+from retarget_bench.results import case_metadata, journal, large_rows, store  # noqa: E402
 from retarget_bench.results.header import Counts  # noqa: E402
 from retarget_bench.results.store import CaseResult  # noqa: E402
 
@@ -129,9 +128,8 @@ def units(root: Path, cases: int, methods: int) -> list[EvaluationUnit]:
 # --------------------------------------------------------------------------------------------- measures
 def plan(root: Path, cases: int, methods: int) -> str:
     asked = units(root, cases, methods)
-    todo = {unit: {} for unit in asked if runner._wanted_cases(unit)}
-    jobs = Jobs(todo)
-    return f"{jobs.answers:,} answers in {len(jobs):,} jobs, the first with {len(jobs[0].parts)} methods"
+    shards = [sum(task.answers for task in shard) for shard in cut(dict.fromkeys(asked, ()))]
+    return f"{sum(shards):,} answers in {len(shards):,} shards"
 
 
 def write(root: Path, cases: int, methods: int) -> str:
@@ -172,27 +170,27 @@ def table(root: Path, cases: int, methods: int) -> str:
     return ""
 
 
-def journal(root: Path, cases: int, methods: int) -> str:
+def journalled(root: Path, cases: int, methods: int) -> str:
     """Processor time per entry near the beginning and the end, and of opening it again."""
     place = units(root, cases, 1)[0].paths
     values: store.Values = {f"value_{n}": 1 / (n + 3) for n in range(10)}
-    store.open_journal(place, {})
+    journal.open_journal(place, {})
     tenth = max(1, min(cases, 10_000) // 10)
     taken = []
     start = time.process_time()
     for number in range(cases):
         if number in (tenth, cases - tenth, cases - 1):
             taken.append(time.process_time() - start)
-        store.append_journal(place, CaseResult(f"large_runs/a>b/clip_{number}", "ok", values=values))
+        journal.append_journal(place, CaseResult(f"large_runs/a>b/clip_{number}", "ok", values=values))
     first, last = taken[0] / tenth, (taken[2] - taken[1]) / tenth
     start = time.process_time()
-    assert len(store.open_journal(place, {})) == cases
+    assert len(journal.open_journal(place, {})) == cases
     again = time.process_time() - start
     place.journal.unlink()
     return f"{1e6 * first:.0f} then {1e6 * last:.0f} us per entry; opened again in {again:.2f} s"
 
 
-MEASURES = {each.__name__: each for each in (plan, write, table, journal)}
+MEASURES = {each.__name__: each for each in (plan, write, table, journalled)}
 
 
 def measured(what: str, root: Path, cases: int, methods: int) -> dict[str, Any]:

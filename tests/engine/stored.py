@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo
+from retarget_bench.results import journal
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, ResultHeader, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
@@ -83,9 +84,9 @@ def running(place: ResultPaths, done: int) -> ResultPaths:
     place.header.unlink()
     place.rows.unlink()
     records.begin(place, replace(results.header, files={}), list(results.cases.values()))
-    records.open_journal(place, results.header.keys)
+    journal.open_journal(place, results.header.keys)
     for entry in results.entries[:done]:
-        records.append_journal(place, entry)
+        journal.append_journal(place, entry)
     return place
 
 

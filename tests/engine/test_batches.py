@@ -18,7 +18,7 @@ from small_plans import asked, carry_out
 from retarget_bench.api import CaseInfo
 from retarget_bench.evaluation import batches, plan, runner
 from retarget_bench.plugins import registry
-from retarget_bench.results import store
+from retarget_bench.results import journal, store
 from retarget_bench.results.header import STATUSES
 from retarget_bench.training import validate
 from tests.in_process import without_processes
@@ -194,9 +194,9 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     first.paths.header.unlink()
     for file in (first.paths.folder / "toy_batches").glob("*.npz"):
         file.unlink()
-    store.open_journal(first.paths, first.header.keys)
+    journal.open_journal(first.paths, first.header.keys)
     for entry in first.entries[:2]:
-        store.append_journal(first.paths, entry)
+        journal.append_journal(first.paths, entry)
     (again,) = carry_out(tmp_path, "toy_batches")
     assert again.paths.rows.read_bytes() == wanted
     assert len(list((first.paths.folder / "toy_batches").glob("*.npz"))) == 4

@@ -6,6 +6,7 @@ import pytest
 from stored import VALUES, changed, store
 
 from retarget_bench.analysis import summary
+from retarget_bench.evaluation import timing
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder, rendering
 from retarget_bench.tables.groups import ABSENT, STALE
@@ -156,7 +157,7 @@ def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(
 
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):
     timed = store(tmp_path, "intra", "timed", [("a>b", "c1", WORLD)])
-    timed.timing.write_text("case,frames,seconds,yardstick\nx,100,2,1\n")
+    timing.write(timed, [timing.Time("x", 100, 2.0, 1.0)])
     idle = store(tmp_path, "intra", "idle", [("a>b", "c1", WORLD)])
     away = store(tmp_path, "intra", "away", [("a>b", "c1", WORLD)], origin="predictions made elsewhere")
     found = cells_of([timed, idle, away], ["fps"])

@@ -17,6 +17,7 @@ from retarget_bench.analysis import summary
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.api import CaseInfo
+from retarget_bench.evaluation import timing
 from retarget_bench.figures.axis_limits import MARGIN, ROOM, limits
 from retarget_bench.figures.data import bodies as body_charts
 from retarget_bench.figures.data import rows
@@ -79,7 +80,7 @@ def stored(root: Path) -> Numbers:
         plain["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
         told = parsed(plain)
         store.write_results(place, told, list(entries.values()), infos)
-        place.timing.write_text(f"case,frames,seconds,yardstick\nc,{FPS[label]:g},1,0\n")
+        timing.write(place, [timing.Time("c", round(FPS[label]), 1.0, 0.0)])
         found[label] = entries
     rows = "".join(f"{body},{STRUCTURES[body]}\n" for body in BODIES)
     (place.folder / "cases.structures.csv").write_text(f"target,structure\n{rows}")

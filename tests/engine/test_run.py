@@ -20,7 +20,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import case_metadata, predictions, store
+from retarget_bench.results import case_metadata, journal, predictions, store
 from retarget_bench.results.header import Counts
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -204,11 +204,11 @@ def test_splits_that_a_data_set_has_not_are_named_with_those_that_it_has(tmp_pat
 def test_a_journal_that_somebody_edited_is_read_up_to_there(tmp_path, line):
     (first,) = carry_out(tmp_path, "toy_method")
     first.paths.header.unlink()
-    store.open_journal(first.paths, first.header.keys)
-    store.append_journal(first.paths, first.entries[0])
+    journal.open_journal(first.paths, first.header.keys)
+    journal.append_journal(first.paths, first.entries[0])
     with first.paths.journal.open("a") as file:
         file.write(line + "\n")
-    assert list(store.open_journal(first.paths, first.header.keys)) == [first.entries[0].case]
+    assert list(journal.open_journal(first.paths, first.header.keys)) == [first.entries[0].case]
 
 
 def test_redo(tmp_path):
@@ -240,12 +240,12 @@ def test_a_torn_journal_line_is_dropped(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method")
     place, wanted = first.paths, first.paths.rows.read_bytes()
     place.header.unlink()
-    store.open_journal(place, first.header.keys)
-    store.append_journal(place, first.entries[0])
+    journal.open_journal(place, first.header.keys)
+    journal.append_journal(place, first.entries[0])
     whole = place.journal.read_bytes()
     with place.journal.open("ab") as file:
         file.write(b'{"case": "toy/tall>sm')
-    assert list(store.open_journal(place, first.header.keys)) == [first.entries[0].case]
+    assert list(journal.open_journal(place, first.header.keys)) == [first.entries[0].case]
     assert place.journal.read_bytes() == whole
     (again,) = carry_out(tmp_path, "toy_method")
     assert again.paths.rows.read_bytes() == wanted

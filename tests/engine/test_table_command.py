@@ -10,6 +10,7 @@ from stored import VALUES, changed, store
 from retarget_bench.cli import group
 from retarget_bench.commands import options, run
 from retarget_bench.commands.table import BREAKDOWNS, FORMATS
+from retarget_bench.evaluation import timing
 from retarget_bench.python import progress
 from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
@@ -169,7 +170,7 @@ def test_speeds_are_no_means_and_controls_have_none_worth_telling(results, form)
     numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 9.0}) for n in range(12)]
     store(results, "cross", "still", numbers, control=True)
     for place in records.find_results(results):
-        place.timing.write_text("case,frames,seconds,yardstick\ndata/a>b/c1,100,0.5,0\n")
+        timing.write(place, [timing.Time("data/a>b/c1", 100, 0.5, 0.0)])
     shown = bench(results, "--columns", "speed", "-f", form)
     assert "200" in shown
     assert "still" not in shown

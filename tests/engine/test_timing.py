@@ -46,10 +46,8 @@ def test_speeds_are_measured_anew_where_results_are_newer(tmp_path, monkeypatch)
 
 def test_times_of_some_clips_alone(tmp_path):
     intra, cross = measured(tmp_path, *BOTH)
-    cross.timing.write_text(
-        "case,frames,seconds,yardstick\n"
-        "toy/small>tall/clip 0,12,1,1\ntoy/small>tall/clip 1,12,3,1\nunknown,12,5,1\n"
-    )
+    known = {"toy/small>tall/clip 0": 1.0, "toy/small>tall/clip 1": 3.0, "unknown": 5.0}
+    timing.write(cross, [timing.Time(case, 12, seconds, 1.0) for case, seconds in known.items()])
     assert [each.seconds for each in timing.read(intra, {"clip 1", "clip 7"})] == [3.0]
     assert [(each.frames, each.seconds) for each in timing.read(intra)] == [(12, 1.0), (12, 3.0), (12, 5.0)]
     assert timing.rate(timing.read(intra)) == 4.0
@@ -87,7 +85,7 @@ def test_speeds_of_busier_moments_are_told_apart(tmp_path):
     plan = asked(tmp_path, "toy_method", "copy_rotations", "bone_directions", splits=("cross",))
     places = runner.run(plan, lambda done, total: None)
     for place, mark in zip(places, (0.002, 0.0029, 0.005), strict=True):
-        place.timing.write_text(f"case,frames,seconds,yardstick\nx,100,2,{mark}\n")
+        timing.write(place, [timing.Time("x", 100, 2.0, mark)])
     (section,) = split_summaries(places)
     told = {score.label: section.slower(score) for score in section.scores}
     assert [label for label, why in told.items() if why] == ["bone_directions"]

@@ -65,7 +65,7 @@ def test_one_frame_is_answered_and_scored_or_refused(name: str, data: Dataset, c
     metrics = [
         each for name in built_in("metrics") if hasattr(each := registry.create("metrics", name), "compute")
     ]
-    values = score.score(metrics, single, predict.as_scored(outcome.prediction))
+    values = score.score(metrics, single, predict.as_scored(outcome.prediction)).values
     assert "mpjpe_h.world" in values
 
 

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.svg import elements
@@ -128,9 +129,7 @@ def test_quality_stands_over_speed_and_the_line_joins_what_nothing_beats(tmp_pat
     for method, (error, fps) in SPEEDS.items():
         rows = [("a>b", f"c{k}", {"mpjpe_h.world": error + 0.1 * k}) for k in range(12)]
         place = stored.store(tmp_path / "runs", "intra", method, rows)
-        place.timing.write_text(
-            f"case,frames,seconds\nc,{3 * fps},3\n".replace(".0,", ","), encoding="utf-8"
-        )
+        timing.write(place, [timing.Time("c", round(3 * fps), 3.0)])
     columns = ("--columns", "mpjpe_h.world,fps")
     rows = {row["method"]: row for row in table(tmp_path / "runs", "retarget", *columns)}
     drawn = chart(tmp_path / "runs", tmp_path / "r.html", "speed")

@@ -16,7 +16,7 @@ from retarget_bench.evaluation import predict, runner, timing
 from retarget_bench.evaluation.plan import Plan, data_of
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Limits, check_file
-from retarget_bench.evaluation.prediction.workers import Crew
+from retarget_bench.evaluation.prediction.workers import WorkerPool
 from retarget_bench.evaluation.tasks import derive
 from retarget_bench.evaluation.tasks.points import COUNT
 from retarget_bench.motion.character import Surface
@@ -137,7 +137,7 @@ def test_points_and_skins_arrive_to_the_last_bit(tmp_path, case):
         unknown_body("who"), (np.random.default_rng(0).random((5, 3)), np.ones((2, 3)), np.eye(3)), 25.0
     )
     for source in (ragged, short(case).source, ragged.at(slice(0, 0))):
-        again = files.read_source(files.write_motion(tmp_path / "a.npz", source), source.character)
+        again = files.read_source(files.write_motion(tmp_path, "a", source), source.character)
         assert isinstance(again, PointSets)
         assert (again.fps, again.frames) == (source.fps, source.frames)
         for one, two in zip(source.points, again.points, strict=True):
@@ -146,13 +146,13 @@ def test_points_and_skins_arrive_to_the_last_bit(tmp_path, case):
     skin = Surface(
         case.target, np.random.default_rng(1).random((2, len(case.target.mesh.vertices), 3)), 30.0
     )
-    again = files.read_motion(files.write_motion(tmp_path / "b.npz", skin), case.target)
+    again = files.read_motion(files.write_motion(tmp_path, "b", skin), case.target)
     assert np.array_equal(again.vertices, skin.vertices)
 
 
 def test_a_mesh_arrives_with_its_groups(tmp_path, case):
     mesh = replace(case.target.mesh, groups={"left_hand": np.array([3, 1])})
-    again = files.read_mesh(files.write_mesh(tmp_path / "mesh.npz", mesh))
+    again = files.read_mesh(files.write_mesh(tmp_path, "mesh", mesh))
     for name in ("vertices", "faces", "weights", "pose"):
         assert np.array_equal(getattr(again, name), getattr(mesh, name))
     assert {role: group.tolist() for role, group in again.groups.items()} == {"left_hand": [3, 1]}
@@ -263,18 +263,19 @@ def test_a_run_from_end_to_end_and_resumed(tmp_path):
 @pytest.mark.processes
 def test_a_worker_is_sent_points_and_meshes_and_sends_a_skin(tmp_path, case):
     case = short(case)
-    crew = Crew(tmp_path / "crew", registry.files(), Limits(timeout=60.0))
+    folder = tmp_path / "workers"
+    pool = WorkerPool(folder, folder, registry.files(), Limits(timeout=60.0))
     data = data_of(bound.dataset(PUPPETS), "points")
     try:
         for name in ("rest_skin", "carried_skin"):
             method = registry.create("methods", name)
             context = predict.context_for(method, data, case, 0)
-            (outcome,) = crew.worker(Spec(name)).ask([(case, context)])
+            (outcome,) = pool.worker(Spec(name)).ask([(case, context)])
             assert (outcome.status, outcome.message) == ("ok", "")
             here = predict.predict(method, case, context).prediction
             assert np.array_equal(outcome.prediction.vertices, here.vertices.astype(np.float32))
     finally:
-        crew.close()
+        pool.close()
 
 
 def test_the_command_runs_the_task_and_tables_it(tmp_path, capsys):

@@ -159,7 +159,7 @@ def test_interrupted_and_uninterrupted_runs_give_the_same_bytes(tmp_path):
         )  # fmt: skip
 
         def progress(done: int, total: int, root: Path = root) -> None:
-            if root == broken and done == 2 and not asked:
+            if root == broken and done and not asked:
                 asked.append(total)
                 raise KeyboardInterrupt
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import BenchError, NotSupported, Unusable
-from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, joint_datasets, request
@@ -173,7 +172,7 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
     others = {"plugins": registry.files(), "folder": tmp_path, "augmented": True}
     sent = pickle.loads(pickle.dumps({**job, **others}))
     joint_datasets._several.cache_clear()
-    plan._dataset.cache_clear()
+    bound._dataset.cache_clear()
     stored, others, unusable = clips_of(sent)
     assert (others, unusable) == (0, [])
     assert [each[:3] for each in stored.clips] == [("tall-2", clip.name, clip.frames) for clip in here]

@@ -10,7 +10,6 @@ import pytest
 import torch
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, parallel, request, weights
@@ -301,13 +300,13 @@ def test_resume_begins_a_run_where_there_is_none_yet(toy_run):
     ],
 )
 def test_other_data_or_another_method_than_it_began_with_is_refused(toy_run, spoil, says):
-    plan._dataset.cache_clear()
+    bound._dataset.cache_clear()
     bound._method.cache_clear()
     toy_run(stop=20)
     spoil()
     with pytest.raises(BenchError, match=says):
         toy_run(resume=True)
-    plan._dataset.cache_clear()
+    bound._dataset.cache_clear()
     bound._method.cache_clear()
 
 

@@ -21,7 +21,7 @@ from viewing_toys.toy_moves import DOG, body, moving
 
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
-from retarget_bench.results import store
+from retarget_bench.results import journal, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.viewer import live
 from retarget_bench.viewer.bodies import Solid
@@ -38,9 +38,9 @@ def as_if_running(place: ResultPaths, cases: list[str]) -> None:
     """Complete results as they were while only these cases were done, and the last line half written."""
     whole = store.read_results(place)
     store.begin(place, replace(whole.header, files={}), list(whole.cases.values()))
-    store.open_journal(place, whole.header.keys)
+    journal.open_journal(place, whole.header.keys)
     for case in cases:
-        store.append_journal(place, CaseResult(case, "ok"))
+        journal.append_journal(place, CaseResult(case, "ok"))
     with place.journal.open("a") as file:
         file.write('{"case": "toy_mo')
 

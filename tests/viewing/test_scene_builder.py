@@ -9,9 +9,9 @@ from small_runs import CASE, OTHER, bvh_file, ran, toys
 from viewing_toys.toy_moves import DOG, PERSON
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import predict
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import predictions
 from retarget_bench.viewer import scene_builder
 from tests.in_process import run_here
 from tests.motion import smpl_files
@@ -91,7 +91,7 @@ def test_a_prediction_that_is_gone_or_not_the_scored_one_is_missing(tmp_path):
     (place,) = ran(tmp_path, "copy")
     path = place.prediction(CASE)
     answer = scene_builder.of_case([place], CASE).figures[2].motion
-    predict.write_prediction(path, answer, "another key")
+    predictions.write_prediction(path, answer, "another key")
     other = scene_builder.of_case([place], CASE).figures[2]
     assert (other.positions, other.status) == (None, "missing")
     assert "not the one that was scored" in other.message

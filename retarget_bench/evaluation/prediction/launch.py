@@ -22,9 +22,23 @@ from retarget_bench.evaluation.prediction.channel import Channel
 MARK = "RETARGET_BENCH_WORKER"
 """Environment variable by which workers and what they start are known as long as they live: the scoring
 process and a number."""
-IMPORTING, ANSWERING = 120.0, 10.0
-"""Seconds in which the fork server has imported what workers begin with, and in which it answers from
-then on."""
+IMPORTING, ANSWERING, ENDING = 120.0, 10.0, 5.0
+"""Seconds in which the fork server has imported what workers begin with, in which it answers from then on,
+and in which it ends."""
+PRELOAD = (
+    "retarget_bench.evaluation.prediction.starting",
+    "retarget_bench.motion.planting",
+    "retarget_bench.motion.transfer",
+    "importlib.metadata",
+)
+"""What all workers import, or nearly all."""
+LEARNED = (
+    "torch",
+    "retarget_bench.training.learned_method",
+    "retarget_bench.training.data",
+    "retarget_bench.motion.aligned",
+)
+"""What is added where a method of the plan has weights."""
 _NUMBERS = count()
 
 
@@ -92,12 +106,14 @@ class ForkServer:
             return dict(json.loads(text))
         except (OSError, ValueError):
             self._process.kill()
+            with suppress(subprocess.TimeoutExpired):  # a signal takes a while, and no other server starts
+                self._process.wait(timeout=ENDING)
             raise
 
     def close(self) -> None:
         self._socket.close()  # it ends its workers, and itself
         try:
-            self._process.wait(timeout=5)
+            self._process.wait(timeout=ENDING)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

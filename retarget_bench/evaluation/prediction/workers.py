@@ -1,6 +1,5 @@
 """Prediction workers as the scoring side sees them: asked by files, limited in what they take, ended."""
 
-import os
 import shlex
 import sys
 import time
@@ -14,13 +13,10 @@ from secrets import token_hex
 from shutil import rmtree
 from typing import Any
 
-import numpy as np
-
-from retarget_bench.api import Case, Context, Prediction
-from retarget_bench.errors import FileError, NotSupported
-from retarget_bench.evaluation.predict import Outcome
-from retarget_bench.evaluation.prediction import environments, launch
-from retarget_bench.evaluation.prediction import question_files as files
+from retarget_bench.api import Case
+from retarget_bench.errors import FileError
+from retarget_bench.evaluation.predict import Outcome, differ
+from retarget_bench.evaluation.prediction import environments, launch, question_files
 from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
 from retarget_bench.evaluation.prediction.limits import (
     FOLDER,
@@ -38,6 +34,8 @@ from retarget_bench.evaluation.prediction.limits import (
     size_of,
     text,
 )
+from retarget_bench.evaluation.prediction.printed import Printed
+from retarget_bench.evaluation.prediction.questions import Asked, Questions
 from retarget_bench.evaluation.prediction.turns import Turns
 from retarget_bench.files import digest
 from retarget_bench.plugins.prediction_check import Invalid, verified
@@ -47,29 +45,11 @@ from retarget_bench.results.predictions import read_prediction
 OURS = shlex.quote(sys.executable)
 """The environment of this process."""
 NONSENSE = "the method's process does not answer as it should"
-PRELOAD = (
-    "retarget_bench.evaluation.prediction.starting",
-    "retarget_bench.motion.planting",
-    "retarget_bench.motion.transfer",
-    "importlib.metadata",
-)
-"""What all workers import, or nearly all."""
-LEARNED = (
-    "torch",
-    "retarget_bench.training.learned_method",
-    "retarget_bench.training.data",
-    "retarget_bench.motion.aligned",
-)
-"""What is added where a method of the plan has weights."""
 STARTS = 3
 """So often a worker is started before its cases count as missing."""
 AGAIN = 10
 """Of a method that answers all questions in one process, every tenth is asked again, in a fresh one."""
-APART = 1e-3
-"""Shares of the height by which the two answers may differ: networks round."""
 UNLIKE = "another answer when it was asked alone, in a fresh process: it depends on what was asked before"
-
-Asked = tuple[Case, Context]
 
 
 class WorkerPool:
@@ -89,7 +69,7 @@ class WorkerPool:
     ) -> None:
         self.folder, self.plugins, self.limits = folder, plugins, limits
         self.turns = Turns(shared)
-        self._preload, self._mark = (*PRELOAD, *preload), launch.new_mark()
+        self._preload, self._mark = (*launch.PRELOAD, *preload), launch.new_mark()
         self._server: launch.ForkServer | None = None
         self._workers: dict[Spec, PredictionWorker] = {}
 
@@ -157,8 +137,6 @@ class PredictionWorker:
         self._hopeless = ""
         self._late = 0  # cases in a row without an answer in time
         self._given_up = ""
-        self._questions: Sequence[Asked] = ()
-        self._written: list[Path] = []  # files of what is being asked
         self._folders = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count())
         self._own_folder()
 
@@ -167,8 +145,8 @@ class PredictionWorker:
         rmtree(self.folder, ignore_errors=True)
         self.folder = next(self._folders)
         (self.folder / "work").mkdir(parents=True)
-        self._token = token_hex(8)
-        self._printed = self.folder / "printed.txt"
+        self._questions = Questions(self.folder)
+        self._printed = Printed(self.folder / "printed.txt")
 
     # ------------------------------------------------------------------------------------ asking
     def ask(self, asked: Sequence[Asked]) -> list[Outcome]:
@@ -223,7 +201,7 @@ class PredictionWorker:
             self.end()
             with self.pool.turns.together():
                 (again,) = self._answers([asked[number]])
-            if again.prediction is None or _differ(before, again.prediction, case):
+            if again.prediction is None or differ(before, again.prediction, case):
                 found[number] = Outcome("invalid", UNLIKE)
         return found
 
@@ -255,22 +233,22 @@ class PredictionWorker:
             raise Disturbed(f"the folder of its questions was changed ({error.strerror})") from error
         except Trouble:
             self.end()
-            self._keep_log()
+            self._printed.keep(self.log)
             self._own_folder()
             raise
         except BaseException:  # what its process says from now on would answer other questions
             self.end()
             raise
         self._late = 0
-        self._keep_log()
+        self._printed.keep(self.log)
         return outcomes
 
     def _exchange(self, asked: Sequence[Asked]) -> list[Outcome]:
         if self._started is None:
             self._start()
-        self._questions, cases = asked, [case for case, _ in asked]
+        cases = [case for case, _ in asked]
         try:
-            questions = [self._question(*each) for each in asked]
+            questions = self._questions.written(asked)
             self._send({"ask": questions})
             said = self._reply(self.limits.seconds(cases), len(cases))
             if not isinstance(said, list) or len(said) != len(cases):
@@ -278,10 +256,7 @@ class PredictionWorker:
             paths = [Path(question["answer"]) for question in questions]
             return [self._outcome(*each) for each in zip(cases, paths, said, strict=True)]
         finally:
-            for path in self._written:
-                with suppress(OSError):
-                    path.unlink()
-            self._written.clear()
+            self._questions.removed()
 
     def _start(self) -> None:
         """Raises Beyond where the method cannot be built, CannotStart where no process comes to be."""
@@ -290,7 +265,7 @@ class PredictionWorker:
             "parameters": dict(self.method.parameters),
             "plugins": list(self.pool.plugins),
             "folder": str(self.folder / "work"),
-            "log": str(self._printed),
+            "log": str(self._printed.path),
         }
         for number in range(STARTS):
             try:
@@ -315,46 +290,6 @@ class PredictionWorker:
             self._hopeless = text(said.get("broken", NONSENSE))
             raise Beyond(self._hopeless)
 
-    def _question(self, case: Case, context: Context) -> dict[str, Any]:
-        self._written.append(self.folder / f"{token_hex(8)}.npz")
-        return {
-            "answer": str(self._written[-1]),
-            "source": str(self._motion(case.source)),
-            "source_character": str(self._body(case.source.character)),
-            "target_character": str(self._body(case.target)),
-            "context": self._context(context),
-        }
-
-    def _motion(self, motion: Any) -> Path:
-        """Its file, which is removed when the question is answered."""
-        self._written.append(files.write_motion(self.folder, token_hex(8), motion))
-        return self._written[-1]
-
-    def _body(self, body: Any) -> Path:
-        return files.write_character(self.folder, self._token, body)
-
-    def _context(self, context: Context) -> dict[str, Any]:
-        """What a method may know, as JSON; clips and training motion are handed over when asked for."""
-        said: dict[str, Any] = {
-            "seed": context.seed,
-            "device": context.device,
-            "precision": context.precision,
-        }
-        if context.training is not None:
-            said["training"] = True
-        if context.ground is not None:
-            said["ground"] = files.ground_facts(context.ground)
-        for kind in ("reference", "second_reference", "source_motion"):
-            if (motion := getattr(context, kind)) is not None:
-                said[kind] = self._place(motion)
-        for kind in ("other_clips", "target_motions"):
-            if (clips := getattr(context, kind)) is not None:
-                said[kind] = len(clips)
-        return said
-
-    def _place(self, motion: Any) -> dict[str, str]:
-        return {"motion": str(self._motion(motion)), "character": str(self._body(motion.character))}
-
     # ---------------------------------------------------------------------------------- answers
     def _reply(self, seconds: float, cases: int) -> Any:
         """What is said of the answers; until that comes, what the method looks at is handed over."""
@@ -378,29 +313,9 @@ class PredictionWorker:
             elif "answers" in said or "broken" in said:
                 raise Beyond(text(said.get("broken", NONSENSE)))
             else:
-                self._send(self._given(said))
+                self._send(self._questions.given(said))
             if answers is not None and ("ended" in said or not self._forks):
                 return answers
-
-    def _given(self, wish: Mapping[str, Any]) -> dict[str, Any]:
-        try:
-            kind, (case, context) = wish["give"], self._questions[int(wish.get("question", 0))]
-            if kind == "training":
-                training = context.training
-                return {"index": training and str(files.write_training(self.folder, self._token, training))}
-            if kind == "mesh":
-                moved = (case.source, context.source_motion, context.reference, context.second_reference)
-                bodies = (case.target, *(each.character for each in moved if each is not None))
-                mesh = {str(self._body(body)): body for body in bodies}[wish["character"]].mesh
-                assert mesh is not None
-                return {"mesh": str(files.write_mesh(self.folder, self._token, mesh))}
-            if kind not in ("other_clips", "target_motions"):
-                raise KeyError(kind)
-            return self._place(getattr(context, kind)[int(wish["index"])])
-        except NotSupported as error:
-            return {"why": str(error)}
-        except (KeyError, IndexError, TypeError, ValueError, AssertionError, OverflowError) as error:
-            raise Beyond(f"the method's process asks for what there is not ({error})") from error
 
     def _outcome(self, case: Case, path: Path, said: Any) -> Outcome:
         """The answer in a file, if it is a motion that fits the case."""
@@ -416,7 +331,7 @@ class PredictionWorker:
             check_file(path, case)
             if "digest" not in said:
                 return Outcome("invalid", "the method's process does not tell the digest of its answer")
-            if files.digest_of(path.read_bytes()) != said["digest"]:
+            if question_files.digest_of(path.read_bytes()) != said["digest"]:
                 raise Disturbed("the answer was changed after it was written")
             return Outcome(
                 "ok", prediction=verified(read_prediction(path, case.target, case.source.fps), case)
@@ -455,9 +370,7 @@ class PredictionWorker:
 
     def _look(self, started: launch.Started) -> None:
         """Raises Beyond where the method takes more than it may."""
-        with suppress(OSError):
-            if self._printed.stat().st_size > LONGEST_LOG:
-                self._keep_log()
+        self._printed.keep(self.log, LONGEST_LOG)
         if size_of(self.folder / "work") > FOLDER:
             raise Beyond(f"the method wrote more than {FOLDER / 2**30:.3g} GB of files")
         if self.limits.memory and self.pool.memory_of(started.pid) > self.limits.memory:
@@ -471,28 +384,3 @@ class PredictionWorker:
                 return f"the method's process ended ({how})"
             time.sleep(0.05)
         return f"the method's process cannot be talked to: {closed}"
-
-    def _keep_log(self) -> None:
-        """Bring what was printed to the log, up to its limit."""
-        with suppress(OSError):
-            if not (length := self._printed.stat().st_size):
-                return
-            kept = self.log.stat().st_size if self.log is not None and self.log.exists() else 0
-            if self.log is not None and kept < LONGEST_LOG:
-                self.log.parent.mkdir(parents=True, exist_ok=True)
-                with self._printed.open("rb") as printed, self.log.open("ab") as log:
-                    log.write(printed.read(LONGEST_LOG - kept))
-                    if length > LONGEST_LOG - kept:
-                        log.write(b"\n... what came after this is not kept\n")
-            os.truncate(self._printed, 0)
-
-
-def _differ(first: Prediction, second: Prediction, case: Case) -> bool:
-    """Whether two answers to a case are not the same motion."""
-    apart = [
-        np.asarray(each.vertices if hasattr(each, "vertices") else each.positions)
-        for each in (first, second)
-    ]
-    return apart[0].shape != apart[1].shape or float(np.abs(apart[0] - apart[1]).max(initial=0.0)) > (
-        APART * case.target.height
-    )

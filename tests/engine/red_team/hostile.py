@@ -147,8 +147,10 @@ class Hostile:
         (Path.home() / ".retarget-bench-hostile").touch()
 
     def _fill(self, target):
-        for number in range(10_000):
-            Path(str(number)).write_bytes(b"x" * 2**24)
+        for number in range(100):
+            with Path(str(number)).open("wb") as file:
+                os.posix_fallocate(file.fileno(), 0, 2**24)
+        time.sleep(3600)
 
     def _endless(self, target):
         frame = sys._getframe()

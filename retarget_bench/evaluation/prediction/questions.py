@@ -1,0 +1,97 @@
+"""What a worker is being asked: its files, and what is handed over when the method looks at it."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from secrets import token_hex
+from typing import Any
+
+from retarget_bench.api import Case, Context
+from retarget_bench.errors import NotSupported
+from retarget_bench.evaluation.prediction import question_files as files
+from retarget_bench.evaluation.prediction.limits import Beyond
+
+Asked = tuple[Case, Context]
+
+
+class Questions:
+    """Of one worker, in its folder, under names that cannot be guessed."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._token = folder, token_hex(8)
+        self._asked: Sequence[Asked] = ()
+        self._written: list[Path] = []
+
+    def written(self, asked: Sequence[Asked]) -> list[dict[str, Any]]:
+        """Where the files of every question lie, and where its answer is to be. Raises OSError."""
+        self._asked = asked
+        return [self._question(*each) for each in asked]
+
+    def removed(self) -> None:
+        """Remove the files of questions that are answered, and their answers."""
+        for path in self._written:
+            with suppress(OSError):
+                path.unlink()
+        self._written.clear()
+
+    def given(self, wish: Mapping[str, Any]) -> dict[str, Any]:
+        """What the method looks at, as a file. Raises Beyond where a question has no such thing."""
+        try:
+            kind, (case, context) = wish["give"], self._asked[int(wish.get("question", 0))]
+            if kind == "training":
+                training = context.training
+                index = training and files.write_training(self._folder, self._token, training)
+                return {"index": index and str(index)}
+            if kind == "mesh":
+                moved = (case.source, context.source_motion, context.reference, context.second_reference)
+                bodies = (case.target, *(each.character for each in moved if each is not None))
+                mesh = {str(self._body(body)): body for body in bodies}[wish["character"]].mesh
+                assert mesh is not None
+                return {"mesh": str(files.write_mesh(self._folder, self._token, mesh))}
+            if kind not in ("other_clips", "target_motions"):
+                raise KeyError(kind)
+            return self._place(getattr(context, kind)[int(wish["index"])])
+        except NotSupported as error:
+            return {"why": str(error)}
+        except (KeyError, IndexError, TypeError, ValueError, AssertionError, OverflowError) as error:
+            raise Beyond(f"the method's process asks for what there is not ({error})") from error
+
+    def _question(self, case: Case, context: Context) -> dict[str, Any]:
+        self._written.append(self._folder / f"{token_hex(8)}.npz")
+        return {
+            "answer": str(self._written[-1]),
+            "source": str(self._motion(case.source)),
+            "source_character": str(self._body(case.source.character)),
+            "target_character": str(self._body(case.target)),
+            "context": self._context(context),
+        }
+
+    def _context(self, context: Context) -> dict[str, Any]:
+        """What a method may know, as JSON; clips and training motion are handed over when asked for."""
+        said: dict[str, Any] = {
+            "seed": context.seed,
+            "device": context.device,
+            "precision": context.precision,
+        }
+        if context.training is not None:
+            said["training"] = True
+        if context.ground is not None:
+            said["ground"] = files.ground_facts(context.ground)
+        for kind in ("reference", "second_reference", "source_motion"):
+            if (motion := getattr(context, kind)) is not None:
+                said[kind] = self._place(motion)
+        for kind in ("other_clips", "target_motions"):
+            if (clips := getattr(context, kind)) is not None:
+                said[kind] = len(clips)
+        return said
+
+    def _place(self, motion: Any) -> dict[str, str]:
+        return {"motion": str(self._motion(motion)), "character": str(self._body(motion.character))}
+
+    def _motion(self, motion: Any) -> Path:
+        self._written.append(files.write_motion(self._folder, token_hex(8), motion))
+        return self._written[-1]
+
+    def _body(self, body: Any) -> Path:
+        """Its file, which stays: the next question may be of the same body."""
+        return files.write_character(self._folder, self._token, body)
