@@ -197,6 +197,12 @@ def verify(paths: ResultPaths, header: ResultHeader, *ends: str) -> None:
             )
 
 
+def unlisted(paths: ResultPaths, header: ResultHeader) -> list[str]:
+    """The files of complete results that are there and that the header has no checksum of."""
+    ends = (ROWS, ARRAYS, LARGE, SETS, CASES)
+    return [paths.file(end).name for end in ends if end not in header.files and paths.file(end).exists()]
+
+
 def read_header(path: Path) -> ResultHeader:
     """The header at a path. Raises FileError on damage or a newer schema."""
     facts = read_header_facts(path)

@@ -163,6 +163,26 @@ def no_sets(sound: Path) -> None:
     some(sound, "intra", ".sets.csv").unlink()
 
 
+def no_checksums(sound: Path) -> None:
+    header = some(sound, "intra", ".json")
+    facts = json.loads(header.read_text(encoding="utf-8")) | {"files": {}}
+    header.write_text(json.dumps(facts), encoding="utf-8")
+
+
+def arrays_anew(sound: Path) -> None:
+    path = some(sound, "intra", ".npz")
+    arrays = store.read_npz(path, "")
+    store.write_npz(path, arrays | {"mpjpe_h.joint:values": arrays["mpjpe_h.joint:values"] / 2})
+
+
+def all_zero(sound: Path) -> None:
+    """No error of joints, beside the path of the root as it was."""
+    path, lines, _ = first_row(sound, "mpjpe_h.world")
+    zero = ("mpjpe_h.world", "mpjpe_m")
+    cells = [line.split(",") for line in lines]
+    path.write_text("\n".join([",".join([*c[:3], "0"] if c[1] in zero else c) for c in cells] + [""]))
+
+
 HOSTILE = [
     *((link, "secret.txt is a link"), (linked_manifest, "is a link"), (linked_folder, "is a link")),
     *((fifo, "is no ordinary file"), (listening, "is no ordinary file")),
@@ -178,6 +198,12 @@ HOSTILE = [
     *((other_clip, "told otherwise"), (other_parts, "cases.structures.csv is not what")),
     *((number("mpjpe_h.world", "-3"), "is -3"), (number("plant_recall", "7"), "is 7, which is not")),
     (number("mpjpe_h.world", "1e308"), "is 1e+308"),
+    (no_checksums, "its header has no checksum of ik.csv, ik.npz"),
+    (arrays_anew, "mpjpe_h.joint and mpjpe_h.root of"),
+    (all_zero, "mpjpe_h.world and root_path"),
+    (number("mpjpe_h.root", "0.001"), "mpjpe_h.root of"),
+    (number("mpjpe_m", "1"), "mpjpe_m and mpjpe_h.world of"),
+    (number("ee_h.world", "5000"), "ee_h.world and"),
 ]
 
 
@@ -203,17 +229,37 @@ def test_hostile_files_are_findings(sound: Path, change: Callable[[Path], None],
     assert all(str(finding).isprintable() and "root:" not in str(finding) for finding in found)
 
 
+def twin(sound: Path) -> Path:
+    """The same submission under another name, with the rows of its table in another order."""
+    other = filled_in(shutil.copytree(sound, sound.with_name("twin")))
+    rewrite(other / "submission.toml", 'label = "ik"', 'label = "mine"')
+    for header in other.glob("results/*/retarget/*/ik.json"):
+        rewrite(header, '"label": "ik"', '"label": "mine"')
+        rows = header.with_suffix(".csv")
+        head, *lines = rows.read_text().splitlines()
+        rows.write_text("\n".join([head, *reversed(lines), ""]))
+        for path in header.parent.glob("ik.*"):
+            path.rename(path.with_name(path.name.replace("ik.", "mine.", 1)))
+    sealed(other)
+    return other
+
+
+@pytest.mark.parametrize(("year", "shown"), [("1999", "mine"), ("2999", "ik")])
+def test_of_two_equal_submissions_the_older_is_shown(sound: Path, year: str, shown: str) -> None:
+    for header in twin(sound).glob("results/*/retarget/*/mine.json"):
+        facts = json.loads(header.read_text(encoding="utf-8"))
+        header.write_text(json.dumps(facts | {"date": year + facts["date"][4:]}), encoding="utf-8")
+    (made,), left_out = board(sound.parent)
+    assert {row.label for group in made.groups for row in group.rows} == {shown}
+    assert len(left_out) == 1
+
+
 def test_a_bad_submission_never_stops_the_board(sound: Path, runs: Path, monkeypatch) -> None:
     root = sound.parent
     for change in (fifo, deep_header, row_twice):
         change(shutil.copytree(sound, root / change.__name__))
     (root / "linked").symlink_to(sound, target_is_directory=True)
-    other = filled_in(shutil.copytree(sound, root / "twin"))
-    rewrite(other / "submission.toml", 'label = "ik"', 'label = "mine"')
-    for header in other.glob("results/*/retarget/*/ik.json"):
-        rewrite(header, '"label": "ik"', '"label": "mine"')
-        for path in header.parent.glob("ik.*"):
-            path.rename(path.with_name(path.name.replace("ik.", "mine.", 1)))
+    twin(sound)
     (made,), left_out = board(root)
     assert {row.label for group in made.groups for row in group.rows} == {"ik"}
     assert [text.partition(" is left out: ")[0] for text in left_out] == [

@@ -1,15 +1,17 @@
 """The leaderboard: tables of all submissions in a folder, with the cost of each method."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.analysis import summary
-from retarget_bench.errors import BenchError
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.exchange.submission.checking import LONGEST, check
+from retarget_bench.exchange.submission.folder import faults
 from retarget_bench.exchange.submission.manifest import MANIFEST, ROWS, Cost, Manifest, read
 from retarget_bench.results import store
-from retarget_bench.results.store import ResultPaths
+from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.tables import builder
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Cell, Column, Group, Table
@@ -29,14 +31,16 @@ COSTS = (
     Column("cost.fps", "speed", "frames/s", "none", "frames per second of one process and one thread"),
 )
 """As submitted; measured on the submitters' machines, so not ranked."""
+LAST = "9999"
 
 
 def board(folder: Path, columns: Sequence[str] = builder.DEFAULT_COLUMNS) -> tuple[list[Table], list[str]]:
     """Tables of every sound submission in a folder, and sentences about those left out.
 
-    Raises BenchError where the folder has none.
+    Of two that are equal, or of one method, the older one is shown, by the dates of their rows. Raises
+    BenchError where the folder has none.
     """
-    found = sorted(path.parent for path in folder.glob(f"*/{MANIFEST}"))
+    found = sorted((path.parent for path in folder.glob(f"*/{MANIFEST}")), key=_age)
     if not found:
         raise BenchError(f"{folder} holds no submissions: folders with a {MANIFEST} and their rows")
     wanted = tuple(column for column in columns if column != FPS) if FPS in columns else columns
@@ -57,6 +61,7 @@ def board(folder: Path, columns: Sequence[str] = builder.DEFAULT_COLUMNS) -> tup
             continue
         manifests[manifest.method.label] = manifest
         places += mine
+    left_out.sort()
     if not manifests:
         raise BenchError("no submission is sound. " + ". ".join(left_out))
     made = builder.tables(summary.split_summaries(places), wanted)
@@ -83,13 +88,25 @@ def _sound(folder: Path, columns: Sequence[str]) -> tuple[Manifest, list[ResultP
     return read(folder), places
 
 
+def _age(folder: Path) -> tuple[str, str]:
+    """Sorts submissions by when the last of their rows were made; those that do not say come last."""
+    dates = []
+    for place in store.find_results(folder / ROWS) if not faults(folder) else ():
+        with suppress(FileError):
+            dates.append(str(store.read_header_facts(place.any_header).get("date") or LAST))
+    return max(dates, default=LAST), folder.name
+
+
 def _twin(other: ResultPaths, mine: Sequence[ResultPaths]) -> bool:
-    """True where rows of one of the results are, byte by byte, those of another submission's."""
+    """True where one of the results has the very values of another submission's, however written."""
     return any(
-        (one.dataset, one.split) == (other.dataset, other.split)
-        and one.rows.read_bytes() == other.rows.read_bytes()
+        (one.dataset, one.split) == (other.dataset, other.split) and _values(one) == _values(other)
         for one in mine
     )
+
+
+def _values(place: ResultPaths) -> list[CaseResult]:
+    return store.read_results(place).entries
 
 
 def _group(group: Group, manifests: Mapping[str, Manifest]) -> Group:

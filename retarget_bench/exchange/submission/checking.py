@@ -14,7 +14,7 @@ from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.shard_work import elsewhere
 from retarget_bench.evaluation.timing import spread
-from retarget_bench.exchange.submission import numbers
+from retarget_bench.exchange.submission import numbers, together
 from retarget_bench.exchange.submission.folder import faults
 from retarget_bench.exchange.submission.making import FILL_IN
 from retarget_bench.exchange.submission.manifest import (
@@ -168,7 +168,7 @@ def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool)
         return
     checks = [
         *(_header(results, manifest), _cases(results, data), _versions(results)),
-        map(_error, numbers.checks(results, data)),
+        map(_error, chain(numbers.checks(results, data), together.impossible(results))),
     ]
     if first:
         checks.append(_again(results, data, place.root.parent / PREDICTIONS))
@@ -199,6 +199,8 @@ def _header(results: Results, manifest: Manifest) -> Iterator[Finding]:
         yield _error(f"{place.rows.name} is no file of {method.label}, which its header names")
     if method.label != manifest.method.label:
         yield _error(f"the rows are of {method.label}, the manifest of {manifest.method.label}")
+    if unlisted := store.unlisted(place, results.header):
+        yield _error(f"its header has no checksum of {', '.join(unlisted)}")
     if unsaid := sorted(set(method.privileged) - set(manifest.method.sees)):
         yield _error(f"the method is given {', '.join(unsaid)}, which method.sees does not say")
     if method.control:
