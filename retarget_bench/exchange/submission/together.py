@@ -1,7 +1,7 @@
-"""Values that follow from each other: no motion has a mean without its parts, or parts without their whole.
+"""Values that follow from each other: a mean goes with its parts, and no part exceeds the whole.
 
-Of the values that rank, those of ``position``: all are means over frames of distances of joints, e, of which
-the hips' is one, r.
+Those of ``position``, by which methods are ranked: all are means over frames of distances of joints, e, of
+which the hips' is one, r.
 """
 
 from collections.abc import Iterator, Mapping
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from retarget_bench.results import store
-from retarget_bench.results.store import CaseResult, Results
+from retarget_bench.results.store import Results
 
 CLOSE = 1e-6
 """Relative difference up to which numbers of nine digits agree."""
@@ -33,10 +33,8 @@ def impossible(results: Results) -> Iterator[str]:
         if entry.case not in joints:
             broken.setdefault(JOINT, f"{entry.case} has {ROOT} and no {JOINT}")
             continue
-        for rule in (
-            *_by_joints(values, *joints[entry.case]),
-            *_by_height(values, results, entry, heights),
-        ):
+        target = results.cases[entry.case].target
+        for rule in (*_by_joints(values, *joints[entry.case]), *_by_height(values, target, heights)):
             broken.setdefault(rule, f"{rule} of {entry.case} cannot be true together")
     yield from broken.values()
 
@@ -71,9 +69,7 @@ def _by_joints(values: Mapping[str, float], mean: float, count: int) -> Iterator
             yield f"{ends} and {whole}"
 
 
-def _by_height(
-    values: Mapping[str, float], results: Results, entry: CaseResult, heights: dict[str, float]
-) -> Iterator[str]:
+def _by_height(values: Mapping[str, float], target: str, heights: dict[str, float]) -> Iterator[str]:
     """heights: target -> that of another case of it, per cent of metres."""
     if METRES not in values:
         return
@@ -82,7 +78,7 @@ def _by_height(
             yield f"{METRES} and {WORLD}"
         return
     height = values[WORLD] / values[METRES]
-    known = heights.setdefault(results.cases[entry.case].target, height)
+    known = heights.setdefault(target, height)
     if abs(height - known) > _near(height, known):
         yield f"{METRES} and {WORLD}"
 
