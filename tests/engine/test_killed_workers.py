@@ -1,12 +1,10 @@
 """SIGKILL to any process of a run, at random moments: it goes on, and ends with the same bytes."""
 
-import random
-import threading
 import time
 from pathlib import Path
 
-import psutil
 import pytest
+from executing import Killer
 from small_plans import asked
 
 from retarget_bench.evaluation import runner
@@ -14,43 +12,8 @@ from retarget_bench.plugins import registry
 
 TOYS = Path(__file__).parent / "toys"
 METHODS = ("copy_rotations", "toy_method", "toy_method[does=shaken]", "toy_method[does=noise]")
-
-
-class Killer:
-    """Kills a random process that this one has started, directly or not, now and then, until it is left."""
-
-    def __init__(self, seed: int) -> None:
-        self.kills = 0
-        self._moments = random.Random(seed)
-        self._done = threading.Event()
-        self._thread = threading.Thread(target=self._kill)
-
-    def __enter__(self) -> "Killer":
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._done.set()
-        self._thread.join()
-
-    def _kill(self) -> None:
-        while not self._done.wait(self._moments.uniform(0.02, 0.4)):
-            family = [p for p in psutil.Process().children(recursive=True) if _ours(p)]
-            if family:
-                try:
-                    self._moments.choice(family).kill()
-                    self.kills += 1
-                except psutil.Error:
-                    pass
-
-
-def _ours(process: psutil.Process) -> bool:
-    """A scoring process, a template or a prediction worker; not multiprocessing's own helper."""
-    try:
-        line = " ".join(process.cmdline())
-    except psutil.Error:
-        return False
-    return "spawn_main" in line or "prediction.template" in line
+OURS = ("shard_process", "prediction.fork_server")
+"""In the lines of scoring processes, of those that workers are forked from, and of all forked ones."""
 
 
 @pytest.mark.slow
@@ -65,7 +28,7 @@ def test_any_process_may_be_killed_at_any_moment(tmp_path):
         plan = asked(
             tmp_path / "killed", *METHODS, clips=clips, jobs=2, redo="always" if number else "missing"
         )
-        with Killer(number) as killer:
+        with Killer(number, *OURS) as killer:
             runner.run(plan, lambda done, total: None)
         found += killer.kills
         if found >= kills or time.monotonic() > deadline:

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import executing
-import psutil
 import pytest
-from executing import run
+from executing import Killer, run, started
 
 from retarget_bench.errors import BenchError
 
@@ -50,26 +49,28 @@ def once_running(root: Path, act: Callable[[], object]) -> threading.Thread:
     return thread
 
 
-def processes(name: str) -> list[psutil.Process]:
-    """Those of Ray that this process started."""
-    mine = psutil.Process().children(recursive=True)
-    return [
-        each for each in mine if each.is_running() and name in " ".join(each.cmdline() or [each.name()])
-    ]
-
-
 def test_tasks_give_the_same_bytes_and_nothing_stays(tmp_path):
     assert run(tmp_path / "ray", "ray") == run(tmp_path / "local")
     assert not ray.is_initialized()
-    assert not processes("raylet")
+    assert not started("raylet")
 
 
 def test_a_worker_is_killed_and_ray_tries_again(tmp_path, local):
     ray.init(num_cpus=2, **QUIET)
-    killed = once_running(tmp_path, lambda: processes("ray::carry_out")[0].kill())
+    killed = once_running(tmp_path, lambda: started("ray::carry_out")[0].kill())
     assert run(tmp_path, "ray", *SLOW) == local
     killed.join()
     assert ray.is_initialized()  # it was here before
+
+
+def test_any_process_may_be_killed_at_any_moment(tmp_path, local):
+    ray.init(num_cpus=2, **QUIET)
+    found, number = 0, 0
+    while found < 20:
+        with Killer(number, "ray::carry_out", "shard_process", "prediction.fork_server") as killer:
+            run(tmp_path, "ray[retries=50]", *SLOW, redo="always")
+        found, number = found + killer.kills, number + 1
+    assert run(tmp_path, "ray", *SLOW, redo="failed") == local
 
 
 def test_a_node_is_lost_and_another_one_goes_on(tmp_path, local):
@@ -89,7 +90,7 @@ def test_a_node_is_lost_and_another_one_goes_on(tmp_path, local):
 
 def test_the_only_node_is_lost_and_what_was_finished_is_kept(tmp_path, local):
     ray.init(num_cpus=1, **QUIET)
-    killed = once_running(tmp_path, lambda: [each.kill() for each in processes("raylet/raylet")])
+    killed = once_running(tmp_path, lambda: [each.kill() for each in started("raylet/raylet")])
     with pytest.raises(BenchError, match=r"shards were lost; .* What was finished is kept; run again"):
         run(tmp_path, "ray", *SLOW)
     killed.join()
