@@ -49,7 +49,7 @@ def test_so_does_a_method_with_post_processes(method, posts):
     assert re.fullmatch(r"[a-z0-9_.-]{1,60}", spec.slug)
 
 
-@given(PLUGINS, st.text(min_size=1, max_size=30), st.lists(PLUGINS, max_size=1))
+@given(PLUGINS, st.text(min_size=1, max_size=30).filter(str.strip), st.lists(PLUGINS, max_size=1))
 def test_so_does_a_method_of_another_environment(method, environment, posts):
     spec = Spec(method.name, method.parameters, tuple(posts), environment)
     again = Spec.parse(str(spec))

@@ -243,7 +243,7 @@ def _toys(monkeypatch: pytest.MonkeyPatch, name: str, change: Callable[..., Any]
         (lambda found: "cases", "it gave an object of type str instead of a list"),
         (lambda found: [1, 2], "it lists an object of type int that has no id"),
         (lambda found: [*found, found[0]], "it lists 'toy/small>tall/clip 0' twice"),
-        (lambda found: [replace(found[0], clip=None)], "it lists a case whose names are not printable"),
+        (lambda found: [replace(found[0], clip=None)], "it lists a case whose names are no texts without"),
         (lambda found: [replace(found[0], frames="many")], "it lists .* with 'many' frames"),
         (lambda found: time.sleep(LONG), "no answer within 0.2 s"),
     ],
