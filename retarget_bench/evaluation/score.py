@@ -25,8 +25,9 @@ BASE, PER_FRAME = 60.0, 1.0
 """Seconds that a metric has for a case, and for each of its frames."""
 LARGEST = 1e100
 """No number is larger: squares of such ones can still be summed and written."""
-LONGEST_INDEX = 200
+LONGEST_INDEX = 10_000
 """Characters of the index of a point of a curve."""
+SHOWN = 80
 
 Faults = dict[str, str]
 """Metric -> a sentence on what it did wrong."""
@@ -163,8 +164,9 @@ def as_number(value_id: str, given: Any) -> float:
 
 def _index(value_id: str, key: object) -> str:
     found = str(key)
-    if not (0 < len(found) <= LONGEST_INDEX and found.isprintable()):
-        raise BenchError(f"gave an index for {value_id} that cannot be written, {found[:LONGEST_INDEX]!r}")
+    written = found.encode(errors="ignore").decode().replace("\0", "")
+    if written != found or not 0 < len(found) <= LONGEST_INDEX:
+        raise BenchError(f"gave an index for {value_id} that cannot be written, {found[:SHOWN]!r}")
     return found
 
 
