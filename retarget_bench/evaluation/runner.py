@@ -12,7 +12,6 @@ from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
-from retarget_bench.evaluation.prediction.launch import LEARNED
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
 from retarget_bench.files import LOCK, locked
@@ -82,12 +81,12 @@ def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], 
     if not any(len(unit.infos) > len(mine) for unit, mine in left.items()):
         progress(0, 0)
         return
-    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left), preload=_preload(left))
+    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left))
     units = list(done)
     count, total = 0, sum(stored.facts["sizes"])
     progress(0, total)
     lost: dict[int, str] = {}
-    with engine:
+    with nullcontext() if isinstance(engine, Local) else engine:  # those of this machine go on
         for number, problem in engine.run(stored.folder, stored.shards):
             answers = _complete(stored, number, wait=not problem)
             if len(answers) < stored.facts["sizes"][number]:
@@ -168,11 +167,6 @@ def _journalled(unit: EvaluationUnit) -> Entries:
     }
 
 
-def _preload(units: Iterable[EvaluationUnit]) -> tuple[str, ...]:
-    """What prediction workers import once for all of them."""
-    return LEARNED if any(unit.prediction_facts["weights"] for unit in units) else ()
-
-
 def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:
     """The units that have cases; raises BenchError with the data set's own notes where none has."""
     filled = [unit for unit in found if unit.infos]
@@ -217,7 +211,7 @@ def _time(plan: Plan, local: Local) -> None:
         if not unit.seed_number and unit.paths.header.exists():
             units.setdefault((unit.dataset, unit.method), []).append(unit)
     stale = timing.stale({mine[-1]: [unit.paths for unit in mine] for mine in units.values()})
-    _units_by(plan, local, "time", stale, jobs=1, preload=_preload(stale))
+    _units_by(plan, local, "time", stale, jobs=1)
 
 
 def _units_by(
@@ -227,7 +221,7 @@ def _units_by(
     fail."""
     if not units:
         return
-    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in units], (), **{"preload": (), **more})
+    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in units], (), **more)
     try:
         for number, problem in local.run(stored.folder, range(len(units)), kind, jobs):
             if problem and kind == "sets":

@@ -1,6 +1,6 @@
 """A process that carries out shards for a ``Local`` engine, as lines on its standard input ask it to.
 
-{"kind": "shard", "number": 7, "again": false, "without": []}
+{"folder": "runs/.shards/0f3a...", "kind": "shard", "number": 7, "again": false, "without": []}
 {"at": [[2], ["puppets/ada>boulder/sit-001"], ""]}  what it is at, for whoever finds it dead
 {"alive": true}                                     every other second
 {"done": "", "stop": false}                         or why it was not completed; stop: the run must end
@@ -8,7 +8,6 @@
 
 import os
 import signal
-import sys
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
@@ -18,13 +17,13 @@ from retarget_bench.errors import BenchError, one_line
 from retarget_bench.evaluation.attempt import overdue
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
 from retarget_bench.evaluation.prediction.launch import adopt_orphans
-from retarget_bench.evaluation.shard_work import CannotStore, ShardWork
+from retarget_bench.evaluation.shard_work import At, CannotStore, ShardWork
 
 BEAT = 2.0
 """Seconds between two signs of life."""
 
 
-def main(folder: str, scratch: str, check: bool) -> None:
+def main(scratch: str, check: bool) -> None:
     """Carry out shards until the standard input ends. check: whether this may be another machine than
     the one that planned the run."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asks decides
@@ -50,30 +49,34 @@ def main(folder: str, scratch: str, check: bool) -> None:
 
     ended = threading.Event()
     threading.Thread(target=beat, daemon=True).start()
-    work, problem = None, ""
-    try:
-        work = ShardWork(Path(folder), Path(scratch), at)
-        if check:
-            work.check()
-    except BenchError as error:
-        problem = str(error)
+    work: ShardWork | None = None
     with suppress(Closed):
         while True:
             asked = channel.receive()
             assert asked is not None
-            done, stop = problem, False
-            if work is not None and not problem:
-                try:
-                    work.do(asked)
-                except BenchError as error:
-                    done, stop = str(error), isinstance(error, CannotStore)
-                except Exception as error:  # of a plug-in, where nothing else told of it
-                    done = one_line(error)
+            done, stop = "", False
+            try:
+                if work is None or work.folder != Path(asked["folder"]):
+                    before, work = work, None
+                    work = _work(Path(asked["folder"]), Path(scratch), at, before, check)
+                work.do(asked)
+            except BenchError as error:
+                done, stop = str(error), isinstance(error, CannotStore)
+            except Exception as error:  # of a plug-in, where nothing else told of it
+                done = one_line(error)
             say({"done": done, "stop": stop})
     ended.set()
     if work is not None:
         work.close()
 
 
-if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], sys.argv[3] == "check")
+def _work(folder: Path, scratch: Path, at: At, before: ShardWork | None, check: bool) -> ShardWork:
+    """The work of a stored plan, with the workers of the one before. Raises BenchError."""
+    found = ShardWork(folder, scratch, at, before)
+    if check:
+        try:
+            found.check()
+        except BenchError:
+            found.close()
+            raise
+    return found

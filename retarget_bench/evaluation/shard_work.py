@@ -54,19 +54,23 @@ class CannotStore(BenchError):
 class ShardWork:
     """Carries out shards of a stored plan, one after the other; it is closed at the end.
 
-    scratch: a folder for questions and answers, which the processes of a run share on a machine.
+    scratch: a folder for questions and answers, which the processes of a run share on a machine. before:
+    the work of an earlier plan of the run, which is over; its workers go on.
     """
 
-    def __init__(self, folder: Path, scratch: Path, at: At = unwatched) -> None:
-        self.stored, self.at = StoredPlan(folder), at
+    def __init__(
+        self, folder: Path, scratch: Path, at: At = unwatched, before: "ShardWork | None" = None
+    ) -> None:
+        self.folder, self.stored, self.at = folder, StoredPlan(folder), at
         self._again, self._left_out = False, dict[tuple[int | None, str | None, str], str]()
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
         self.metrics = bound.metrics(self.plan.metrics)
         limits = Limits(self.plan.timeout, int(self.plan.memory * 2**30), self.plan.isolate)
-        preload = self.stored.facts["preload"]
         place = scratch / str(os.getpid())
-        self.pool = WorkerPool(place, scratch, self.plan.plugin_files, limits, preload)
+        self.pool: WorkerPool = (
+            before.pool if before else WorkerPool(place, scratch, self.plan.plugin_files, limits)
+        )
 
     def close(self) -> None:
         """End all prediction workers."""
@@ -208,7 +212,7 @@ class ShardWork:
 
     def _predicted(self, unit: int, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         known = self.stored.units[unit]
-        worker = self.pool.worker(known.method)
+        worker = self.pool.worker(known.method, known.learned)
         worker.log, worker.lock = known.paths.log, known.lock
         self.at((unit,), list(cases), "")
         try:
@@ -226,7 +230,7 @@ class ShardWork:
 
     def _times(self, unit: Unit) -> list[timing.Time]:
         data = self._data(unit)
-        worker = self.pool.worker(unit.method)
+        worker = self.pool.worker(unit.method, unit.learned)
         worker.log, worker.lock = None, unit.lock
         infos = timing.spread(list(self._infos(unit).values()))
         return timing.measured(worker, lambda cases: self._asked(unit, cases), data, infos)

@@ -69,8 +69,8 @@ class Unit:
 
     method: with the paths of its files in full. seed: the base seed. seeded_as: the name that its seeds are
     made from. inputs: what it is given beside source and target. in_batches: whether it is given all cases
-    of a batch at once, because how it is composed decides how results round. lock: of the environment that
-    it answers in, if that is another one. keys: what its results are known by.
+    of a batch at once, because how it is composed decides how results round. learned: it has weights. lock:
+    of the environment that it answers in, if that is another one. keys: what its results are known by.
     """
 
     dataset: Spec
@@ -81,6 +81,7 @@ class Unit:
     seeded_as: str
     inputs: Inputs
     in_batches: bool
+    learned: bool
     lock: str
     keys: Mapping[str, str]
 
@@ -97,6 +98,7 @@ class Unit:
             "" if external else str(unit.known_as.alone),
             Inputs() if external else Inputs.of(method.built),
             unit.in_batches,
+            bool(unit.prediction_facts["weights"]),
             unit.lock,
             unit.keys,
         )

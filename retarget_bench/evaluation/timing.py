@@ -90,7 +90,7 @@ def measured(
     first few frames. Handing over counts, as it does for all methods alike.
     """
     times: list[Time] = []
-    spent = 0.0
+    spent, mark = 0.0, yardstick()
     for info in infos:
         if spent > ENOUGH_SECONDS:
             break
@@ -102,12 +102,11 @@ def measured(
             continue
         tries: list[Time] = []
         for number in range(1, REPEATS + 1):
-            mark = yardstick()
             view = _view(case, number)
             (outcome,), seconds = worker.ask_alone(questions([view]))
-            spent += seconds
+            spent, before, mark = spent + seconds, mark, yardstick()
             if outcome.prediction is not None:
-                tries.append(Time(info.id, view.source.frames, seconds, max(mark, yardstick())))
+                tries.append(Time(info.id, view.source.frames, seconds, max(before, mark)))
         if tries:
             times.append(min(tries, key=lambda each: (each.yardstick, each.seconds / each.frames)))
     return times

@@ -21,6 +21,9 @@ from retarget_bench.files import scratch_folder
 from retarget_bench.results.store import CaseResult
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+LARGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
+"""Environment in which memory comes in large pages where a system has them: what lives for one answer takes
+all that it needs anew, and small pages cost it a tenth of its time."""
 SILENCE = 30.0
 """Seconds without a sign of life after which a process is taken for dead."""
 LOOK = 1.0
@@ -38,7 +41,7 @@ class Local:
     A shard whose process ended is carried out again at the end, while no other is, since what ended it
     may have been another method. What a process ends at twice costs that one answer, or that one value.
 
-    check: whether the plan may have been made by another machine.
+    check: whether plans may have been made by another machine.
     """
 
     def __init__(self, jobs: int, check: bool = False) -> None:
@@ -66,15 +69,15 @@ class Local:
         Raises BenchError where the run must end.
         """
         waiting, lost = deque(_Work(kind, number) for number in numbers), deque[_Work]()
-        self._ready(folder, min(jobs or self.jobs, len(waiting)))
+        self._ready(min(jobs or self.jobs, len(waiting)))
         crew = self._processes[: jobs or self.jobs]
         try:
             while waiting or lost or any(each.work for each in crew):
                 for each in crew:
                     if each.work is None and waiting:
-                        each.give(waiting.popleft(), self._out)
+                        each.give(folder, waiting.popleft(), self._out)
                 if lost and not waiting and not any(each.work for each in crew):
-                    crew[0].give(lost.popleft(), self._out)
+                    crew[0].give(folder, lost.popleft(), self._out)
                 for each in _spoken([each for each in crew if each.work]):
                     for said in each.said():
                         if "done" in said:
@@ -97,15 +100,12 @@ class Local:
         blamed = Counter(metric for work in self._ended for _, _, metric, _ in work.without)
         return [[None, None, metric, OFTEN] for metric, times in blamed.items() if times >= PATIENCE]
 
-    def _ready(self, folder: Path, count: int) -> None:
-        """Have so many processes that know this plan."""
+    def _ready(self, count: int) -> None:
+        """Have so many processes."""
         if self._scratch is None:
             self._scratch = self._open.enter_context(scratch_folder())
-        for each in [each for each in self._processes if each.folder != folder]:
-            each.end()
-            self._processes.remove(each)
         while len(self._processes) < count:
-            self._processes.append(_Process(folder, self._scratch, self._check))
+            self._processes.append(_Process(self._scratch, self._check))
 
 
 @dataclass
@@ -149,8 +149,8 @@ class _Process:
     how: it ended, in words; "" while it lives.
     """
 
-    def __init__(self, folder: Path, scratch: Path, check: bool) -> None:
-        self.folder, self._scratch, self._check = folder, scratch, check
+    def __init__(self, scratch: Path, check: bool) -> None:
+        self._scratch, self._check = scratch, check
         self.work: _Work | None = None
         self._start()
 
@@ -158,13 +158,13 @@ class _Process:
         code = (
             f"import sys; sys.path[:] = {sys.path!r}\n"
             "from retarget_bench.evaluation.shard_process import main\n"
-            f"main({str(self.folder)!r}, {str(self._scratch)!r}, {self._check})"
+            f"main({str(self._scratch)!r}, {self._check})"
         )
         self._process = subprocess.Popen(
             [sys.executable, "-c", code],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env=os.environ | dict.fromkeys(THREAD_VARIABLES, "1"),
+            env=LARGE_PAGES | os.environ | dict.fromkeys(THREAD_VARIABLES, "1"),
             start_new_session=True,  # Ctrl-C is for who asks
         )
         assert self._process.stdin is not None
@@ -172,13 +172,14 @@ class _Process:
         self.channel = Channel(self._process.stdout.fileno(), self._process.stdin.fileno())
         self._heard, self.how = time.monotonic(), ""
 
-    def give(self, work: _Work, out: Sequence[list[Any]]) -> None:
+    def give(self, folder: Path, work: _Work, out: Sequence[list[Any]]) -> None:
+        """Have work of a stored plan done. out: the metrics that are asked no more."""
         if self.how or self._process.poll() is not None:
             self._close()
             self._start()
         self.work, work.at = work, None
         self._heard = time.monotonic()
-        asked = {"kind": work.kind, "number": work.number, "again": work.again}
+        asked = {"folder": str(folder), "kind": work.kind, "number": work.number, "again": work.again}
         asked["without"] = [*work.without, *out]
         with suppress(Closed):  # said() will see that it ended
             self.channel.send(asked)

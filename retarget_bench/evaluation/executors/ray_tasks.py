@@ -91,17 +91,19 @@ def _first_line(error: BaseException) -> str:
 
 
 # ------------------------------------------------------------------------------------ in the worker of Ray
-_KEPT: list[Local] = []
-"""The process of this worker, which serves all shards of a run that it is given."""
+_KEPT: dict[str, Local] = {}
+"""Folder -> the process of this worker, which serves all shards of that stored plan that it is given."""
 
 
 def carry_out(folder: str, shard: int) -> str:
     """Carry out a shard; why it ended before it was complete, or ""."""
-    if not _KEPT:
-        _KEPT.append(Local(1, check=True))
-        atexit.register(_KEPT[0].__exit__)
+    if folder not in _KEPT:
+        for each in list(_KEPT):  # of another run, with code and workers of its own
+            _KEPT.pop(each).__exit__()
+        _KEPT[folder] = Local(1, check=True)
+        atexit.register(_KEPT[folder].__exit__)
     try:
-        for _, problem in _KEPT[0].run(Path(folder), [shard]):
+        for _, problem in _KEPT[folder].run(Path(folder), [shard]):
             return f"{problem} ({socket.gethostname()})" if problem else ""
     except BenchError as error:
         return f"{error} ({socket.gethostname()})"

@@ -38,7 +38,7 @@ LEARNED = (
     "retarget_bench.training.data",
     "retarget_bench.motion.aligned",
 )
-"""What is added where a method of the plan has weights."""
+"""What those of methods with weights import, too."""
 _NUMBERS = count()
 
 
@@ -205,15 +205,15 @@ def new_mark() -> str:
     return f"{os.getpid()}-{next(_NUMBERS)}"
 
 
-def end_orphans(mark: str, workers: Sequence[int], server: int = 0) -> None:
+def end_orphans(mark: str, workers: Sequence[int], servers: Sequence[int] = ()) -> None:
     """Kill what workers of this mark left behind.
 
-    workers: those that may live, with what they started. server: it lives, what it started may not.
+    workers: those that may live, with what they started. servers: they live, what they started may not.
     """
-    adopted = children(server) if server else []
+    adopted = [child for server in servers for child in children(server)]
     for each in psutil.process_iter():
         with suppress(psutil.Error):
-            if each.pid in (*workers, server):
+            if each.pid in (*workers, *servers):
                 continue
             if each.pid not in adopted and each.environ().get(MARK) != mark:
                 continue

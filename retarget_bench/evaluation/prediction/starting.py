@@ -1,6 +1,7 @@
 """The first steps of a prediction worker: on its own, with what it prints in a log, and with its method."""
 
 import faulthandler
+import gc
 import os
 import signal
 import sys
@@ -44,6 +45,7 @@ def _ready(start: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
         method = registry.create("methods", Spec.parse(start["method"]))
         os.chdir(start["folder"])  # what a method writes or deletes by relative paths is its own
         optional.warm_up(method)
+        gc.freeze()  # memory that nobody writes to stays shared with the processes that answer
         # fitting to training motion takes long, and is to be done once
         forks = apart.possible() and "training" not in optional.method_card(method).uses
         if not forks:

@@ -53,10 +53,11 @@ UNLIKE = "another answer when it was asked alone, in a fresh process: it depends
 
 
 class WorkerPool:
-    """The workers of one scoring process, one for every method, and the process that they are forked from.
+    """The workers of one scoring process, one for every method, and the processes that they are forked
+    from: one for learned methods, and one for the others, which torch would make slow to fork.
 
     folder: of their questions and answers. shared: a folder of all scoring processes of the run on this
-    machine. preload: modules that all workers begin with.
+    machine.
     """
 
     def __init__(
@@ -65,20 +66,20 @@ class WorkerPool:
         shared: Path,
         plugins: Sequence[tuple[str, str]],
         limits: Limits,
-        preload: Sequence[str] = (),
     ) -> None:
         self.folder, self.plugins, self.limits = folder, plugins, limits
         self.turns = Turns(shared)
-        self._preload, self._mark = (*launch.PRELOAD, *preload), launch.new_mark()
-        self._server: launch.ForkServer | None = None
+        self._mark = launch.new_mark()
+        self._servers: dict[bool, launch.ForkServer] = {}
         self._workers: dict[Spec, PredictionWorker] = {}
 
-    def worker(self, method: Spec) -> "PredictionWorker":
+    def worker(self, method: Spec, learned: bool = False) -> "PredictionWorker":
+        """learned: it has weights."""
         if method not in self._workers:
-            self._workers[method] = PredictionWorker(method, self, self.folder / token_hex(8))
+            self._workers[method] = PredictionWorker(method, self, self.folder / token_hex(8), learned)
         return self._workers[method]
 
-    def start(self, start: Mapping[str, Any], environment: str, lock: str) -> launch.Started:
+    def start(self, start: Mapping[str, Any], environment: str, lock: str, learned: bool) -> launch.Started:
         """Raises OSError and NoWorker."""
         log = Path(start["log"])
         if environment or self.limits.isolate:
@@ -91,27 +92,28 @@ class WorkerPool:
                 )
             started.channel.send({"start": start})
             return started
-        if self._server is None or not self._server.living:
-            self._server = launch.ForkServer(self._preload, self._mark)
-        return self._server.start(start)
+        if learned not in self._servers or not self._servers[learned].living:
+            preload = launch.PRELOAD + learned * launch.LEARNED
+            self._servers[learned] = launch.ForkServer(preload, self._mark)
+        return self._servers[learned].start(start)
 
     def end_orphans(self) -> None:
         """Kill what workers that have ended left behind."""
         living = [each.pid for each in self._workers.values() if each.pid]
-        launch.end_orphans(self._mark, living, self._server.pid if self._server else 0)
+        launch.end_orphans(self._mark, living, [each.pid for each in self._servers.values()])
 
     def memory_of(self, pid: int) -> int:
         """Bytes of a worker that is answering, with all that it started."""
         living = {each.pid for each in self._workers.values()}
-        adopted = launch.children(self._server.pid) if self._server else []
+        adopted = [child for each in self._servers.values() for child in launch.children(each.pid)]
         return launch.memory_of([pid, *(each for each in adopted if each not in living)])
 
     def close(self) -> None:
         for each in self._workers.values():
             each.end()
-        if self._server is not None:
-            self._server.close()
-        self._workers, self._server = {}, None
+        for server in self._servers.values():
+            server.close()
+        self._workers, self._servers = {}, {}
         self.end_orphans()
         self.turns.close()
 
@@ -120,13 +122,14 @@ class WorkerPool:
 class PredictionWorker:
     """The process of one method. It is started when it is asked, and again when it has ended.
 
-    folder: for questions, answers and what the method writes. log: takes what it prints; None: nobody asks.
-    lock: of another environment, if it is known.
+    folder: for questions, answers and what the method writes. learned: it has weights.
+    log: takes what it prints; None: nobody asks. lock: of another environment, if it is known.
     """
 
     method: Spec
     pool: WorkerPool
     folder: Path
+    learned: bool
     log: Path | None = None
     lock: str = ""
 
@@ -269,7 +272,7 @@ class PredictionWorker:
         }
         for number in range(STARTS):
             try:
-                self._started = self.pool.start(start, self.method.environment, self.lock)
+                self._started = self.pool.start(start, self.method.environment, self.lock, self.learned)
                 said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
                 break
             except environments.NoWorker as error:
