@@ -185,8 +185,8 @@ def method_manifest(method: object) -> Manifest | None:
 class OffersWarmUp(Protocol):
     def warm_up(self) -> None:
         """Load what all answers need, such as weights. Called once, before the first question, in the
-        process
-        that those that answer are forked from: what is loaded later is loaded anew for every question."""
+        process that those that answer are forked from: what is loaded later is loaded anew for every
+        batch."""
 
 
 def warm_up(method: object) -> None:

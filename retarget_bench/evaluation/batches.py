@@ -1,4 +1,4 @@
-"""Batches of cases for methods that take several at once."""
+"""Batches of cases, in which methods are asked."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,9 +19,9 @@ def batches(infos: Sequence[CaseInfo], cast: Mapping[str, Character]) -> list[tu
     """The ids of all cases of a split, in batches of one pair of structures and of similar lengths.
 
     They depend on the full list alone, never on what is missing, so that a run that was interrupted asks
-    the same questions again. A clip of more than ``FRAMES`` frames is a batch of its own. No batch
-    shows as a
-    source what another of its cases asks for, the target performing the clip: that may be the right answer.
+    the same questions again. A clip of more than ``FRAMES`` frames is a batch of its own. No batch shows
+    as a source what another of its cases asks for, the target performing the clip: that may be the right
+    answer.
     """
     structure = {name: body.structure for name, body in cast.items()}
 
