@@ -29,7 +29,8 @@ LOCK = ".lock"
 """The lock file of a folder that one process alone may write to."""
 _DRAWN, _KEPT = 6, 40
 """Random bytes in the name of a temporary file, and how many letters of the whole one's name it keeps."""
-_SCRATCH = "retarget-bench-"
+SCRATCH = "retarget-bench-"
+"""How the names of folders for files between processes begin, in the system's folder for them."""
 _SEAL = hashlib.blake2b().digest_size
 LARGEST = 4 << 30
 """Bytes of a motion file: as text some hours of a body at 120 frames per second."""
@@ -252,11 +253,11 @@ def scratch_folder() -> Iterator[Path]:
     """A folder for files between processes, gone afterwards; those of processes that were killed go now."""
     import psutil
 
-    for left in Path(gettempdir()).glob(f"{_SCRATCH}*"):
-        owner = left.name.removeprefix(_SCRATCH).partition("-")[0]
+    for left in Path(gettempdir()).glob(f"{SCRATCH}*"):
+        owner = left.name.removeprefix(SCRATCH).partition("-")[0]
         if owner.isdecimal() and not psutil.pid_exists(int(owner)):
             shutil.rmtree(left, ignore_errors=True)
-    with TemporaryDirectory(prefix=f"{_SCRATCH}{os.getpid()}-", ignore_cleanup_errors=True) as folder:
+    with TemporaryDirectory(prefix=f"{SCRATCH}{os.getpid()}-", ignore_cleanup_errors=True) as folder:
         yield Path(folder)
 
 

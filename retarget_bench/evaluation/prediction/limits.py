@@ -8,10 +8,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 
 from retarget_bench.api import Case
 from retarget_bench.errors import BenchError, FileError, printable
+from retarget_bench.files import SCRATCH
 
 STARTING = 180.0
 """Seconds in which a method must be built: weights are read, large packages are imported."""
@@ -28,7 +30,7 @@ LONGEST_LOG = 2**20
 LONGEST_MESSAGE = 1000
 """Characters of a reason."""
 BWRAP = (
-    *("bwrap", "--ro-bind", "/", "/", "--dev", "/dev", "--proc", "/proc", "--tmpfs", "/tmp"),
+    *("bwrap", "--ro-bind", "/", "/", "--dev", "/dev", "--proc", "/proc"),
     *("--unshare-pid", "--unshare-ipc", "--unshare-net", "--die-with-parent"),
 )
 """All files to read and none to write, no other processes, no network, no shared memory of others."""
@@ -46,7 +48,15 @@ class Limits:
     def prefix(self, folder: Path) -> list[str]:
         """The words before a worker's command. folder: what it has to be able to write to."""
         words = shlex.split(self.isolate)
-        return [*BWRAP, "--bind", str(folder), str(folder)] if words == ["bwrap"] else words
+        if words != ["bwrap"]:
+            return words
+        found = list(BWRAP)
+        for place in sorted({"/tmp", gettempdir()}):  # its own, with what lies there to read
+            found += ["--tmpfs", place]
+            for each in sorted(Path(place).glob("*")):
+                if not each.name.startswith(SCRATCH):
+                    found += ["--ro-bind-try", str(each), str(each)]
+        return [*found, "--bind", str(folder), str(folder)]
 
     def seconds(self, cases: Sequence[Case]) -> float:
         return sum(self.timeout or BASE + PER_FRAME * case.source.frames for case in cases)
