@@ -65,7 +65,7 @@ def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, 
     if plan.stage == "predict":
         return {unit: {} for unit in units}
     by_paths = {unit.paths: unit for unit in units}
-    if plan.redo == "missing":
+    if plan.redo != "never":
         _take_over(plan.root, by_paths)
     found = {unit: _journalled(unit) for unit in by_paths.values()}
     for unit in found:

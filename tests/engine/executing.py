@@ -82,7 +82,7 @@ class Killer:
         self._thread.join()
 
     def _kill(self) -> None:
-        while not self._done.wait(self._moments.uniform(0.02, 0.4)):
+        while not self._done.wait(self._moments.uniform(0.2, 2.0)):
             if family := started(*self._names):
                 try:
                     self._moments.choice(family).kill()
