@@ -118,6 +118,22 @@ def test_what_was_shown_before_is_forgotten(battle, does):
     assert min(each.values["mpjpe_h.world"] for each in entries) > 10
 
 
+@pytest.mark.parametrize(
+    ("does", "isolate"),
+    [
+        ("files", ""),
+        pytest.param("places", "bwrap", marks=pytest.mark.skipif(not which("bwrap"), reason="needs bwrap")),
+    ],
+)
+def test_what_was_written_before_is_gone(tmp_path, does, isolate):
+    """One worker answers all batches. Without bwrap, what all write to stays: docs/isolation.md."""
+    plan = asked(tmp_path, f"hostile[does={does}]", clips=1, jobs=1, isolate=isolate)
+    runner.run(plan, lambda done, total: None)
+    entries = _results(tmp_path)[f"hostile[does={does}]"].entries
+    assert len(entries) > 1
+    assert [each.message for each in entries if "forgotten" not in each.message] == []
+
+
 @pytest.mark.usefixtures("battle")
 def test_no_shared_memory_stays():
     assert not list(Path("/dev/shm").glob("hostile-*"))

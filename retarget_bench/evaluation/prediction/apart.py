@@ -1,7 +1,7 @@
-"""A process of its own for every question, forked from the loaded method and gone afterwards.
+"""A process of its own for every batch, forked from the loaded method and gone afterwards.
 
-So an answer depends on its question alone: what a method keeps of a question, in memory or in files,
-ends with the process that was asked it. The worker that forks never asks the method anything itself.
+So an answer depends on its batch alone: what a method keeps of a question, in memory or in its folder, ends
+with the process that was asked it. The worker that forks never asks the method anything itself.
 """
 
 import os

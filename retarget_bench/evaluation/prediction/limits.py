@@ -4,10 +4,11 @@ import os
 import shlex
 import stat
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import rmtree
 from tempfile import gettempdir
 from typing import Any
 
@@ -99,6 +100,18 @@ def size_of(folder: Path) -> int:
                     else:
                         total += each.stat(follow_symlinks=False).st_blocks * 512
     return total
+
+
+def only(folder: Path, kept: Collection[str]) -> bool:
+    """Remove everything from a folder but entries of these names; whether nothing else is left."""
+    with suppress(OSError):
+        for each in [each for each in folder.iterdir() if each.name not in kept]:
+            if each.is_dir() and not each.is_symlink():
+                rmtree(each, ignore_errors=True)
+            else:
+                each.unlink()
+        return all(each.name in kept for each in folder.iterdir())
+    return False
 
 
 def check_file(path: Path, case: Case) -> None:

@@ -15,9 +15,13 @@ Asked = tuple[Case, Context]
 
 
 class Questions:
-    """Of one worker, in its folder, under names that cannot be guessed."""
+    """Of one worker, in its folder, under names that cannot be guessed.
+
+    kept: names of files that stay, as the next questions may be of the same bodies.
+    """
 
     def __init__(self, folder: Path) -> None:
+        self.kept = set[str]()
         self._folder, self._token = folder, token_hex(8)
         self._asked: Sequence[Asked] = ()
         self._written: list[Path] = []
@@ -47,7 +51,7 @@ class Questions:
                 bodies = (case.target, *(each.character for each in moved if each is not None))
                 mesh = {str(self._body(body)): body for body in bodies}[wish["character"]].mesh
                 assert mesh is not None
-                return {"mesh": str(files.write_mesh(self._folder, self._token, mesh))}
+                return {"mesh": str(self._stays(files.write_mesh(self._folder, self._token, mesh)))}
             if kind not in ("other_clips", "target_motions"):
                 raise KeyError(kind)
             return self._place(getattr(context, kind)[int(wish["index"])])
@@ -93,5 +97,8 @@ class Questions:
         return self._written[-1]
 
     def _body(self, body: Any) -> Path:
-        """Its file, which stays: the next question may be of the same body."""
-        return files.write_character(self._folder, self._token, body)
+        return self._stays(files.write_character(self._folder, self._token, body))
+
+    def _stays(self, path: Path) -> Path:
+        self.kept.add(path.name)
+        return path

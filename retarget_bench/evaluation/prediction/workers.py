@@ -31,6 +31,7 @@ from retarget_bench.evaluation.prediction.limits import (
     Limits,
     Trouble,
     check_file,
+    only,
     size_of,
     text,
 )
@@ -61,11 +62,7 @@ class WorkerPool:
     """
 
     def __init__(
-        self,
-        folder: Path,
-        shared: Path,
-        plugins: Sequence[tuple[str, str]],
-        limits: Limits,
+        self, folder: Path, shared: Path, plugins: Sequence[tuple[str, str]], limits: Limits
     ) -> None:
         self.folder, self.plugins, self.limits = folder, plugins, limits
         self.turns = Turns(shared)
@@ -137,9 +134,10 @@ class PredictionWorker:
         self.limits = self.pool.limits
         self._started: launch.Started | None = None
         self._forks = False
-        self._hopeless = ""
+        self._loaded = set[str]()  # what the method wrote while it was built
+        self._seconds = 0.0  # that the last exchange took
+        self._hopeless = self._given_up = ""
         self._late = 0  # cases in a row without an answer in time
-        self._given_up = ""
         self._folders = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count())
         self._own_folder()
 
@@ -175,14 +173,14 @@ class PredictionWorker:
             return self._apart(asked, trouble)
 
     def ask_alone(self, asked: Sequence[Asked]) -> tuple[list[Outcome], float]:
-        """The same while no other method of the run is asked, and the seconds that it took."""
+        """The same while no other method of the run is asked, and the seconds that it took, without those
+        of starting the process."""
+        self._seconds = 0.0
         with self.pool.turns.alone():
-            begun = time.perf_counter()
             try:
-                outcomes = self._answers(asked)
+                return self._answers(asked), self._seconds
             except Trouble as trouble:
-                outcomes = [Outcome("failed", str(trouble)) for _ in asked]
-            return outcomes, time.perf_counter() - begun
+                return [Outcome("failed", str(trouble)) for _ in asked], self._seconds
 
     def _apart(self, asked: Sequence[Asked], trouble: Trouble) -> list[Outcome]:
         if isinstance(trouble, CannotStart):
@@ -249,7 +247,7 @@ class PredictionWorker:
     def _exchange(self, asked: Sequence[Asked]) -> list[Outcome]:
         if self._started is None:
             self._start()
-        cases = [case for case, _ in asked]
+        cases, begun = [case for case, _ in asked], time.perf_counter()
         try:
             questions = self._questions.written(asked)
             self._send({"ask": questions})
@@ -259,7 +257,19 @@ class PredictionWorker:
             paths = [Path(question["answer"]) for question in questions]
             return [self._outcome(*each) for each in zip(cases, paths, said, strict=True)]
         finally:
+            self._seconds = time.perf_counter() - begun
             self._questions.removed()
+            self._forget()
+
+    def _forget(self) -> None:
+        """Remove what a method wrote since it was built, where it answers each batch in a process of its
+        own. Under a command that isolates it, it has places that are not seen from here: it ends."""
+        ours = self._questions.kept | {"work", self._printed.path.name}
+        places = ((self.folder, ours), (self.folder / "work", self._loaded))
+        if self.limits.isolate or (self._forks and not all(only(*each) for each in places)):
+            self.end()
+            self._printed.keep(self.log)
+            self._own_folder()
 
     def _start(self) -> None:
         """Raises Beyond where the method cannot be built, CannotStart where no process comes to be."""
@@ -289,6 +299,7 @@ class PredictionWorker:
                 if number == STARTS - 1:
                     raise CannotStart(f"the method's process cannot be started ({error})") from error
         self._forks = bool(said.get("forks"))
+        self._loaded = {each.name for each in (self.folder / "work").iterdir()}
         if "ready" not in said:
             self._hopeless = text(said.get("broken", NONSENSE))
             raise Beyond(self._hopeless)

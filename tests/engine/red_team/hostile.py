@@ -146,6 +146,22 @@ class Hostile:
     def _home(self, target):
         (Path.home() / ".retarget-bench-hostile").touch()
 
+    def _files(self, target):
+        """Whether what an earlier process wrote is still there: beside the folder that it works in."""
+        self._told([Path.cwd().parent / "memory", Path.cwd().parents[1] / "memory"])
+
+    def _places(self, target):
+        """Likewise where all processes write."""
+        self._told([Path("/tmp/hostile-memory"), Path("/dev/shm/hostile-memory")])
+
+    def _told(self, places):
+        for place in places:
+            before = place.read_text() if place.exists() else ""
+            place.write_text(str(os.getpid()))
+            if before not in ("", str(os.getpid())):
+                raise BenchError("remembered")
+        raise BenchError("forgotten")
+
     def _fill(self, target):
         for number in range(100):
             with Path(str(number)).open("wb") as file:
