@@ -54,6 +54,11 @@ def sentence(error: BaseException) -> str:
     return text(error if isinstance(error, BenchError) else one_line(error))
 
 
+def kind(given: object) -> str:
+    """What a plug-in gave in place of something else, in words."""
+    return f"an object of type {type(given).__name__}"
+
+
 def overdue() -> bool:
     """Whether a call should have been interrupted and was not: it hangs outside of Python."""
     return time.monotonic() > _ends[0] + GRACE

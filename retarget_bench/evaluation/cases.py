@@ -8,7 +8,7 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, Source
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.attempt import Fault, attempt
+from retarget_bench.evaluation.attempt import Fault, attempt, kind
 from retarget_bench.motion.character import Character
 
 T = TypeVar("T")
@@ -17,6 +17,7 @@ LISTING = 600.0
 LOADING, PER_FRAME = 300.0, 1.0
 """Seconds in which it loads a case, and for each of its frames."""
 CONTROL = frozenset(map(chr, [*range(32), 127, *range(128, 160)]))
+"""Control characters: lines of files and of the terminal are made of them."""
 
 
 def listed(data: Dataset, task: str, split: str) -> tuple[CaseInfo, ...]:
@@ -25,7 +26,7 @@ def listed(data: Dataset, task: str, split: str) -> tuple[CaseInfo, ...]:
     def ask() -> tuple[CaseInfo, ...]:
         found = data.cases(task, split)
         if not isinstance(found, Sequence) or isinstance(found, str):
-            raise Fault(f"it gave {_kind(found)} instead of a list")
+            raise Fault(f"it gave {kind(found)} instead of a list")
         infos, ids = tuple(found), set()
         for info in infos:
             if fault := _info_fault(info):
@@ -61,7 +62,7 @@ def _asked(data: Dataset, call: str, ask: Callable[[], T], seconds: float) -> T:
 def _info_fault(info: CaseInfo) -> str:
     """What is wrong with an item of a case list, or ""."""
     if lacking := [each.name for each in fields(CaseInfo) if not hasattr(info, each.name)]:
-        return f"it lists {_kind(info)} that has no {lacking[0]}"
+        return f"it lists {kind(info)} that has no {lacking[0]}"
     texts = (info.id, info.source, info.target, info.clip, info.kind)
     if not info.id or not all(isinstance(each, str) and CONTROL.isdisjoint(each) for each in texts):
         return f"it lists a case whose names are no texts without control characters, {texts!a}"
@@ -73,22 +74,18 @@ def _info_fault(info: CaseInfo) -> str:
 def _case_fault(case: Case, info: CaseInfo) -> str:
     """What is wrong with a case, or ""."""
     if lacking := [each.name for each in fields(Case) if not hasattr(case, each.name)]:
-        return f"it gave {_kind(case)} that has no {lacking[0]}"
+        return f"it gave {kind(case)} that has no {lacking[0]}"
     if case.info.id != info.id:
         return f"it gave the case {case.info.id}"
     if not isinstance(case.target, Character):
-        return f"its target is {_kind(case.target)}"
+        return f"its target is {kind(case.target)}"
     if not isinstance(case.source, Source):
-        return f"its source is {_kind(case.source)}"
+        return f"its source is {kind(case.source)}"
     for name in ("source", "reference", "alternative", "source_motion"):
         motion = getattr(case, name)
         if isinstance(motion, Prediction):
             if not all(np.isfinite(getattr(motion, each)).all() for each in motion.arrays):
                 return f"its {name} has numbers that are not finite"
         elif motion is not None and name != "source":
-            return f"its {name} is {_kind(motion)}"
+            return f"its {name} is {kind(motion)}"
     return ""
-
-
-def _kind(given: object) -> str:
-    return f"an object of type {type(given).__name__}"

@@ -210,8 +210,8 @@ class EvaluationUnit:
 
 def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
     """Every unit of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
-    if plan.isolate and shutil.which(word := shlex.split(plan.isolate)[0]) is None:
-        raise BenchError(f"methods are to be started under {word}, which is not installed here")
+    if plan.isolate:
+        _check_isolation(plan.isolate)
     return [
         EvaluationUnit(replace(plan, seed=plan.seed + number), data, split, method, number)
         for data in dict.fromkeys(map(bound.dataset, plan.datasets))
@@ -219,6 +219,18 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
         for method in methods_of(plan)
         for number in range(_seeds(plan, method))
     ]
+
+
+def _check_isolation(command: str) -> None:
+    """Raises BenchError where methods cannot be started under such a command."""
+    try:
+        word = shlex.split(command)[0]
+    except (ValueError, IndexError):
+        raise BenchError(
+            f"methods cannot be started under {command!r}; name a command, such as bwrap"
+        ) from None
+    if shutil.which(word) is None:
+        raise BenchError(f"methods are to be started under {word}, which is not installed here")
 
 
 def methods_of(plan: Plan) -> list[BoundMethod]:

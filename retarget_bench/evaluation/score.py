@@ -15,7 +15,7 @@ from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.immutable import immutable
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.attempt import attempt, sentence
+from retarget_bench.evaluation.attempt import attempt, kind, sentence
 from retarget_bench.motion.motion import Motion, PointSets, Positions
 from retarget_bench.results.store import Values
 
@@ -126,7 +126,7 @@ def _values(metric: Metric, comparison: Comparison, applicable: Collection[str])
     """The values that apply, as they are written. Raises BenchError for what cannot be."""
     found = metric.compute(comparison)
     if not isinstance(found, Mapping):
-        raise BenchError(f"gave {_kind(found)} instead of numbers by the ids of values")
+        raise BenchError(f"gave {kind(found)} instead of numbers by the ids of values")
     declared = {value.id: value for value in metric.card.values}
     if unknown := [key for key in found if key not in declared]:
         raise BenchError(f"gave {unknown[0]!r}, a value that its card does not declare")
@@ -137,7 +137,7 @@ def _values(metric: Metric, comparison: Comparison, applicable: Collection[str])
 def _value(declared: Value, given: Any) -> float | dict[str, float]:
     if isinstance(given, Mapping) != bool(declared.index):
         wanted = f"numbers by {declared.index}" if declared.index else "a number"
-        raise BenchError(f"gave {_kind(given)} instead of {wanted} for {declared.id}")
+        raise BenchError(f"gave {kind(given)} instead of {wanted} for {declared.id}")
     if isinstance(given, Mapping):
         return {_index(declared.id, key): as_number(declared.id, each) for key, each in given.items()}
     return as_number(declared.id, given)
@@ -159,7 +159,7 @@ def as_number(value_id: str, given: Any) -> float:
         raise BenchError(f"gave a number beyond {LARGEST:g} for {value_id}")
     if isinstance(given, float | np.floating):
         raise BenchError(f"gave {found} for {value_id}; what is undefined for a case must be left out")
-    raise BenchError(f"gave {_kind(given)} instead of a number for {value_id}")
+    raise BenchError(f"gave {kind(given)} instead of a number for {value_id}")
 
 
 def _index(value_id: str, key: object) -> str:
@@ -168,7 +168,3 @@ def _index(value_id: str, key: object) -> str:
     if written != found or not 0 < len(found) <= LONGEST_INDEX:
         raise BenchError(f"gave an index for {value_id} that cannot be written, {found[:SHOWN]!r}")
     return found
-
-
-def _kind(given: object) -> str:
-    return f"an object of type {type(given).__name__}"

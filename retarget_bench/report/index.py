@@ -8,13 +8,13 @@ import numpy as np
 
 from retarget_bench.analysis import statistics, summary
 from retarget_bench.analysis.selection import is_variant
+from retarget_bench.errors import printable
 from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import case_file
 from retarget_bench.tables.model import Column
-from retarget_bench.tables.rendering.words import printable
 from retarget_bench.viewer import player
 
 PAGE = 12_000_000

@@ -212,9 +212,17 @@ def test_methods_start_under_a_command(tmp_path, prefix, status):
     assert {each.status for each in found["copy_rotations"].entries} == {"ok"}
 
 
-def test_a_command_that_is_not_there_is_told(tmp_path):
-    with pytest.raises(BenchError, match="started under nosuch, which is not installed here"):
-        runner.run(asked(tmp_path, "copy_rotations", isolate="nosuch -x"), lambda done, total: None)
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("nosuch -x", "started under nosuch, which is not installed here"),
+        (" ", "cannot be started under ' '; name a command"),
+        ('"', "cannot be started under '\"'; name a command"),
+    ],
+)
+def test_a_command_that_is_none_or_not_there_is_told(tmp_path, command, words):
+    with pytest.raises(BenchError, match=words):
+        runner.run(asked(tmp_path, "copy_rotations", isolate=command), lambda done, total: None)
 
 
 @pytest.mark.parametrize("where", ["", f"@{sys.executable}"], ids=["forked", "elsewhere"])

@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 import pytest
 from small_tables import COLUMNS, HOSTILE, make_table
 
+from retarget_bench.errors import printable
 from retarget_bench.tables.model import EMPTY, Cell
 from retarget_bench.tables.rendering import RENDERERS, html, words
 from retarget_bench.tables.rendering.as_html import sort_key
@@ -53,7 +54,7 @@ def test_names_are_text_and_nothing_else(name):
     page = Page(html([make_table(name, name)]))
     harmless = Page(html([make_table("harmless", name and "harmless")]))
     assert page.tags == harmless.tags  # no tag and no attribute more
-    assert words.printable(name) in " ".join(page.texts) or words.printable(name) in page.text
+    assert printable(name) in " ".join(page.texts) or printable(name) in page.text
     assert not re.search(r"[\x00-\x08\x0b-\x1f\u202a-\u202e]", html([make_table(name, name)]))
 
 

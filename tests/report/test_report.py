@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench.errors import BenchError
+from retarget_bench.errors import BenchError, printable
 from retarget_bench.figures import method_order
 from retarget_bench.figures.data import values
 from retarget_bench.motion.character import Character
@@ -19,7 +19,6 @@ from retarget_bench.motion.mesh import Mesh
 from retarget_bench.report import chapters, motions
 from retarget_bench.report.page import page
 from retarget_bench.results import store
-from retarget_bench.tables.rendering.words import printable
 from retarget_bench.viewer import scene_builder
 from retarget_bench.viewer.scene import Scene, figure_of
 from tests.engine import stored

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from retarget_bench.tables.rendering.words import printable
+from retarget_bench.errors import printable
 from tests.report import odd_folder
 from tests.report.odd_runs import bench, report
 from tests.report.test_report import KNOWN, Tags

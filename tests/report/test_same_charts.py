@@ -178,7 +178,7 @@ def test_both_draw_the_same_marks_in_the_same_order_within_the_same_limits(
 
 
 def printable_(label: str) -> str:
-    from retarget_bench.tables.rendering.words import printable
+    from retarget_bench.errors import printable
 
     return printable(label)
 

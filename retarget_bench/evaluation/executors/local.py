@@ -18,9 +18,9 @@ from retarget_bench.evaluation.prediction.launch import ending
 from retarget_bench.evaluation.shard_work import LOADING, SCORING
 from retarget_bench.evaluation.shards import StoredPlan
 from retarget_bench.files import scratch_folder
+from retarget_bench.parallel import THREAD_VARIABLES
 from retarget_bench.results.store import CaseResult
 
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LARGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
 """Environment in which memory comes in large pages where a system has them: what lives for one answer takes
 all that it needs anew, and small pages cost it a tenth of its time."""

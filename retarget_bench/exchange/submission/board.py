@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.analysis import summary
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, printable
 from retarget_bench.exchange.submission.checking import LONGEST, check
 from retarget_bench.exchange.submission.folder import faults
 from retarget_bench.exchange.submission.manifest import MANIFEST, ROWS, Cost, Manifest, read
@@ -15,7 +15,6 @@ from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.tables import builder
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Cell, Column, Group, Table
-from retarget_bench.tables.rendering.words import printable
 
 COSTS = (
     Column("cost.parameters", "parameters", "1", "none", "numbers that were learnt"),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench.api import TASKS, Dataset, optional
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, printable
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
@@ -33,10 +33,7 @@ from retarget_bench.results import store
 from retarget_bench.results.header import STATUSES, parsed
 from retarget_bench.results.store import ResultPaths, Results
 from retarget_bench.tables.model import count
-from retarget_bench.tables.rendering.words import printable
 
-CLOSE = 1e-6
-"""Relative difference up to which a value that is scored again is the one in the rows."""
 LONGEST = 1000
 """Characters of a finding that are shown."""
 
@@ -272,7 +269,7 @@ def _again(results: Results, data: Dataset, predictions: Path) -> Iterator[Findi
             known = stored.get(value_id)
             if isinstance(number, dict) or not isinstance(known, float):
                 continue
-            if abs(number - known) > CLOSE * max(abs(number), abs(known), CLOSE):
+            if abs(number - known) > together.near(number, known):
                 moved.append(value_id)
         if moved:
             values = ", ".join(sorted(moved)[:3])

@@ -53,19 +53,19 @@ def _by_joints(values: Mapping[str, float], mean: float, count: int) -> Iterator
     """Broken rules. mean, count: of the joints' errors relative to the root."""
     world, root = values[WORLD], values[ROOT]
     least, most = max(values[ALONG], values[UP]), values[ALONG] + values[UP]  # of the mean of r
-    if abs(mean - root) > _near(mean, root):
+    if abs(mean - root) > near(mean, root):
         yield f"{JOINT} and {ROOT}"
-    if least > world * count + _near(least, world):
+    if least > world * count + near(least, world):
         yield f"{WORLD} and {ALONG if values[ALONG] == least else UP}"
     # |e| <= |e - r| + |r|, and |e - r| <= |e| + |r|
     for one, other, names in (
         (world, root, f"{WORLD} and {ROOT}"),
         (values.get(ENDS_WORLD, 0.0), values.get(ENDS_ROOT, 0.0), f"{ENDS_WORLD} and {ENDS_ROOT}"),
     ):
-        if abs(one - other) > most + _near(one, other, most):
+        if abs(one - other) > most + near(one, other, most):
             yield names
     for ends, whole in ((ENDS_WORLD, WORLD), (ENDS_ROOT, ROOT)):
-        if values.get(ends, 0.0) > values[whole] * count + _near(values[whole]):
+        if values.get(ends, 0.0) > values[whole] * count + near(values[whole]):
             yield f"{ends} and {whole}"
 
 
@@ -79,9 +79,10 @@ def _by_height(values: Mapping[str, float], target: str, heights: dict[str, floa
         return
     height = values[WORLD] / values[METRES]
     known = heights.setdefault(target, height)
-    if abs(height - known) > _near(height, known):
+    if abs(height - known) > near(height, known):
         yield f"{METRES} and {WORLD}"
 
 
-def _near(*numbers: float) -> float:
+def near(*numbers: float) -> float:
+    """How far apart numbers of nine digits, of about these sizes, may be."""
     return CLOSE * max(*map(abs, numbers), CLOSE)

@@ -15,10 +15,10 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
+from retarget_bench.errors import printable
 from retarget_bench.figures import palette
 from retarget_bench.figures.data.model import Axis
 from retarget_bench.figures.palette import MethodStyle
-from retarget_bench.tables.rendering.words import printable
 
 MARKS = (
     "M0-4A4 4 0 1 1 0 4A4 4 0 1 1 0-4Z",

@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from retarget_bench.errors import printable
 from retarget_bench.tables.model import MARKS, Cell, Column, Table, count
 from retarget_bench.tables.rendering import words
 
@@ -70,7 +71,7 @@ def environment() -> Environment:
 
 
 def _finalize(given: Any) -> Any:
-    return words.printable(given) if type(given) is str else given
+    return printable(given) if type(given) is str else given
 
 
 def sort_key(cell: Cell, column: Column) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from retarget_bench import files
+from retarget_bench.errors import printable
 from retarget_bench.tables.model import CONTROL, CONTROLS, NOT_RANKED, Cell, Column, Group, Row, Table
 from retarget_bench.tables.names import method_title
 from retarget_bench.tables.rendering import words
@@ -68,7 +69,7 @@ def latex(tables: Sequence[Table], intervals: bool = False) -> str:
 
 def plain(sentence: str) -> str:
     """Text escaped for TeX; characters that pdfTeX's standard fonts lack become code points."""
-    return "".join(ESCAPES.get(each) or _letter(each) for each in words.printable(sentence))
+    return "".join(ESCAPES.get(each) or _letter(each) for each in printable(sentence))
 
 
 def _letter(each: str) -> str:
@@ -124,7 +125,7 @@ def _environment(table: Table, groups: Sequence[Group], label: str, intervals: b
         r"\vspace{4pt}",
         *body,
         rf"\end{{{name}}}",
-        *(f"% {words.printable(line)}" for line in _remarks(table, groups)),
+        *(f"% {printable(line)}" for line in _remarks(table, groups)),
     ]
     return "\n".join(lines) + "\n"
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from retarget_bench.errors import printable
 from retarget_bench.tables.model import MARKS, Cell, Group, Row, Table
 from retarget_bench.tables.rendering import words
 
@@ -15,7 +16,7 @@ def markdown(tables: Sequence[Table], intervals: bool = False, *, notes: bool = 
 
 def plain(sentence: str) -> str:
     """Text escaped for Markdown and the HTML in it."""
-    escaped = words.printable(sentence).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    escaped = printable(sentence).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return "".join(f"\\{each}" if each in SPECIAL else each for each in escaped)
 
 

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+from retarget_bench.errors import printable
 from retarget_bench.tables.model import CONTROL, MARKS, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
-from retarget_bench.tables.rendering.words import filled, printable, width, wrapped
+from retarget_bench.tables.rendering.words import filled, width, wrapped
 
 WIDTH = 100
 """Where nothing is said, as in pipes and files."""

@@ -257,17 +257,7 @@ def counted(group: Group) -> str:
     return N_PART if group.subject else N
 
 
-# ----------------------------------------------------------------------------------------- safe to print
-def printable(words: str) -> str:
-    """One line; characters that move the cursor, hide or reorder text are written as escapes."""
-    shown = (each if each.isprintable() else _escape(each) for each in words)
-    return re.sub(r" +", " ", "".join(shown)).strip()
-
-
-def _escape(each: str) -> str:
-    return " " if each.isspace() else each.encode("unicode_escape").decode()
-
-
+# ---------------------------------------------------------------------------------------------- on lines
 def width(words: str) -> int:
     """Width of a printable text in a terminal, in characters."""
     wide = sum(unicodedata.east_asian_width(each) in "WF" for each in words)
