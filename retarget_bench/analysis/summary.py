@@ -79,7 +79,7 @@ class MethodSummary:
             of controls and methods with privileged inputs over those of them that they have.
     curves: value id -> index -> Mean.
     spread: value id -> standard deviation over seeds of the mean; empty where there is one seed.
-    fps:    frames per second of one process and thread, or None where it was not measured.
+    fps:    frames per second of one process and thread, handing over included; None: not measured.
     pace:   seconds of ``timing.yardstick`` at that moment; nan where it is not known.
     sets:   values of all answers as a set, by target structure; under several seeds, those of the first.
     """

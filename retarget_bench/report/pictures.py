@@ -178,8 +178,8 @@ READINGS = {
     ),
     "speed": (
         "Quality against speed",
-        "Frames per second of one process and one thread; hollow marks are not ranked. The line joins the "
-        f"ranked methods that no other beats in both. {OUTSIDE}",
+        "Frames per second of one process and one thread, with handing over; hollow marks are not ranked. "
+        f"The line joins the ranked methods that no other beats in both. {OUTSIDE}",
     ),
 }
 """Kind -> its title, and how to read it."""

@@ -32,7 +32,7 @@ NEEDS = {
     "source": "the source's skeleton",
 }
 """Needs of values in words, where their ids do not say it."""
-FPS_MEANING = "frames retargeted per second by one process and one thread, reading and writing aside"
+FPS_MEANING = "frames retargeted per second by one process and one thread, with handing over"
 
 
 @dataclass(frozen=True)

@@ -241,7 +241,8 @@ class MethodGroup:
         slower = {score.label: each for score in methods if (each := section.slower(score))}
         ordered = sorted(speeds, key=speeds.__getitem__)[::-1]
         shown = [f"{label} {speeds[label]:,.0f}" for label in ordered if label not in slower]
-        found = [f"Speed in frames/s of one process and thread: {', '.join(shown)}."] if shown else []
+        said = "Speed in frames/s of one process and thread, with handing over"
+        found = [f"{said}: {', '.join(shown)}."] if shown else []
         return [
             *found,
             *(

@@ -95,6 +95,6 @@ def test_speeds_of_busier_moments_are_told_apart(tmp_path):
     (table,) = builder.tables([section])
     below = [line for line in table.groups[0].below if "50" in line]
     assert below == [
-        "Speed in frames/s of one process and thread: copy_rotations 50, toy_method 50.",
+        "Speed in frames/s of one process and thread, with handing over: copy_rotations 50, toy_method 50.",
         f"Not comparable: bone_directions 50, {told['bone_directions']}.",
     ]
