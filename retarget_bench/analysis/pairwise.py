@@ -1,16 +1,14 @@
 """Pairwise comparison of two methods: paired difference of every value, with interval and p-value."""
 
-import difflib
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from retarget_bench.analysis import statistics
+from retarget_bench.analysis.ranking import ranked_cases
 from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import folded
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
@@ -24,8 +22,7 @@ class Difference:
     difference:    of the first from the second, in the value's unit; where a value is best at a goal, of
                    their distances |log(value / goal)| from it.
     won:           clips on which the first is better, and the second (of a description: higher, lower).
-    p, adjusted:   of the mean difference being 0, by sign flips over clips; adjusted for all ``compared``
-                   values.
+    p, adjusted:   of the mean difference being 0, by sign flips over clips; adjusted as ``compare`` says.
     """
 
     value: str
@@ -37,19 +34,20 @@ class Difference:
     interval: Interval | None
     p: float
     adjusted: float
-    compared: int
     cases: int
     clips: int
 
     @property
     def verdict(self) -> str:
         """``first``, ``second`` (which is better), ``higher``, ``lower`` (the first, of a description),
-        ``same`` (no clip differs by more than the value's tolerance), ``few`` (no data of so many clips
-        could give a verdict) or ``open`` (not significant)."""
+        ``same`` (no clip differs by more than the value's tolerance), ``few`` (too few clips for a
+        verdict) or ``open`` (not significant)."""
         if not any(self.won):
             return "same"
-        if self.adjusted >= ALPHA or self.clips < ENOUGH_CLIPS:
-            return "open" if statistics.could_separate(self.clips, self.compared) else "few"
+        if self.clips < ENOUGH_CLIPS:
+            return "few"
+        if self.adjusted >= ALPHA:
+            return "open"
         if self.facts.better == "none":
             return "higher" if self.difference > 0 else "lower"
         return "first" if (self.difference > 0) == (self.facts.better == "higher") else "second"
@@ -59,9 +57,9 @@ class Difference:
         """Clips that a verdict asks for where there is none: at least, of ``few``; for ``open`` about as
         many as would show this difference four times in five. None where no number would do."""
         if self.verdict == "few":
-            return statistics.clips_needed(self.compared)
+            return ENOUGH_CLIPS
         if self.verdict == "open":
-            return statistics.clips_for_power(self.p, self.clips, self.compared)
+            return statistics.clips_for_power(self.p, self.adjusted, self.clips)
         return None
 
     @property
@@ -83,42 +81,18 @@ class PairwiseComparison:
     notes: tuple[str, ...]
 
 
-def find(matrix: ResultMatrix, name: str) -> MethodRow | None:
-    """The row of a method by its label, or by an equivalent spec; None where it has no results here."""
-    rows = {row.label: row for row in matrix.rows}
-    return rows.get(label_of(name, rows) or "")
-
-
-def label_of(name: str, labels: Collection[str]) -> str | None:
-    """The label among these that a spec stands for, however it is written (``HuMoT``, ``copy rotations``);
-    None where there is none."""
-    if name in labels:
-        return name
-    alike = [label for label in labels if folded(label) == folded(name)]
-    if len(alike) == 1:
-        return alike[0]
-    try:
-        label = str(registry.canonical("methods", registry.spelled(name, ("methods",))))
-    except BenchError:
-        return None
-    return label if label in labels else None
-
-
-def unknown(having: Iterable[str], name: str) -> BenchError:
-    """The error for a method that has no results at all: it lists those that have, close names first."""
-    labels = sorted(set(having))
-    if close := difflib.get_close_matches(name, labels, 3, 0.5):
-        return BenchError(f"no results of {name!r} here; did you mean {' or '.join(close)}?")
-    return BenchError(f"no results of {name!r} here; there are those of {', '.join(labels)}")
-
-
 def compare(
-    matrix: ResultMatrix, first: MethodRow, second: MethodRow, values: Sequence[str]
+    matrix: ResultMatrix,
+    first: MethodRow,
+    second: MethodRow,
+    values: Sequence[str],
+    table: ResultMatrix | None = None,
 ) -> PairwiseComparison:
     """The differences of two rows of a matrix, of those values that both have a number for.
 
-    p-values are adjusted by Holm over the values compared here. Raises BenchError where the two were
-    scored on different data.
+    table: the rows of the matrix that a table shows. Where both are ranked there, they are compared over
+    the table's cases, and where one of them is its best, its verdict holds. p-values of all else are
+    adjusted over the values compared here. Raises BenchError where the two were scored on different data.
     """
     contents = [row.header.dataset.content for row in (first, second)]
     if contents[0] != contents[1]:
@@ -126,54 +100,76 @@ def compare(
             f"{first.label} and {second.label} were scored on different data called {matrix.dataset} "
             f"({contents[0]}; {contents[1]}); run one of them again"
         )
-    found = [_difference(matrix, first, second, value, len(values)) for value in values]
-    differences = [each for each in found if each is not None]
-    compared = len(differences)
-    adjusted = statistics.holm(np.array([each.p for each in differences]))
+    pairs = [pair for value in values if (pair := _pair(matrix, first, second, value, table)) is not None]
+    own = [pair.apart for pair in pairs if pair.p is None]
+    adjusted = iter(statistics.step_down(np.array(own)) if own else ())
     return PairwiseComparison(
         dataset=matrix.dataset,
         split=matrix.split,
         first=first.label,
         second=second.label,
         differences=tuple(
-            replace(each, adjusted=float(p), compared=compared)
-            for each, p in zip(differences, adjusted, strict=True)
+            _difference(pair, float(next(adjusted)) if pair.p is None else pair.p) for pair in pairs
         ),
         notes=tuple(_notes(first, second)),
     )
 
 
-def _difference(
-    matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str, compared: int
-) -> Difference | None:
+@dataclass(frozen=True)
+class _Pair:
+    """One value of two methods over the cases that count.
+
+    means: of both. apart: ``(clips,)`` differences, nan where a clip has none. p: the table's, if any.
+    """
+
+    value: str
+    facts: DeclaredValue
+    means: tuple[float, float]
+    apart: np.ndarray
+    cases: int
+    p: float | None
+
+
+def _pair(
+    matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str, table: ResultMatrix | None
+) -> _Pair | None:
     one, two = (row.number((value, "")) for row in (first, second))
     if one is None or two is None:
         return None
     both = np.array([one, two])
-    there = ~np.isnan(both).any(axis=0)
-    if not there.any():
+    p, labels = None, {first.label, second.label}
+    if table is not None and (ranked := ranked_cases(table, value)) is not None:
+        ranking, common = ranked
+        if labels <= set(ranking.order):
+            both = np.where(common, both, np.nan)
+            p = ranking.p[(labels - {ranking.best}).pop()] if ranking.best in labels else None
+    both[:, np.isnan(both).any(axis=0)] = np.nan
+    cases = int((~np.isnan(both[0])).sum())
+    if not cases:
         return None
-    both, clips = both[:, there], matrix.clips[there]
     facts = matrix.values[value]
     scale = statistics.losses(both, facts.better, facts.goal) if facts.better == "target" else both
-    pair = statistics.per_clip(scale, clips)
-    apart = statistics.differences(pair[:1], pair[1:], facts.tolerance)
-    means = statistics.per_clip(both, clips).mean(axis=1)
-    p = float(statistics.sign_flip(apart, compared)[0])
+    pair = statistics.per_clip(scale, matrix.clips)
+    means = np.nanmean(statistics.per_clip(both, matrix.clips), axis=1)
+    apart = statistics.differences(pair[0], pair[1], facts.tolerance)
+    return _Pair(value, facts, (float(means[0]), float(means[1])), apart, cases, p)
+
+
+def _difference(pair: _Pair, adjusted: float) -> Difference:
+    apart = pair.apart[~np.isnan(pair.apart)]
     higher, lower = int((apart > 0).sum()), int((apart < 0).sum())
     return Difference(
-        value=value,
-        facts=facts,
-        first=float(means[0]),
-        second=float(means[1]),
+        value=pair.value,
+        facts=pair.facts,
+        first=pair.means[0],
+        second=pair.means[1],
         difference=float(apart.mean()),
-        won=(higher, lower) if facts.better in ("higher", "none") else (lower, higher),
-        interval=statistics.paired_intervals(apart)[0],
-        p=p,
-        adjusted=p,
-        compared=compared,
-        cases=int(there.sum()),
-        clips=apart.shape[1],
+        won=(higher, lower) if pair.facts.better in ("higher", "none") else (lower, higher),
+        interval=statistics.paired_intervals(apart[None])[0],
+        p=float(statistics.sign_flip(apart[None])[0]),
+        adjusted=adjusted,
+        cases=pair.cases,
+        clips=len(apart),
     )
 
 

@@ -1,19 +1,19 @@
 """Selections of the methods and bodies that tables of results are made of."""
 
-from collections.abc import Callable, Collection, Sequence
+import difflib
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 
 import numpy as np
 
-from retarget_bench.analysis import pairwise
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
-from retarget_bench.plugins.spec import Spec
+from retarget_bench.plugins.spec import Spec, folded
 from retarget_bench.results import case_metadata, dataset_names
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.paths import ResultPaths
-from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 
 PEOPLE, FOUR_LEGGED, MIXED = "people", "four-legged", "mixed"
 BODIES = (PEOPLE, FOUR_LEGGED, MIXED)
@@ -42,8 +42,8 @@ class Selection:
         """
         labels = {row.label for matrix in matrices for row in matrix.rows}
         wanted = {name: _label(name, labels) for name in self.methods}
-        if unknown := [name for name, label in wanted.items() if label is None]:
-            raise pairwise.unknown(labels, unknown[0])
+        if strangers := [name for name, label in wanted.items() if label is None]:
+            raise unknown(labels, strangers[0])
         kept = [self._kept(matrix, set(wanted.values())) for matrix in matrices]
         some = [matrix for matrix in kept if matrix.rows]
         parts = [part for matrix in some for part in by_bodies(matrix)] if self.apart else some
@@ -60,15 +60,49 @@ class Selection:
             for row in matrix.rows
             if row.label in wanted or (controls if row.header.method.control else not wanted)
         ]
-        labels = {row.label for row in rows}
-        kept = bool(wanted) or self.variants
-        left = () if kept else tuple(r.label for r in rows if is_variant(r.header.method, labels))
-        return replace(matrix, rows=tuple(row for row in rows if row.label not in left), variants=left)
+        chosen = replace(matrix, rows=tuple(rows), variants=())
+        return chosen if wanted or self.variants else without_variants(chosen)
+
+
+def find(matrix: ResultMatrix, name: str) -> MethodRow | None:
+    """The row of a method by its label, or by an equivalent spec; None where it has no results here."""
+    rows = {row.label: row for row in matrix.rows}
+    return rows.get(label_of(name, rows) or "")
+
+
+def label_of(name: str, labels: Collection[str]) -> str | None:
+    """The label among these that a spec stands for, however it is written (``HuMoT``, ``copy rotations``);
+    None where there is none."""
+    if name in labels:
+        return name
+    alike = [label for label in labels if folded(label) == folded(name)]
+    if len(alike) == 1:
+        return alike[0]
+    try:
+        label = str(registry.canonical("methods", registry.spelled(name, ("methods",))))
+    except BenchError:
+        return None
+    return label if label in labels else None
+
+
+def unknown(having: Iterable[str], name: str) -> BenchError:
+    """The error for a method that has no results at all: it lists those that have, close names first."""
+    labels = sorted(set(having))
+    if close := difflib.get_close_matches(name, labels, 3, 0.5):
+        return BenchError(f"no results of {name!r} here; did you mean {' or '.join(close)}?")
+    return BenchError(f"no results of {name!r} here; there are those of {', '.join(labels)}")
 
 
 def _label(name: str, labels: set[str]) -> str | None:
-    found = pairwise.label_of(name, labels)
+    found = label_of(name, labels)
     return found or next((label for label in sorted(labels) if label.casefold() == name.casefold()), None)
+
+
+def without_variants(matrix: ResultMatrix) -> ResultMatrix:
+    """The matrix without the variants that methods' cards name, beside the methods themselves."""
+    labels = {row.label for row in matrix.rows}
+    left = tuple(row.label for row in matrix.rows if is_variant(row.header.method, labels))
+    return replace(matrix, rows=tuple(row for row in matrix.rows if row.label not in left), variants=left)
 
 
 def is_variant(method: MethodInfo, labels: Collection[str]) -> bool:

@@ -25,14 +25,12 @@ POWER = 0.8
 """Share of data sets in which ``clips_for_power`` clips give a verdict."""
 EXACT_CLIPS = 13
 """Up to here all sign flips are tried."""
-SAMPLED_FLIPS = 9999
-"""Above, so many are drawn; the smallest p-value is one in ten thousand."""
-DISTINCT_CLIPS = 25
-"""From here on a drawn flip that flips every clip or none is out of the question."""
-PAIRS_PER_DRAW = 250
-"""In larger families as many again are drawn for every so many pairs, or none could be significant."""
-ROWS_AT_ONCE = 16
-"""Of differences that are flipped together: few enough for the processor's cache."""
+SAMPLED_FLIPS = 99_999
+"""Above, so many are drawn; the smallest p-value is one in a hundred thousand."""
+FIRST_FLIPS = 9_999
+"""So many of them do where all p-values of a family are twice the level, or half of it, or farther off."""
+FLIPS_AT_ONCE = 500
+"""Few enough for the processor's cache."""
 FARTHEST_ERRORS = 1e3
 """Standard errors beyond which the end of an interval is not looked for."""
 FARTHEST_RATIO = 1e3
@@ -103,7 +101,7 @@ def _hall(q: np.ndarray, a: np.ndarray) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------------------------- pairs
-def sign_flip(differences: np.ndarray, pairs: int = 1) -> np.ndarray:
+def sign_flip(differences: np.ndarray) -> np.ndarray:
     """Two-sided p-values ``(rows,)`` of the mean of paired differences ``(rows, clips)`` being 0.
 
     The share of sign flips of the clips whose statistic is at least as far from 0 as the one observed: of
@@ -111,19 +109,48 @@ def sign_flip(differences: np.ndarray, pairs: int = 1) -> np.ndarray:
     statistic is the mean, studentised and corrected for skew as in ``mean_intervals``. Where differences
     are as likely to be positive as negative, the test is exact whatever the statistic; where their
     distribution leans to one side, flips of a plain mean would raise several times too many alarms.
-
-    pairs: size of the family that the p-values will be adjusted in; decides how many flips are drawn.
-    What no clip shows no test can see: ``unseen``.
+    nan: the row lacks the clip. What no clip shows no test can see: ``unseen``.
     """
-    rows, clips = differences.shape
-    if not clips:
-        return np.ones(rows)
-    found, signs = [], _signs(clips, _draws(clips, pairs))
-    for start in range(0, rows, ROWS_AT_ONCE):
-        some = differences[start : start + ROWS_AT_ONCE]
-        both = signs @ np.concatenate([some, some**3]).T / clips
-        found.append(_share(both[:, : len(some)], np.mean(some**2, axis=1), both[:, len(some) :], clips))
-    return np.concatenate(found) if found else np.ones(0)
+    return _shares(differences, None)
+
+
+def step_down(differences: np.ndarray) -> np.ndarray:
+    """``sign_flip`` adjusted for all rows, by the greatest statistic: Westfall and Young's (1993) max-T.
+
+    The clips are flipped in all rows at once, so that rows that say much the same cost little more than
+    one. A row's p-value is the share of flips whose greatest statistic, over the rows whose own is not
+    farther from 0, is at least as far from 0 as the row's; and no less than that of a row farther off.
+    """
+    order = np.argsort(-_statistic(differences), kind="stable")
+    stages = np.empty(len(order), dtype=int)
+    stages[order] = np.arange(len(order))
+    p = _shares(differences, stages)
+    p[order] = np.maximum.accumulate(p[order])
+    return p
+
+
+def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.ndarray]:
+    """The best row of ``(methods, clips)`` (less is better), and the p-values of the other rows.
+
+    Returns its index, and p-values ``(methods,)`` of the differences from the best, 1 for the best itself,
+    adjusted as in ``step_down``. The family is all pairs of the methods that are not told from the best
+    before (those whose statistic is farther from 0), not only their pairs with the best: which one is best
+    was read off the same numbers. Differences of a clip up to ``tolerance`` count as none.
+    """
+    methods = np.arange(len(means))
+    best = int(np.argmin(means.mean(axis=1)))
+    order = np.argsort(-_statistic(differences(means, means[best], tolerance)), kind="stable")
+    order = order[order != best]
+    rank = np.full(len(means), len(means))
+    rank[order] = np.arange(len(order))
+    first, second = np.triu_indices(len(methods), 1)
+    pairs = differences(means[first], means[second], tolerance)
+    found = _shares(pairs, np.minimum(rank[first], rank[second]))
+    p = np.ones(len(means))
+    with_best = (first == best) | (second == best)
+    p[np.where(first == best, second, first)[with_best]] = found[with_best]
+    p[order] = np.maximum.accumulate(p[order])
+    return best, p
 
 
 def paired_intervals(differences: np.ndarray) -> list[Interval | None]:
@@ -144,7 +171,7 @@ class _Flips:
 
     def __init__(self, differences: np.ndarray) -> None:
         clips = len(differences)
-        signs, powers = _signs(clips, _draws(clips, 1)), differences[:, None] ** np.arange(4)
+        signs, powers = _signs(clips, SAMPLED_FLIPS), differences[:, None] ** np.arange(4)
         self.sums = (signs @ powers / max(1, clips)).T  # of s, s d, s d^2, s d^3 over clips
         self.means = powers.mean(axis=0) if clips else np.zeros(4)
         self.clips = clips
@@ -155,7 +182,8 @@ class _Flips:
         square = np.maximum(0.0, self.means[2] - 2 * shift * self.means[1] + shift**2)
         mean = first - shift * ones
         cube = third - 3 * shift * second + 3 * shift**2 * first - shift**3 * ones
-        return float(_share(mean, square, cube, self.clips))
+        size = _size(mean, np.asarray(square), cube, self.clips)
+        return float((size >= size[0] * (1 - 1e-9)).mean())
 
     def interval(self) -> Interval:
         centre = float(self.means[1])
@@ -178,8 +206,55 @@ class _Flips:
         return centre + inside * step
 
 
-def _share(mean: np.ndarray, square: np.ndarray, cube: np.ndarray, clips: int) -> np.ndarray:
-    """The share of flips whose statistic is at least as far from 0 as that of the first.
+def _shares(differences: np.ndarray, stages: np.ndarray | None) -> np.ndarray:
+    """The share of flips ``(rows,)`` that are at least as far from 0 as what was observed.
+
+    stages: ``(rows,)``; the statistic of a flip is the greatest of all rows of the row's stage or a later
+    one. None: every row by itself.
+    """
+    rows, clips = differences.shape
+    if not rows or not clips:
+        return np.ones(rows)
+    counts, done, p = np.zeros(rows), 0, np.ones(rows)
+    for draws in (FIRST_FLIPS, SAMPLED_FLIPS):
+        signs = _signs(clips, draws)
+        for start in range(done, len(signs), FLIPS_AT_ONCE):
+            counts += _at_least(signs[start : start + FLIPS_AT_ONCE], differences, stages)
+        done = len(signs)
+        p = counts / done
+        if not np.any((p > ALPHA / 2) & (p < 2 * ALPHA)):
+            break
+    return p
+
+
+def _at_least(signs: np.ndarray, differences: np.ndarray, stages: np.ndarray | None) -> np.ndarray:
+    """The number of these flips, by row, that count in ``_shares``."""
+    sizes = _flipped(signs, differences)
+    if stages is not None:
+        late_first = np.argsort(-stages, kind="stable")
+        greatest = np.maximum.accumulate(sizes[:, late_first], axis=1)
+        sizes = greatest[:, np.searchsorted(-stages[late_first], -stages, side="right") - 1]
+    # flips that give the observed statistic up to rounding count as giving it
+    found: np.ndarray = (sizes >= _statistic(differences) * (1 - 1e-9)).sum(axis=0)
+    return found
+
+
+def _statistic(differences: np.ndarray) -> np.ndarray:
+    """How far the mean differences ``(rows,)`` are from 0."""
+    return _flipped(np.ones((1, differences.shape[1])), differences)[0]
+
+
+def _flipped(signs: np.ndarray, differences: np.ndarray) -> np.ndarray:
+    """The statistic ``(flips, rows)`` of differences ``(rows, clips)`` under flips ``(flips, clips)``."""
+    there = ~np.isnan(differences)
+    values, clips = np.where(there, differences, 0.0), np.maximum(there.sum(axis=1), 1)
+    sums = signs @ np.concatenate([values, values**3]).T
+    mean, cube = sums[:, : len(values)] / clips, sums[:, len(values) :] / clips
+    return _size(mean, (values**2).sum(axis=1) / clips, cube, clips)
+
+
+def _size(mean: np.ndarray, square: np.ndarray, cube: np.ndarray, clips: np.ndarray | int) -> np.ndarray:
+    """The statistic, without its sign.
 
     mean, cube: ``(flips, ...)`` means of first and third powers; square: ``(...)`` of second ones, which no
     flip changes. The statistic is Hall's: with t = mean / deviation and skewness g,
@@ -191,27 +266,21 @@ def _share(mean: np.ndarray, square: np.ndarray, cube: np.ndarray, clips: int) -
     skewness = (cube + mean * (2 * mean**2 - 3 * square)) / (variance * deviation)
     t = mean / deviation
     lean = skewness * t / 3
-    size = np.abs(t * (1 + lean + lean**2 / 3) + skewness / (6 * clips))
-    # flips that give the observed statistic up to rounding count as giving it
-    return (size >= size[0] * (1 - 1e-9)).mean(axis=0)
-
-
-def _draws(clips: int, pairs: int) -> int:
-    """Number of flips that are drawn; 0 where all are tried."""
-    return 0 if clips <= EXACT_CLIPS else SAMPLED_FLIPS * max(1, math.ceil(pairs / PAIRS_PER_DRAW))
+    size: np.ndarray = np.abs(t * (1 + lean + lean**2 / 3) + skewness / (6 * clips))
+    return size
 
 
 @lru_cache(maxsize=4)
 def _signs(clips: int, draws: int) -> np.ndarray:
-    """``(flips, clips)`` of ±1, no flip first: one of every flip and its opposite, or so many drawn."""
-    if not draws:
+    """``(flips, clips)`` of ±1 in bytes, no flip first: one of every flip and its opposite up to
+    ``EXACT_CLIPS``, else so many drawn."""
+    if clips <= EXACT_CLIPS:
         numbers = np.arange(2 ** max(0, clips - 1))[:, None]
-        return 1.0 - 2.0 * (numbers >> np.arange(clips) & 1)
+        return (1 - 2 * (numbers >> np.arange(clips) & 1)).astype(np.int8)
     words = -(-draws * clips // 64)
     raw = np.random.Philox(key=0).random_raw(words).astype("<u8")  # raw: the same in every numpy
-    bits = np.unpackbits(raw.view(np.uint8))[: draws * clips]
-    drawn = 1.0 - 2.0 * bits.reshape(draws, clips)
-    return np.concatenate([np.ones((1, clips)), drawn])
+    bits = np.unpackbits(raw.view(np.uint8))[: draws * clips].reshape(draws, clips).astype(np.int8)
+    return np.concatenate([np.ones((1, clips), np.int8), 1 - 2 * bits])
 
 
 # ------------------------------------------------------------------------------- what clips can show
@@ -223,68 +292,19 @@ def unseen(clips: int) -> float:
     return 1 - ALPHA ** (1 / max(1, clips))
 
 
-def could_separate(clips: int, pairs: int) -> bool:
-    """True if some data of so many clips could give a significant difference in a family of so many pairs.
+def clips_for_power(p: float, adjusted: float, clips: int) -> int | None:
+    """About how many clips would show a difference in ``POWER`` of all samples.
 
-    The least p-value is that of one method being better on every clip; Holm multiplies it by the pairs.
-    """
-    return clips >= DISTINCT_CLIPS or clips >= clips_needed(pairs)
-
-
-@lru_cache(maxsize=64)
-def clips_needed(pairs: int) -> int:
-    """The number of clips from which on some data give a significant difference among so many pairs."""
-    few = [n for n in range(ENOUGH_CLIPS, DISTINCT_CLIPS) if max(1, pairs) * _least_p(n, pairs) >= ALPHA]
-    return max(few, default=ENOUGH_CLIPS - 1) + 1
-
-
-def _least_p(clips: int, pairs: int) -> float:
-    """The p-value where all differences are 1: the share of flips that flip every clip or none."""
-    sums = _signs(clips, _draws(clips, pairs)).sum(axis=1)
-    return float(np.mean(np.abs(sums) == clips))
-
-
-def clips_for_power(p: float, clips: int, pairs: int) -> int | None:
-    """About how many clips would show a difference among so many pairs in ``POWER`` of all samples.
-
-    Taken as the true one is a difference that gave the p-value p on so many clips; the test statistic
-    grows with the root of their number, and is normal. None where p is 1.
+    Taken as the true one is a difference that gave the p-value p, and so much of it adjusted, on so many
+    clips; the test statistic grows with the root of their number, and is normal. None where p is 1.
     """
     from scipy.special import ndtri
 
-    observed, level, power = ndtri([1 - p / 2, 1 - ALPHA / max(1, pairs) / 2, POWER])
+    observed, level, power = ndtri([1 - p / 2, 1 - ALPHA * p / adjusted / 2, POWER])
     return math.ceil(clips * ((level + power) / observed) ** 2) if observed > 0 else None
 
 
-# ---------------------------------------------------------------------------------------- many tests
-def holm(p: np.ndarray, family: int | None = None) -> np.ndarray:
-    """Holm's step-down adjustment of p-values ``(tests,)``, which are some of a ``family`` of tests.
-
-    The family is the tests themselves where nothing is said.
-    """
-    order = np.argsort(p, kind="stable")
-    factors = np.arange(family or len(p), 0, -1)[: len(p)]
-    adjusted = np.empty(len(p))
-    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(factors * np.asarray(p)[order]))
-    return adjusted
-
-
-def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.ndarray]:
-    """The best row of ``(methods, clips)`` (less is better), and the p-values of the other rows.
-
-    Returns its index, and Holm-adjusted p-values ``(methods,)``, 1 for the best itself. The family is all
-    pairs of methods, not only those with the best: which one is best was read off the same numbers, and
-    with 12 equal methods Holm over 11 pairs would find a false difference in one table of six.
-    Differences of a clip up to ``tolerance`` count as none.
-    """
-    best = int(np.argmin(means.mean(axis=1)))
-    others = np.arange(len(means)) != best
-    p = np.ones(len(means))
-    family = len(means) * (len(means) - 1) // 2
-    p[others] = holm(sign_flip(differences(means[others], means[best], tolerance), family), family)
-    return best, p
-
-
+# --------------------------------------------------------------------------------------------- numbers
 def differences(first: np.ndarray, second: np.ndarray, tolerance: float) -> np.ndarray:
     """``first - second``, and 0 where that is within the tolerance of the value."""
     apart = first - second

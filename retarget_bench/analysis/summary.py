@@ -1,4 +1,4 @@
-"""Means, rankings and ties: values averaged per source clip, then over clips, by method and split."""
+"""Means and rankings: values averaged per source clip, then over clips, by method and split."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -9,18 +9,16 @@ import numpy as np
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By, breakdown, lasting
 from retarget_bench.analysis.on_demand import OnDemand
+from retarget_bench.analysis.ranking import Ranking, common_cases, never_ranked, ranking, unranked
 from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics, timing
 from retarget_bench.results import case_metadata
-from retarget_bench.results.header import DeclaredValue, MethodInfo, ResultHeader
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
-
-COVERAGE = 0.95
-"""A method that has a value for a smaller share of the cases than others is not ranked by it."""
 
 
 @dataclass(frozen=True)
@@ -34,41 +32,6 @@ class Mean:
     n: int
     clips: int
     interval: Interval | None = None
-
-
-@dataclass(frozen=True)
-class Ranking:
-    """Order of the ranked methods by one value, on the cases that all of them have it for.
-
-    Values that are best at a goal are compared as |log(value / goal)| of every case.
-
-    order: labels of the ranked methods, best first.
-    tied:  those whose difference from the best is not significant.
-    cases: common cases, of ``clips`` source clips.
-    p:     label -> p-value of the difference from the best, adjusted for all pairs of methods (Holm).
-    left_out: label -> why a ranked method is not ranked by this value.
-    """
-
-    order: tuple[str, ...]
-    tied: frozenset[str]
-    cases: int
-    clips: int
-    p: Mapping[str, float]
-    left_out: Mapping[str, str]
-
-    @property
-    def best(self) -> str:
-        return self.order[0]
-
-    @property
-    def pairs(self) -> int:
-        """Pairs of ranked methods, for which p-values are adjusted."""
-        return len(self.order) * (len(self.order) - 1) // 2
-
-    @property
-    def separable(self) -> bool:
-        """True if so many clips could have told the best from the worst."""
-        return len(self.order) > 1 and statistics.could_separate(self.clips, self.pairs)
 
 
 @dataclass
@@ -164,22 +127,6 @@ class SplitSummary:
         return found
 
 
-def never_ranked(method: MethodInfo) -> str:
-    """The reason why a method is never ranked (a control, privileged inputs); "" where it may be."""
-    seen = ", ".join(name.replace("_", " ") for name in method.privileged)
-    return "control" if method.control else f"sees {seen}" if seen else ""
-
-
-def unranked(header: ResultHeader) -> str:
-    """The reason why a method with this header is not ranked; "" where it is.
-
-    Whoever leaves out a case would choose the cases that all are compared on, so it is compared apart.
-    """
-    counts = header.counts
-    fewer = f"answered {counts.ok} of {counts.asked}" if counts.ok < counts.asked else ""
-    return never_ranked(header.method) or fewer
-
-
 def split_summaries(
     places: Iterable[ResultPaths],
     by: By | None = None,
@@ -272,7 +219,7 @@ class _Section:
             for row, each in enumerate(among):
                 self._add_spread(row, value, common if each else None)
             if self.matrix.values[value].better != "none" and among.any():
-                self.rankings.found[value] = _ranking(self.matrix, value, numbers, among, left_out)
+                self.rankings.found[value] = ranking(self.matrix, value, numbers, among, left_out)
 
     def _add_spread(self, row: int, value: str, common: np.ndarray | None) -> None:
         """The spread over seeds, of a method that ran with several: of the mean over the same cases."""
@@ -282,23 +229,6 @@ class _Section:
             there = ~np.isnan(draws).any(axis=0) & (True if common is None else common)
             means = statistics.per_clip(draws[:, there], self.matrix.clips[there]).mean(axis=1)
             self.spreads[row].found[value] = float(means.std(ddof=1))
-
-
-def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
-    """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
-    means are over these; and why ranked methods are left out.
-
-    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. Not every answer has every number: a method
-    that has it for less than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest
-    it shrink the set.
-    """
-    there = ~np.isnan(numbers)
-    any_of = there[ranked].any(axis=0)
-    counts = there.sum(axis=1)
-    few = ranked & (counts < COVERAGE * any_of.sum())
-    left_out = {int(i): f"has it for {counts[i]} of {any_of.sum()} cases" for i in np.flatnonzero(few)}
-    common = any_of & there[ranked & ~few].all(axis=0)
-    return common, ranked & ~few & common.any(), left_out
 
 
 def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
@@ -311,34 +241,6 @@ def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None
         Mean(float(total / k), int(n), int(k), interval) if n else None
         for total, n, k, interval in zip(totals, counts, filled, found, strict=True)
     ]
-
-
-def _ranking(
-    matrix: ResultMatrix, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
-) -> Ranking:
-    labels = [row.label for row in matrix.rows]
-    # by name, so that equals stand in one order however the results were listed
-    at = np.array(sorted(np.flatnonzero(among), key=lambda row: labels[row]))
-    cases, per_clip = _losses(matrix, value, numbers[at])
-    order = np.argsort(per_clip.mean(axis=1), kind="stable")
-    best, p = statistics.against_best(per_clip, matrix.values[value].tolerance)
-    adjusted = {labels[at[i]]: float(p[i]) for i in order if i != best}
-    return Ranking(
-        order=tuple(labels[at[i]] for i in order),
-        tied=frozenset(label for label, each in adjusted.items() if each >= statistics.ALPHA),
-        cases=cases,
-        clips=per_clip.shape[1],
-        p=adjusted,
-        left_out={labels[i]: why for i, why in left_out.items()},
-    )
-
-
-def _losses(matrix: ResultMatrix, value: str, numbers: np.ndarray) -> tuple[int, np.ndarray]:
-    """Number of cases that all rows of ``(methods, cases)`` have; ``(methods, clips)`` means of losses."""
-    declared = matrix.values[value]
-    worse = statistics.losses(numbers, declared.better, declared.goal)
-    there = ~np.isnan(worse).any(axis=0)
-    return int(there.sum()), statistics.per_clip(worse[:, there], matrix.clips[there])
 
 
 def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
@@ -355,43 +257,3 @@ def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
     return [each for each in found if each.structure in here]
-
-
-# groups of ties
-def separated(matrix: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
-    """``(methods, methods)`` bool, symmetric, in the order of the ranking: significant differences.
-
-    Every method is compared with those below it as the best is in the table: sign flips over the same
-    clips, adjusted by Holm with all pairs of methods as the family. That rejects no more than Holm over all
-    pairs at once, and its first row is the table's.
-    """
-    labels = [row.label for row in matrix.rows]
-    numbers = matrix.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
-    _, means = _losses(matrix, value, numbers)
-    count = len(means)
-    pairs = count * (count - 1) // 2
-    apart = np.zeros((count, count), dtype=bool)
-    for row in range(count - 1):
-        differences = statistics.differences(means[row + 1 :], means[row], matrix.values[value].tolerance)
-        p = statistics.holm(statistics.sign_flip(differences, pairs), pairs)
-        apart[row, row + 1 :] = p < statistics.ALPHA
-    found: np.ndarray = apart | apart.T
-    return found
-
-
-def tie_groups(apart: np.ndarray) -> list[tuple[int, ...]]:
-    """All maximal groups without a significant difference inside; groups of one are left out.
-
-    apart: ``(n, n)`` bool, symmetric. Piepho's (2004) insert and absorb: begin with one group of all, and
-    split every group that holds a significantly different pair.
-    """
-    groups = [frozenset(range(len(apart)))]
-    for first, second in np.argwhere(np.triu(apart)).tolist():
-        split = [
-            part
-            for group in groups
-            for part in ((group - {first}, group - {second}) if {first, second} <= group else (group,))
-        ]
-        unique = list(dict.fromkeys(split))
-        groups = [group for group in unique if not any(group < other for other in unique)]
-    return sorted(tuple(sorted(group)) for group in groups if len(group) > 1)

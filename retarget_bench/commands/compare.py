@@ -61,13 +61,13 @@ def command(
     folders = [Path(name) for name in (first, second)]
     wanted = None if columns is None else options.ids(columns)
     if all(folder.is_dir() and store.find_results(folder) for folder in folders):
-        matrices = of_bodies(_matrices(folders, dataset, splits, ()), bodies or "")
+        matrices = of_bodies(_matrices(folders, dataset, splits), bodies or "")
         both = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
         if not (found := comparing.compared(both, wanted, everything)):
             rows = [row for _, pairs in both for pair in pairs for row in pair if row]
             raise comparing.nothing_common(first, second, rows)
     else:
-        matrices = _matrices(roots or (Path(defaults.OUT),), dataset, splits, (first, second))
+        matrices = _matrices(roots or (Path(defaults.OUT),), dataset, splits)
         found = comparing.compare(of_bodies(matrices, bodies or ""), first, second, wanted, everything)
     if form == "text" and output is None:
         options.write_out(text(found, options.screen_width()), output)
@@ -84,24 +84,16 @@ def _pairs(matrix: ResultMatrix, first: Path, second: Path) -> list[Pair]:
     return [(row, two.get(label)) for label, row in one.items()]
 
 
-def _matrices(
-    roots: Sequence[Path], dataset: str | None, splits: Sequence[str], names: Sequence[str]
-) -> list[ResultMatrix]:
-    """The results under the roots; only those of the named methods are read, where each has some.
+def _matrices(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[ResultMatrix]:
+    """The results under the roots, of all methods that tables rank.
 
     Self pairs are read whatever the splits: some values of other splits pool them.
     """
-    from retarget_bench.analysis import pairwise
     from retarget_bench.analysis.selection import of_splits
     from retarget_bench.api import SELF
     from retarget_bench.results import result_matrix as matrix
-    from retarget_bench.results import store
 
     found = options.results(roots, dataset)
     chosen = {place.split for place in of_splits(found, splits)}
     places = [place for place in found if place.split in {*chosen, SELF}]
-    labels = [store.read_header(place.any_header).method.label for place in places]
-    wanted = {pairwise.label_of(name, labels) for name in names}
-    if wanted and None not in wanted:
-        places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
     return [each for each in matrix.result_matrices(places) if each.split in chosen]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.analysis import pairwise, selection, statistics
+from retarget_bench.analysis import selection, statistics
 from retarget_bench.analysis.summary import Mean, SplitSummary, split_summary
 from retarget_bench.api import TASKS
 from retarget_bench.figures import palette
@@ -76,9 +76,9 @@ def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Resu
     label_of = {place: store.read_header(place.any_header).method.label for place in places}
     chosen: list[ResultPaths] = []
     for name in names:
-        label = pairwise.label_of(name, set(label_of.values()))
+        label = selection.label_of(name, set(label_of.values()))
         if label is None:
-            raise pairwise.unknown(label_of.values(), name)
+            raise selection.unknown(label_of.values(), name)
         chosen += [place for place in places if label_of[place] == label and place not in chosen]
     return chosen
 

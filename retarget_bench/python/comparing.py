@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from retarget_bench.analysis import pairwise
+from retarget_bench.analysis import pairwise, selection
 from retarget_bench.analysis.pairwise import PairwiseComparison
 from retarget_bench.errors import BenchError
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
@@ -30,11 +30,11 @@ def compare(
     Raises BenchError for a method or value without results, and where no case has a number of both.
     """
     for name in (first, second):
-        if not any(pairwise.find(matrix, name) for matrix in matrices):
-            raise pairwise.unknown([row.label for matrix in matrices for row in matrix.rows], name)
-    pairs = [(pairwise.find(matrix, first), pairwise.find(matrix, second)) for matrix in matrices]
+        if not any(selection.find(matrix, name) for matrix in matrices):
+            raise selection.unknown([row.label for matrix in matrices for row in matrix.rows], name)
+    pairs = [(selection.find(matrix, first), selection.find(matrix, second)) for matrix in matrices]
     found = compared(
-        [(matrix, [pair]) for matrix, pair in zip(matrices, pairs, strict=True)], wanted, everything
+        [(matrix, [pair]) for matrix, pair in zip(matrices, pairs, strict=True)], wanted, everything, True
     )
     if not found:
         raise nothing_common(first, second, [row for pair in pairs for row in pair if row])
@@ -49,22 +49,26 @@ def nothing_common(first: str, second: str, rows: Sequence[MethodRow]) -> BenchE
 
 
 def compared(
-    pairs: Sequence[tuple[ResultMatrix, Sequence[Pair]]], wanted: Sequence[str] | None, everything: bool
+    pairs: Sequence[tuple[ResultMatrix, Sequence[Pair]]],
+    wanted: Sequence[str] | None,
+    everything: bool,
+    as_in_tables: bool = False,
 ) -> list[PairwiseComparison]:
     """The comparisons of these pairs of rows that have a value in common. A note names those of the values
     asked for, or else of the columns of tables, that are left out.
 
+    as_in_tables: whether the matrices have all rows of a table, whose verdicts hold where it has some.
     Raises BenchError for values that no result has, or that are curves, and where all are of sets.
     """
     ids = _ids([matrix for matrix, _ in pairs], wanted)
-    found = [
-        _with_note(
-            pairwise.compare(matrix, one, two, _values(matrix, ids, everything)), matrix, one, two, ids
-        )
-        for matrix, rows in pairs
-        for one, two in rows
-        if one and two
-    ]
+    found = []
+    for matrix, rows in pairs:
+        table = selection.without_variants(matrix) if as_in_tables else None
+        keys = _values(matrix, ids, everything)
+        for one, two in rows:
+            if one and two:
+                made = pairwise.compare(matrix, one, two, keys, table)
+                found.append(_with_note(made, matrix, one, two, ids))
     return [each for each in found if each.differences]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from retarget_bench.analysis import statistics, summary
+from retarget_bench.analysis import ranking, statistics, summary
 from retarget_bench.analysis.breakdown import UNKNOWN, By
 from retarget_bench.analysis.selection import BODIES, Selection, of_dataset
 from retarget_bench.analysis.summary import SplitSummary
@@ -60,7 +60,7 @@ class Split:
     @cached_property
     def ranked(self) -> np.ndarray:
         """``(methods,)`` bool."""
-        return np.array([not summary.unranked(row.header) for row in self.matrix.rows])
+        return np.array([not ranking.unranked(row.header) for row in self.matrix.rows])
 
     @cached_property
     def losses(self) -> np.ndarray:
@@ -94,7 +94,6 @@ class Chapter:
 
     title: of its tables: the data set's label, which names derived tasks too, and the group of bodies.
     data: the spec of the data set.
-    first: the first table, without variants of methods unless these were asked for.
     """
 
     task: str
@@ -102,7 +101,6 @@ class Chapter:
     data: Spec
     places: tuple[ResultPaths, ...]
     tables: tuple[Table, ...]
-    first: Table
     splits: tuple[Split, ...]
 
     @property
@@ -137,7 +135,7 @@ def chapters(
 
     task, dataset (see ``of_dataset``), methods: only of these. data: the folder where the data lie.
     columns: of the tables, where a chapter has them, instead of the usual ones. only: of these results.
-    variants: the first table of a chapter has variants of methods, too; it does where methods are named.
+    variants: variants of methods are shown, too; they are where methods are named.
     Raises BenchError where a root has no results, and where nothing is left.
     """
     found = results(roots)
@@ -182,38 +180,25 @@ def _chapters(
     """
     retargeted = places[0].task.split("-")[0] in PAIRED
     found = [replace(each, dataset=name) for each in result_matrix.result_matrices(places)]
-    whole = _by_bodies(Selection(variants=True, apart=retargeted).parts(found))
-    plain = _by_bodies(Selection(variants=variants or not retargeted, apart=retargeted).parts(found))
+    selection = Selection(variants=variants or not retargeted, apart=retargeted)
+    by_bodies: dict[str, list[ResultMatrix]] = {}
+    for matrix in selection.parts(found):
+        by_bodies.setdefault(matrix.bodies, []).append(matrix)
     made = (
-        _chapter(places, whole[name], plain.get(name, []), data, columns)
-        for name in sorted(whole, key=_BODIES.index)
+        _chapter(places, by_bodies[name], data, columns) for name in sorted(by_bodies, key=_BODIES.index)
     )
     return [chapter for chapter in made if chapter is not None]
-
-
-def _by_bodies(matrices: Sequence[ResultMatrix]) -> dict[str, list[ResultMatrix]]:
-    found: dict[str, list[ResultMatrix]] = {}
-    for matrix in matrices:
-        found.setdefault(matrix.bodies, []).append(matrix)
-    return found
 
 
 def _chapter(
     places: Sequence[ResultPaths],
     matrices: Sequence[ResultMatrix],
-    plain: Sequence[ResultMatrix],
     data: str | None,
     columns: Sequence[str],
 ) -> Chapter | None:
-    """None where no result declares a number per case, so that there is nothing to show.
-
-    plain: what the first table is of.
-    """
+    """None where no result declares a number per case, so that there is nothing to show."""
     sections = [summary.split_summary(matrix) for matrix in matrices]
     made = _tables(places, sections, columns)
-    first = made[0]
-    if any(matrix.variants for matrix in plain):
-        first = _tables(places, [summary.split_summary(matrix) for matrix in plain], columns)[0]
     found = {section.split: section for section in sections}
     shown = {each.split: known for each in matrices if (known := _columns(made, each))}
     if usual := _usual(made, shown):
@@ -235,7 +220,7 @@ def _chapter(
     declared = splits[0].matrix.rows[0].header.dataset
     spec = Spec(declared.name, declared.parameters)
     spec = spec if data is None else spec.with_parameters(root=data)
-    return Chapter(places[0].task, made[0].title, spec, tuple(places), tuple(made), first, splits)
+    return Chapter(places[0].task, made[0].title, spec, tuple(places), tuple(made), splits)
 
 
 def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.analysis import statistics, summary
-from retarget_bench.analysis.selection import is_variant
+from retarget_bench.analysis import ranking, statistics
 from retarget_bench.errors import printable
 from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import MethodStyle
@@ -110,12 +109,9 @@ def _first(shown: PackedScenes) -> list[int] | None:
 
 
 def _seen_first(split: Split) -> list[int]:
-    """Numbers of the methods that are seen without being asked for: neither controls nor variants."""
-    return [
-        number
-        for number, row in enumerate(split.matrix.rows)
-        if not summary.never_ranked(row.header.method) and not is_variant(row.header.method, split.labels)
-    ][:MOST_SEEN]
+    """Numbers of the methods that are seen without being asked for: no controls."""
+    methods = (row.header.method for row in split.matrix.rows)
+    return [number for number, each in enumerate(methods) if not ranking.never_ranked(each)][:MOST_SEEN]
 
 
 def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinning) -> dict[str, Any]:

@@ -104,7 +104,6 @@ def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]
     return {
         "title": chapter.title,
         "asks": GOALS.get(chapter.kind, ""),
-        "first": chapter.first,
         "tables": chapter.tables,
         "pictures": pictures(chapter, styles),
         "legend": legend,
@@ -123,8 +122,7 @@ def _short(split: Split) -> str:
         if score.label in ranking.order
     }
     unit = "" if split.main.unit == "1" else f" {split.main.unit}"
-    tied = [label for label in ranking.order if label in ranking.tied]
-    also = f"; the data cannot tell {', '.join(tied)} from it" if tied else ""
+    also = f"; the data cannot tell {', '.join(ranking.tied)} from it" if ranking.tied else ""
     if not ranking.separable:
         also = "; so few clips cannot tell the best from the worst"
     return (

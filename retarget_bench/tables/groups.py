@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from retarget_bench.analysis.ranking import set_ranking
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
 from retarget_bench.api import INTRA, SELF, TWO_LEGS
@@ -134,7 +135,7 @@ class GroupBuilder:
             self.shown(value.value, key),
             value.value,
             _interval(value),
-            _set_mark(section, score, usual) if section else "",
+            _set_mark(section, score, usual, self.declared[key]) if section else "",
             decimals=self.decimals[key],
             n=value.n,
             clips=value.clips,
@@ -245,28 +246,18 @@ def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
     """Best or tied; "" where so few clips could not have told the best from the worst, and of results that
     are not complete."""
     ranking = section.rankings.get(key)
-    if section.so_far or ranking is None or not ranking.separable:
-        return ""
-    if score.label == ranking.best:
-        return "best"
-    return "tied" if score.label in ranking.tied else ""
+    return ranking.mark(score.label) if ranking else ""
 
 
-def _set_mark(section: SplitSummary, score: MethodSummary, usual: SetValue) -> Mark:
-    """Best, or tied where its interval meets that of the best: sets have no cases to pair.
-
-    "" for methods that are not ranked, over other windows, or without intervals.
-    """
-    found = {}
-    for each in section.scores:
-        value = value_like(usual, each)
-        if value is None or value.value is None or each.unranked or value.network != usual.network:
-            continue
-        if value.real == usual.real and (interval := _interval(value)):
-            found[each.label] = value.value, interval
-    if len(found) < 2 or score.label not in found:
-        return ""
-    best = min(found, key=lambda label: found[label][0])
-    if score.label == best:
-        return "best"
-    return "tied" if found[score.label][1].low <= found[best][1].high else ""
+def _set_mark(
+    section: SplitSummary, score: MethodSummary, usual: SetValue, declared: DeclaredValue
+) -> Mark:
+    """Best or tied; "" for methods that are not ranked, over other windows, or without intervals."""
+    values = {each.label: value_like(usual, each) for each in section.scores if not each.unranked}
+    alike = {
+        label: value
+        for label, value in values.items()
+        if value is not None and (value.real, value.network) == (usual.real, usual.network)
+    }
+    ranking = set_ranking(alike, declared)
+    return ranking.mark(score.label) if ranking else ""

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import CURVES
-from retarget_bench.analysis.summary import MethodSummary, Ranking, SplitSummary, never_ranked
+from retarget_bench.analysis.ranking import Ranking, never_ranked
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
 from retarget_bench.tables.groups import ABSENT, FPS, STALE, GroupBuilder, usual_value
@@ -203,11 +204,9 @@ class MethodGroup:
             ranking = section.rankings.get(key)
             if ranking is None or len(ranking.order) < 2 or ranking.separable:
                 continue
-            needed = statistics.clips_needed(ranking.pairs)
-            takes = f"that takes {needed}" if needed else "no number of clips can"
             sentence = (
-                f"{count(ranking.clips, 'clip')} cannot tell the best of {len(ranking.order)} methods from "
-                f"the worst ({takes}), so none is marked best or tied"
+                f"{count(ranking.clips, 'clip')} cannot tell the best method from others (that takes "
+                f"{statistics.ENOUGH_CLIPS}), so none is marked best or tied"
             )
             found.setdefault(sentence, []).append(section.split)
         return [f"{', '.join(dict.fromkeys(splits))}: {sentence}." for sentence, splits in found.items()]

@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 from stored import VALUES, changed, store
 
-from retarget_bench.analysis import pairwise
+from retarget_bench.analysis import selection
 from retarget_bench.commands import plot
 from retarget_bench.commands.check import _criteria
 from retarget_bench.commands.plugins import info
@@ -166,10 +166,10 @@ def test_a_canonical_spec_has_the_name_of_the_plug_in():
 
 def test_methods_of_results_too():
     labels = ["copy_rotations[root_rule=none]", "humot", "My Method", "my-method 2"]
-    assert pairwise.label_of("HuMoT", labels) == "humot"
-    assert pairwise.label_of("copy rotations[root_rule=none]", labels) == labels[0]
-    assert pairwise.label_of("my_method", labels) == "My Method"
-    assert pairwise.label_of("my", labels) is None
+    assert selection.label_of("HuMoT", labels) == "humot"
+    assert selection.label_of("copy rotations[root_rule=none]", labels) == labels[0]
+    assert selection.label_of("my_method", labels) == "My Method"
+    assert selection.label_of("my", labels) is None
 
 
 @pytest.mark.parametrize(

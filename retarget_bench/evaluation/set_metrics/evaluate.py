@@ -131,7 +131,8 @@ def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:
     without = _without(metric, defined, sets)
     for number, each in enumerate(found):
         if each.value is not None and (ends := interval(each.value, without[each.value_id])):
-            found[number] = replace(each, low=ends[0], high=ends[1])
+            parts = tuple(without[each.value_id])
+            found[number] = replace(each, low=ends[0], high=ends[1], without=parts)
     return found
 
 

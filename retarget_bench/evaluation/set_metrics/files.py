@@ -28,6 +28,7 @@ class SetValue:
     value:   None where it is not applicable; ``reason`` says why.
     low, high: 95 % interval, or None where there are too few clips for one.
     floor:   what the references score instead of the results.
+    without: the value without each tenth of the clips, for the jackknife; () where there are too few.
     real, network: hashes of the real set and of what made the features; values are comparable where both
              agree.
     """
@@ -44,11 +45,21 @@ class SetValue:
     network: str = ""
     reason: str = ""
     kind: str = ""
+    without: tuple[float, ...] = ()
+
+    @property
+    def tenths(self) -> np.ndarray | None:
+        """A number ``(10,)`` per tenth of the clips: their mean is the value, and their standard error the
+        jackknife's. None where there are too few clips."""
+        if self.value is None or not self.without:
+            return None
+        without = np.asarray(self.without)
+        return self.value + (len(without) - 1) * (without.mean() - without)
 
 
 FIELDS = tuple(field.name for field in fields(SetValue))
-UNPARTED = FIELDS[:-1]
-"""Of files in which no value is of one kind alone."""
+OPTIONAL = ("kind", "without")
+"""Columns that a file has where any value needs them."""
 WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
 
 
@@ -223,9 +234,9 @@ def write(paths: ResultPaths, values: Sequence[SetValue]) -> None:
     if not values:
         path.unlink(missing_ok=True)
         return
-    columns = FIELDS if any(value.kind for value in values) else UNPARTED
+    used = [name for name in FIELDS if name not in OPTIONAL or any(getattr(each, name) for each in values)]
     ordered = sorted(values, key=lambda value: (value.value_id, value.structure, value.kind))
-    write_csv(path, columns, ([_text(getattr(value, name)) for name in columns] for value in ordered))
+    write_csv(path, used, ([_text(getattr(value, name)) for name in used] for value in ordered))
 
 
 def read(paths: ResultPaths) -> list[SetValue]:
@@ -237,9 +248,10 @@ def read(paths: ResultPaths) -> list[SetValue]:
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))
-            if tuple(head) not in (FIELDS, UNPARTED):
+            if head != [name for name in FIELDS if name not in OPTIONAL or name in head]:
                 raise ValueError(f"it has columns {', '.join(head)}")
-            return [_value({"kind": ""} | dict(zip(head, row, strict=True))) for row in rows]
+            absent = dict.fromkeys(OPTIONAL, "")
+            return [_value(absent | dict(zip(head, row, strict=True))) for row in rows]
     except FileNotFoundError:
         return []
     except (OSError, ValueError, csv.Error) as error:
@@ -249,12 +261,16 @@ def read(paths: ResultPaths) -> list[SetValue]:
 
 
 def _text(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_text, value))
     return "" if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def _value(row: Mapping[str, str]) -> SetValue:
     numbers = {name: float(row[name]) if row[name] else None for name in NUMBERS}
-    if any(number is not None and not np.isfinite(number) for number in numbers.values()):
+    without = tuple(map(float, row["without"].split()))
+    if not np.isfinite([*without, *(number for number in numbers.values() if number is not None)]).all():
         raise ValueError(f"{row['value_id']} of {row['structure']} is no number")
-    texts = {name: row[name] for name in FIELDS if name not in (*WHOLE, *NUMBERS)}
-    return SetValue(**texts, **{name: int(row[name]) for name in WHOLE}, **numbers)  # type: ignore[arg-type]
+    texts = {name: row[name] for name in FIELDS if name not in (*WHOLE, *NUMBERS, "without")}
+    counts = {name: int(row[name]) for name in WHOLE}
+    return SetValue(**texts, **counts, **numbers, without=without)  # type: ignore[arg-type]

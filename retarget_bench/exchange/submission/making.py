@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from retarget_bench.analysis import pairwise
-from retarget_bench.analysis.selection import of_dataset
+from retarget_bench.analysis.selection import label_of, of_dataset
 from retarget_bench.api import MethodCard, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import timing
@@ -92,7 +91,7 @@ def _places(runs: Path, name: str, data_set: str) -> list[ResultPaths]:
     """The results of a method on one data set. Raises BenchError that says which option names others."""
     headers = dataset_names.headers(store.find_results(runs))
     labels = {place: header.method.label for place, header in headers.items()}
-    if (label := pairwise.label_of(name, set(labels.values()))) is None:
+    if (label := label_of(name, set(labels.values()))) is None:
         known = ", ".join(sorted(set(labels.values()))) or "none"
         raise BenchError(
             f"{runs} has no results of {name!r}; there are {known}. --results names another folder"

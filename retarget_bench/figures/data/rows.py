@@ -9,7 +9,7 @@ import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import breakdown
-from retarget_bench.analysis.summary import Mean, separated, split_summary, tie_groups
+from retarget_bench.analysis.summary import Mean, split_summary
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.data import values
 from retarget_bench.figures.data.model import (
@@ -75,8 +75,8 @@ def _rows(
 
 # -------------------------------------------------------------------------------------------------- ties
 def ties(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = ()) -> Figure:
-    """Methods from the best to the worst, then those that are not ranked; and groups of which no paired
-    test tells any two apart. Raises NothingToDraw where nobody is ranked by the value, or results are not
+    """Methods from the best to the worst, then those that are not ranked; a bar joins those tied with the
+    best to it. Raises NothingToDraw where nobody is ranked by the value, or results are not
     complete."""
     what = values.value_of(matrices, value)
     charts = []
@@ -94,14 +94,14 @@ def ties(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = ()
             )
             for row, label in enumerate(names)
         }
-        joined = tuple(tie_groups(separated(matrix, ranking, value)))
+        joined = (tuple(range(1 + len(ranking.tied))),) if ranking.tied and ranking.separable else ()
         title = f"{matrix.split}: {ranking.clips} clips, {ranking.cases} common cases"
         charts.append(_rows(matrix, title, names, marks, what, together=True, joined=joined))
     if not charts:
         why = f"nobody is ranked by {value}" if not any(each.so_far for each in matrices) else "cases lack"
         raise NothingToDraw(f"{why} in these results, so there are no ties to show")
     return Figure(
-        "ties", matrices[0].dataset, "bars join what the data cannot tell apart",
+        "ties", matrices[0].dataset, "a bar joins what the data cannot tell from the best",
         values.methods(values.in_order(matrices, order)), tuple(charts), "lines 95 %; hollow: not ranked",
     )  # fmt: skip
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from retarget_bench.analysis import statistics, summary
+from retarget_bench.analysis import ranking, statistics, summary
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.figures.data.model import Cases, NothingToDraw
 from retarget_bench.results.header import DeclaredValue, ResultHeader
@@ -78,7 +78,7 @@ def methods(matrices: Sequence[ResultMatrix]) -> dict[str, ResultHeader]:
 
 def ranked(matrices: Sequence[ResultMatrix]) -> list[str]:
     """Labels of the methods that tables rank."""
-    return [label for label, header in methods(matrices).items() if not summary.unranked(header)]
+    return [label for label, header in methods(matrices).items() if not ranking.unranked(header)]
 
 
 def common_numbers(matrix: ResultMatrix, value: str) -> np.ndarray:
@@ -93,8 +93,8 @@ def common_cases(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarr
     """``(cases,)`` bool: those that all ranked methods have this value of; and ``(methods,)`` bool: whose
     means are over those alone."""
     numbers = matrix.numbers((value, ""))
-    ranked = np.array([not summary.unranked(row.header) for row in matrix.rows])
-    return summary.common_cases(numbers, ranked)[:2]
+    ranked = np.array([not ranking.unranked(row.header) for row in matrix.rows])
+    return ranking.common_cases(numbers, ranked)[:2]
 
 
 def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from retarget_bench import defaults
-from retarget_bench.analysis.summary import common_cases, means_over_clips, never_ranked
+from retarget_bench.analysis.ranking import common_cases, never_ranked
+from retarget_bench.analysis.summary import means_over_clips
 from retarget_bench.api import SELF, CaseInfo
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import MethodInfo

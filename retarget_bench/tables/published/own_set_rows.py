@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from retarget_bench.analysis.summary import never_ranked
+from retarget_bench.analysis.ranking import never_ranked
 from retarget_bench.api import CROSS
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue

@@ -16,8 +16,8 @@ HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases",
 LEGEND = (
     "Means over clips of the mean per clip, over the cases that both have. Difference: {first} minus "
     "{second}; where a value is best at a goal, of their distances |ln(value / goal)|.",
-    "p: paired sign-flip test over clips, adjusted for the values compared in a split (Holm); significant "
-    "below 0.05.",
+    "p: paired sign flips over clips, significant below 0.05; adjusted for all methods in the table where "
+    "one of the two is its best, as there, and else for the values compared in a split.",
     "Intervals (without that adjustment) and p hold for these characters only. Intervals need "
     f"{ENOUGH_CLIPS} clips, verdicts as many or more.",
     "won: clips on which {first} and {second} are better. About N clips: with so many, this difference "
@@ -117,7 +117,7 @@ def markdown(found: Sequence[PairwiseComparison]) -> str:
 
 def comma_separated(found: Sequence[PairwiseComparison]) -> str:
     """A line per split and value; full precision; empty where there is no interval."""
-    names = ("first_mean", "second_mean", "difference", "low", "high", "p", "p_holm")
+    names = ("first_mean", "second_mean", "difference", "low", "high", "p", "p_adjusted")
     counts = ("cases", "clips", "first_won", "second_won", "verdict", "clips_needed")
     lines: list[list[object]] = [["dataset", "split", "first", "second", "value", *names, *counts]]
     for each in found:
