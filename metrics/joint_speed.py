@@ -5,6 +5,7 @@ A limb that snaps for one frame moves no mean: the mean jerk of all joints over 
 
 from collections.abc import Mapping
 from functools import lru_cache, partial
+from itertools import compress
 
 import numpy as np
 
@@ -26,6 +27,9 @@ SUDDEN = 30.0 * SLOW
 FAR = 1.5
 """The ratio from which a frame or a clip counts."""
 
+TOES = ("left_toe", "right_toe")
+"""Recorded motions flip them at thousands of degrees per second where nobody sees it."""
+
 ORDERS = {
     "speed": (
         "angular speed",
@@ -43,7 +47,8 @@ ORDERS = {
 JOINTS = (
     "R: a joint's orientation relative to that of the nearest of these joints above it, the first one's in "
     "the world; joints: those of mpjpe_h.world with an anatomical role that the source has, tips left out; "
-    "of a spine, neck or tail that has another number of joints there, the last joint"
+    "of a spine, neck or tail that has another number of joints there, the last joint; toes are left out, "
+    f"and joints that exceed {FAR:g} in the reference itself"
 )
 
 
@@ -55,42 +60,47 @@ def _values(order: str) -> tuple[Value, ...]:
         f"least {least}), a and b: {what}; {JOINTS}; left out unless both motions are known by rotations, "
         f"and for clips of fewer than {frames} frames"
     )
-    value = partial(Value, better="lower", needs=("source", "rotations"), source=SOURCE)
     id_, label = f"joint_{order}_excess", f"joint {order} excess"
+    value = partial(Value, needs=("source", "rotations"), source=SOURCE, tolerance=1e-3)
+    excess = partial(value, better="lower", doubt=f"{id_}.reference")
     return (
-        value(
+        excess(
             id_,
             label,
             f"greatest {name} over the source's, worst joint; a right answer has the reference's",
             "1",
             formula=f"largest E(joint) of a case; 1: no excess; in tables the mean over clips; {ratio}",
-            tolerance=1e-3,
         ),
-        value(
+        excess(
             f"{id_}.clips",
             f"{label}, clips",
             f"share of clips in which a joint's {name} exceeds {FAR:g} times the source's greatest",
             "% of clips",
             formula=f"100 where the largest E(joint) of a case is above {FAR:g}, else 0; {ratio}",
-            tolerance=1e-3,
         ),
-        value(
+        excess(
             f"{id_}.frames",
             f"{label}, frames",
             f"share of frames in which a joint's {name} exceeds {FAR:g} times the source's greatest",
             "% of frames",
             formula=f"100 * share of the frames t with |a(t)| of any joint above {FAR:g} times its "
             f"counterpart's greatest |b|, at least {least}; {ratio}",
-            tolerance=1e-3,
         ),
         value(
+            f"{id_}.reference",
+            f"{label}, references",
+            f"share of clips in which the reference's own {name} exceeds {FAR:g} times the source's",
+            "% of clips",
+            better="none",
+            formula=f"100 where the E of any joint of the reference is above {FAR:g}, else 0; {ratio}",
+        ),
+        excess(
             f"{id_}.joint",
             f"{label} by joint",
             f"greatest {name} of each joint over the source joint's greatest; 1: no excess",
             "1",
             formula=f"E(joint); {ratio}",
             index="joint",
-            tolerance=1e-3,
         ),
     )
 
@@ -109,7 +119,7 @@ class JointSpeed:
     card = MetricCard(
         name="joint_speed",
         summary="angular speed and acceleration of joints in excess of the source's",
-        version="1",
+        version="2",
         values=(*_values("speed"), *_values("acceleration")),
     )
 
@@ -121,24 +131,37 @@ class JointSpeed:
         joints, parents, theirs, their_parents = _pairs(source.character, target)
         if not len(joints):
             return {}
+        reference, right = comparison.case.reference, None
+        if isinstance(reference, Motion):
+            right = velocities(reference, joints, parents)
         own, other = velocities(prediction, joints, parents), velocities(source, theirs, their_parents)
         names = [target.skeleton.names[joint] for joint in joints]
-        values = _excess("joint_speed_excess", names, own, other, SLOW)
+        values = _excess("joint_speed_excess", names, own, other, right, SLOW)
         own, other = (np.diff(each, axis=0) * comparison.fps for each in (own, other))
-        return values | _excess("joint_acceleration_excess", names, own, other, SUDDEN)
+        right = None if right is None else np.diff(right, axis=0) * comparison.fps
+        return values | _excess("joint_acceleration_excess", names, own, other, right, SUDDEN)
 
 
 def _excess(
-    id_: str, names: list[str], own: np.ndarray, other: np.ndarray, least: float
+    id_: str, names: list[str], own: np.ndarray, other: np.ndarray, right: np.ndarray | None, least: float
 ) -> dict[str, float | Mapping[str, float]]:
-    """The values of vectors ``(frames, joints, 3)`` of both sides; empty without frames."""
+    """The values of vectors ``(frames, joints, 3)`` of the prediction, the source and, if any, the
+    reference; empty without frames."""
     if not len(own):
         return {}
-    size, limit = np.linalg.norm(own, axis=-1), np.linalg.norm(other, axis=-1).max(axis=0)
-    ratio = size / np.maximum(limit, least)
+    limit = np.maximum(np.linalg.norm(other, axis=-1).max(axis=0), least)
+    values: dict[str, float | Mapping[str, float]] = {}
+    kept = np.ones(len(names), dtype=bool)
+    if right is not None:
+        kept = np.linalg.norm(right, axis=-1).max(axis=0) <= FAR * limit
+        values[f"{id_}.reference"] = 100.0 * (not kept.all())
+    if not kept.any():
+        return values
+    names = list(compress(names, kept))
+    ratio = np.linalg.norm(own[:, kept], axis=-1) / limit[kept]
     by_joint = np.maximum(ratio.max(axis=0), 1.0)
     worst = float(by_joint.max())
-    return {
+    return values | {
         id_: worst,
         f"{id_}.clips": 100.0 * (worst > FAR),
         f"{id_}.frames": 100.0 * float((ratio > FAR).any(axis=1).mean()),
@@ -172,7 +195,8 @@ def _pairs(source: Character, target: Character) -> tuple[np.ndarray, ...]:
     joints = [
         joint
         for joint in scored_joints(source, target).tolist()
-        if counterparts[joint] >= 0 and (role := roles[joint]) and not is_tip(role) and joint not in inner
+        if counterparts[joint] >= 0 and (role := roles[joint]) and joint not in inner
+        if not is_tip(role) and role not in TOES
     ]
     above = [next((a for a in ancestors(target.skeleton, j) if a in joints), -1) for j in joints]
     both = (joints, above)

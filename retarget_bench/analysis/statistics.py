@@ -111,7 +111,12 @@ def sign_flip(differences: np.ndarray) -> np.ndarray:
     distribution leans to one side, flips of a plain mean would raise several times too many alarms.
     nan: the row lacks the clip. What no clip shows no test can see: ``unseen``.
     """
-    return _shares(differences, None)
+    p = np.ones(len(differences))
+    open_ = np.arange(len(p))
+    for draws in _draws(differences.shape[1]):
+        p[open_] = _shares(differences[open_], draws)
+        open_ = open_[_close(p[open_])]
+    return p
 
 
 def step_down(differences: np.ndarray) -> np.ndarray:
@@ -124,8 +129,12 @@ def step_down(differences: np.ndarray) -> np.ndarray:
     order = np.argsort(-_statistic(differences), kind="stable")
     stages = np.empty(len(order), dtype=int)
     stages[order] = np.arange(len(order))
-    p = _shares(differences, stages)
-    p[order] = np.maximum.accumulate(p[order])
+    p = np.ones(len(order))
+    for draws in _draws(differences.shape[1]):
+        p = _shares(differences, draws, stages)
+        p[order] = np.maximum.accumulate(p[order])
+        if not _close(p).any():
+            break
     return p
 
 
@@ -137,19 +146,20 @@ def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.nda
     before (those whose statistic is farther from 0), not only their pairs with the best: which one is best
     was read off the same numbers. Differences of a clip up to ``tolerance`` count as none.
     """
-    methods = np.arange(len(means))
     best = int(np.argmin(means.mean(axis=1)))
     order = np.argsort(-_statistic(differences(means, means[best], tolerance)), kind="stable")
     order = order[order != best]
-    rank = np.full(len(means), len(means))
-    rank[order] = np.arange(len(order))
-    first, second = np.triu_indices(len(methods), 1)
-    pairs = differences(means[first], means[second], tolerance)
-    found = _shares(pairs, np.minimum(rank[first], rank[second]))
-    p = np.ones(len(means))
-    with_best = (first == best) | (second == best)
-    p[np.where(first == best, second, first)[with_best]] = found[with_best]
-    p[order] = np.maximum.accumulate(p[order])
+    stages = np.full(len(means), len(means))
+    stages[order] = np.arange(len(order))
+    first, second = np.triu_indices(len(means), 1)
+    pairs, p = differences(means[first], means[second], tolerance), np.ones(len(means))
+    with_best = np.flatnonzero((first == best) | (second == best))
+    others = np.where(first == best, second, first)[with_best]
+    for draws in _draws(means.shape[1]):
+        p[others] = _shares(pairs, draws, np.minimum(stages[first], stages[second]))[with_best]
+        p[order] = np.maximum.accumulate(p[order])
+        if not _close(p[order]).any():
+            break
     return best, p
 
 
@@ -171,7 +181,7 @@ class _Flips:
 
     def __init__(self, differences: np.ndarray) -> None:
         clips = len(differences)
-        signs, powers = _signs(clips, SAMPLED_FLIPS), differences[:, None] ** np.arange(4)
+        signs, powers = _signs(clips, _draws(clips)[-1]), differences[:, None] ** np.arange(4)
         self.sums = (signs @ powers / max(1, clips)).T  # of s, s d, s d^2, s d^3 over clips
         self.means = powers.mean(axis=0) if clips else np.zeros(4)
         self.clips = clips
@@ -206,25 +216,29 @@ class _Flips:
         return centre + inside * step
 
 
-def _shares(differences: np.ndarray, stages: np.ndarray | None) -> np.ndarray:
+def _draws(clips: int) -> tuple[int, ...]:
+    """How many flips are drawn, and then, where a p-value is close to the level; 0: all are tried."""
+    return (FIRST_FLIPS, SAMPLED_FLIPS) if clips > EXACT_CLIPS else (0,)
+
+
+def _close(p: np.ndarray) -> np.ndarray:
+    """Whether more flips could put p-values on the other side of the level."""
+    found: np.ndarray = (p > ALPHA / 2) & (p < 2 * ALPHA)
+    return found
+
+
+def _shares(differences: np.ndarray, draws: int, stages: np.ndarray | None = None) -> np.ndarray:
     """The share of flips ``(rows,)`` that are at least as far from 0 as what was observed.
 
     stages: ``(rows,)``; the statistic of a flip is the greatest of all rows of the row's stage or a later
     one. None: every row by itself.
     """
-    rows, clips = differences.shape
-    if not rows or not clips:
-        return np.ones(rows)
-    counts, done, p = np.zeros(rows), 0, np.ones(rows)
-    for draws in (FIRST_FLIPS, SAMPLED_FLIPS):
-        signs = _signs(clips, draws)
-        for start in range(done, len(signs), FLIPS_AT_ONCE):
-            counts += _at_least(signs[start : start + FLIPS_AT_ONCE], differences, stages)
-        done = len(signs)
-        p = counts / done
-        if not np.any((p > ALPHA / 2) & (p < 2 * ALPHA)):
-            break
-    return p
+    if not differences.size:
+        return np.ones(len(differences))
+    signs = _signs(differences.shape[1], draws)
+    blocks = (signs[start : start + FLIPS_AT_ONCE] for start in range(0, len(signs), FLIPS_AT_ONCE))
+    counts = sum((_at_least(block, differences, stages) for block in blocks), np.zeros(len(differences)))
+    return counts / len(signs)
 
 
 def _at_least(signs: np.ndarray, differences: np.ndarray, stages: np.ndarray | None) -> np.ndarray:
@@ -272,9 +286,9 @@ def _size(mean: np.ndarray, square: np.ndarray, cube: np.ndarray, clips: np.ndar
 
 @lru_cache(maxsize=4)
 def _signs(clips: int, draws: int) -> np.ndarray:
-    """``(flips, clips)`` of ±1 in bytes, no flip first: one of every flip and its opposite up to
-    ``EXACT_CLIPS``, else so many drawn."""
-    if clips <= EXACT_CLIPS:
+    """``(flips, clips)`` of ±1 in bytes, no flip first: one of every flip and its opposite, or so
+    many drawn."""
+    if not draws:
         numbers = np.arange(2 ** max(0, clips - 1))[:, None]
         return (1 - 2 * (numbers >> np.arange(clips) & 1)).astype(np.int8)
     words = -(-draws * clips // 64)

@@ -9,7 +9,7 @@ import numpy as np
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By, breakdown, lasting
 from retarget_bench.analysis.on_demand import OnDemand
-from retarget_bench.analysis.ranking import Ranking, common_cases, never_ranked, ranking, unranked
+from retarget_bench.analysis.ranking import Ranking, common_cases, doubt, never_ranked, ranking, unranked
 from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.api import TWO_LEGS
@@ -218,7 +218,8 @@ class _Section:
                 continue
             for row, each in enumerate(among):
                 self._add_spread(row, value, common if each else None)
-            if self.matrix.values[value].better != "none" and among.any():
+            ranked = self.matrix.values[value].better != "none" and not doubt(self.matrix, value)
+            if ranked and among.any():
                 self.rankings.found[value] = ranking(self.matrix, value, numbers, among, left_out)
 
     def _add_spread(self, row: int, value: str, common: np.ndarray | None) -> None:

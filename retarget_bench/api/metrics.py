@@ -37,6 +37,8 @@ class Value:
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
     protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
                differ by what these say; ``bench explain`` lists them.
+    doubt:     the id of a value, in per cent, that says in how many cases the reference itself is beyond
+               what this value allows; where these are too many, nobody is ranked by it. "": none.
     least, most: what no number can be below or above; None: what unit and direction say (``bounds``).
     """
 
@@ -53,6 +55,7 @@ class Value:
     index: str = ""
     with_self: bool = False
     protocol: Mapping[str, str] = field(default_factory=dict)
+    doubt: str = ""
     least: float | None = None
     most: float | None = None
 

@@ -105,6 +105,7 @@ class DeclaredValue(_Part):
     protocol: Mapping[str, str] = field(default_factory=dict)
     needs: tuple[str, ...] = ()
     metric: str = ""
+    doubt: str = ""
 
     @classmethod
     def of(cls, value: Value, metric: str) -> DeclaredValue:

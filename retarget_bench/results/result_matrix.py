@@ -121,13 +121,15 @@ class ResultMatrix:
         return header.counted({info.id for info in compress(self.cases, mine.tolist())})
 
     def narrowed(self, value: str) -> ResultMatrix:
-        """The matrix with one value and nothing else."""
+        """The matrix with one value, that by which it is doubted, and nothing else."""
+        values = {value: self.values[value]} if value in self.values else {}
+        kept = {value, *(each.doubt for each in values.values())} & {value, *self.values}
         rows = []
         for row in self.rows:
-            keys = [[key for key in run if key[0] == value] for run in row.runs]
+            keys = [[key for key in run if key[0] in kept] for run in row.runs]
             runs = (derived(run, run.__getitem__, some) for run, some in zip(row.runs, keys, strict=True))
             rows.append(replace(row, runs=tuple(runs)))
-        values = {value: self.values[value]} if value in self.values else {}
+        values = {key: self.values[key] for key in self.values if key in kept}
         return replace(self, rows=tuple(rows), values=values)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import CURVES
-from retarget_bench.analysis.ranking import Ranking, never_ranked
+from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
@@ -191,10 +191,10 @@ class MethodGroup:
             ):
                 ranked = any(not score.unranked for score in having)
                 why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
-                found.append(
-                    f"{section.split}: no method is ranked by {self.builder.column(key).label}, since "
-                    f"{why}. Each number is over other cases."
-                )
+                why += ". Each number is over other cases"
+                why = (section.matrix and doubt(section.matrix, key)) or why
+                label = self.builder.column(key).label
+                found.append(f"{section.split}: no method is ranked by {label}, since {why}.")
         return found
 
     def _too_few_clips(self) -> list[str]:

@@ -214,7 +214,7 @@ def test_ties_join_a_method_with_its_own_double(tmp_path):
     (one,) = panel.result_matrices(store.find_results(root))
     ranking = summary.split_summary(one).rankings["mpjpe_h.world"]
     assert set(ranking.order[:2]) == {"twin", HOSTILE[0]}
-    assert summary.tie_groups(summary.separated(one, ranking, "mpjpe_h.world")) == [(0, 1)]
+    assert ranking.tied == ranking.order[1:2]
 
 
 def test_speed_is_to_the_right_and_error_upwards(plotted, results):

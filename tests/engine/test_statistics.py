@@ -69,15 +69,18 @@ def test_all_flips_agree_with_scipys_permutation_test(clips):
 
 
 def test_drawn_flips_come_close_to_all_flips():
-    differences = np.random.default_rng(3).normal(0.3, 1.0, (2, 14))
+    differences = np.random.default_rng(3).normal([[0.3], [0.2]], 1.0, (2, 14))
     expected = np.array([by_brute_force(row) for row in differences])
-    noise = np.sqrt(expected * (1 - expected) / statistics.SAMPLED_FLIPS)
+    close = (expected > 0.025) & (expected < 0.1)
+    assert sorted(close) == [False, True]
+    draws = np.where(close, statistics.SAMPLED_FLIPS, statistics.FIRST_FLIPS)
+    noise = np.sqrt(expected * (1 - expected) / draws)
     assert np.all(np.abs(statistics.sign_flip(differences) - expected) < 4 * noise + 1e-4)
 
 
 def test_drawn_flips_count_the_observed_one_and_are_always_the_same():
     certain = np.linspace(1.0, 1.1, 40)[None]
-    assert statistics.sign_flip(certain)[0] == 1 / (statistics.SAMPLED_FLIPS + 1)
+    assert statistics.sign_flip(certain)[0] == 1 / (statistics.FIRST_FLIPS + 1)
     # frozen: the raw bits of Philox are the same in every version of numpy, on every machine
     assert statistics._signs(20, statistics.SAMPLED_FLIPS)[1, :10].tolist() == FIRST_SIGNS
 
@@ -166,17 +169,66 @@ def test_means_per_clip_weigh_cases_within_clips_only():
 
 
 # ------------------------------------------------------------------------------------------ many tests
-def test_holm_by_hand():
-    # sorted: 0.005, 0.01, 0.03, 0.04; times 4, 3, 2, 1: 0.02, 0.03, 0.06, 0.04 -> never falling
-    found = statistics.holm(np.array([0.01, 0.04, 0.03, 0.005]))
-    assert found.tolist() == pytest.approx([0.03, 0.06, 0.06, 0.02])
+def flips(clips: int) -> list[tuple[float, ...]]:
+    return list(itertools.product((1.0, -1.0), repeat=clips))
 
 
-def test_holm_within_a_larger_family_by_hand():
-    # two of six tests: times 6 and 5; nothing above 1
-    assert statistics.holm(np.array([0.02, 0.004]), 6).tolist() == pytest.approx([0.1, 0.024])
-    assert statistics.holm(np.array([0.5, 0.4]), 6).tolist() == [1.0, 1.0]
-    assert statistics.holm(np.array([])).tolist() == []
+def far(row: np.ndarray, signs: tuple[float, ...]) -> float:
+    return plain((row * np.array(signs)).tolist())
+
+
+def greatest(rows: np.ndarray, least: float) -> float:
+    """The share of all flips in which any of the rows is as far from 0 as this."""
+    hits = [max(far(row, signs) for row in rows) >= least * (1 - 1e-8) for signs in flips(rows.shape[1])]
+    return sum(hits) / len(hits)
+
+
+@pytest.mark.parametrize("clips", [5, 8])
+def test_step_down_is_the_share_of_flips_whose_greatest_statistic_is_as_great(clips):
+    rows = np.random.default_rng(clips).normal([[0.1], [0.5], [1.2]], 1.0, (3, clips))
+    sizes = [far(row, (1.0,) * clips) for row in rows]
+    order = np.argsort(sizes)[::-1]
+    expected, above = {}, 0.0
+    for place, row in enumerate(order):
+        above = max(above, greatest(rows[order[place:]], sizes[row]))
+        expected[row] = above
+    assert statistics.step_down(rows).tolist() == [expected[row] for row in range(3)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_methods_are_compared_with_the_best_in_the_family_of_all_that_are_left(seed):
+    means = np.random.default_rng(seed).normal([[0.0], [0.2], [0.8], [3.0]], 1.0, (4, 7))
+    best = int(means.mean(axis=1).argmin())
+    sizes = {row: far(means[row] - means[best], (1.0,) * 7) for row in range(4) if row != best}
+    left, above, expected = set(range(4)), 0.0, np.ones(4)
+    for row in sorted(sizes, key=lambda row: -sizes[row]):
+        pairs = np.array([means[one] - means[two] for one, two in itertools.combinations(sorted(left), 2)])
+        above = expected[row] = max(above, greatest(pairs, sizes[row]))
+        left -= {row}
+    found = statistics.against_best(means)
+    assert found[0] == best
+    np.testing.assert_allclose(found[1], expected, rtol=1e-12)
+
+
+def test_a_value_that_says_the_same_again_costs_nothing_and_one_of_its_own_does():
+    rows = np.random.default_rng(1).normal(0.5, 1.0, (2, 20))
+    alone = statistics.sign_flip(rows[:1])[0]
+    assert statistics.step_down(np.array([rows[0], 3 * rows[0]])).tolist() == [alone, alone]
+    both = statistics.step_down(rows)
+    assert (both >= statistics.sign_flip(rows)).all()
+    assert both.min() > statistics.sign_flip(rows).min()
+
+
+def test_a_row_without_some_clips_is_flipped_on_those_that_it_has():
+    rows = np.random.default_rng(2).normal(0.6, 1.0, (1, 12))
+    gaps = np.insert(rows, [3, 9], np.nan, axis=1)
+    assert statistics.sign_flip(gaps)[0] == pytest.approx(statistics.sign_flip(rows)[0], abs=0.02)
+    assert statistics.step_down(gaps)[0] == pytest.approx(statistics.step_down(rows)[0], abs=0.02)
+
+
+def test_nobody_is_compared_with_nobody():
+    assert statistics.step_down(np.empty((0, 20))).tolist() == []
+    assert statistics.against_best(np.ones((1, 20)))[1].tolist() == [1.0]
 
 
 def test_the_best_is_told_from_the_worse_and_not_from_its_equal():
@@ -208,37 +260,9 @@ def test_values_best_at_a_goal_count_by_their_factor_from_it():
 
 
 # ------------------------------------------------------------------------------- what clips can show
-@pytest.mark.parametrize("pairs", [1, 25, 26, 45, 55, 190, 250, 251, 1000])
-def test_as_many_clips_as_needed_can_separate_and_fewer_cannot(pairs):
-    """The clearest data that there are: one method is better by the same on every clip."""
-    needed = statistics.clips_needed(pairs)
-    can = [statistics.could_separate(clips, pairs) for clips in range(1, 60)]
-    assert can == [clips >= needed for clips in range(1, 60)]
-    for clips in (needed, needed + 1, 43):
-        assert pairs * statistics.sign_flip(np.ones((1, clips)), pairs)[0] < statistics.ALPHA
-    if needed > statistics.ENOUGH_CLIPS:
-        assert pairs * statistics.sign_flip(np.ones((1, needed - 1)), pairs)[0] >= statistics.ALPHA
-
-
-def test_clips_needed_by_hand():
-    # 2 / 2^10 is 0.00195: times 25 below 5 %, times 26 above; 55 pairs need 2 / 2^12
-    assert [statistics.clips_needed(pairs) for pairs in (1, 25, 26, 45, 55)] == [10, 10, 11, 11, 12]
-    more = [statistics.clips_needed(pairs) for pairs in range(1, 400, 7)]
-    assert more == sorted(more)
-
-
-def test_ten_methods_that_differ_everywhere_are_told_apart_with_eleven_clips_and_not_with_ten():
-    for clips, told in ((10, False), (11, True)):
-        means = np.arange(10)[:, None] + np.random.default_rng(clips).normal(0, 0.01, (10, clips))
-        p = statistics.against_best(means)[1]
-        assert ((p[1:] < statistics.ALPHA) == told).all()
-        assert statistics.could_separate(clips, 45) == told
-
-
-def test_large_families_draw_more_flips_and_keep_the_first():
-    few, more = (statistics._signs(40, statistics._draws(40, pairs)) for pairs in (250, 251))
-    assert (len(few), len(more)) == (10_000, 19_999)
-    np.testing.assert_array_equal(few, more[: len(few)])
+def test_ten_methods_that_differ_everywhere_are_told_apart_with_ten_clips():
+    means = np.arange(10)[:, None] + np.random.default_rng(0).normal(0, 0.01, (10, statistics.ENOUGH_CLIPS))
+    assert (statistics.against_best(means)[1][1:] < statistics.ALPHA).all()
 
 
 @pytest.mark.parametrize("clips", [10, 43, 94])
@@ -252,19 +276,19 @@ def test_rare_failures_are_seen_from_74_clips_on():
     assert statistics.CLIPS_FOR_RARE == 74
 
 
-@pytest.mark.parametrize(("clips", "pairs", "p"), [(20, 1, 0.2), (43, 1, 0.06), (43, 45, 0.01)])
-def test_clips_for_power_give_the_power_of_students_test(clips, pairs, p):
+@pytest.mark.parametrize(("clips", "times", "p"), [(20, 1, 0.2), (43, 1, 0.06), (43, 45, 0.01)])
+def test_clips_for_power_give_the_power_of_students_test(clips, times, p):
     """The size of the effect that gives this p to Student's paired test; its power by noncentral t."""
     effect = stats.t.isf(p / 2, clips - 1) / math.sqrt(clips)
-    found = statistics.clips_for_power(p, clips, pairs)
-    critical = stats.t.isf(statistics.ALPHA / pairs / 2, found - 1)
+    found = statistics.clips_for_power(p, times * p, clips)
+    critical = stats.t.isf(statistics.ALPHA / times / 2, found - 1)
     power = stats.nct.sf(critical, found - 1, effect * math.sqrt(found))
     assert power == pytest.approx(statistics.POWER, abs=0.05)
 
 
 def test_no_number_of_clips_shows_no_difference_and_clearer_ones_need_fewer():
-    assert statistics.clips_for_power(1.0, 20, 1) is None
-    needed = [statistics.clips_for_power(p, 20, 10) for p in (0.9, 0.5, 0.2, 0.01)]
+    assert statistics.clips_for_power(1.0, 1.0, 20) is None
+    needed = [statistics.clips_for_power(p, min(1.0, 10 * p), 20) for p in (0.9, 0.5, 0.2, 0.01)]
     assert needed == sorted(needed, reverse=True)
     assert needed[-1] > 20
 
@@ -285,7 +309,7 @@ EQUALS = {"alike": (OWN, OWN), "unlike": (OWN, STEADY), "one reckless": (RECKLES
 def test_equal_methods_are_told_apart_one_time_in_twenty(methods):
     """Fifty clips, the pairs per clip and the skew of real results; 4,000 repeats. Larger and smaller
     numbers of clips: ``tests/benchmarks/statistics_calibration.py``."""
-    assert 0.04 <= false_alarms(50, methods, seed=1) <= 0.06
+    assert 0.04 <= false_alarms(50, methods, seed=1) <= 0.065
 
 
 @pytest.mark.slow
@@ -333,9 +357,9 @@ def test_intervals_cover_the_truth_nineteen_times_in_twenty():
 
 
 def test_equal_methods_share_the_first_place_in_nineteen_tables_of_twenty():
-    """Of eight equal methods somebody is told from the best; Holm over seven pairs would do it in 12 %."""
+    """Of eight equal methods somebody is told from the best."""
     made = errors(np.random.default_rng(4), 400, 50, (OWN,) * 8)
     separated = [
         statistics.against_best(made[:, table])[1].min() < statistics.ALPHA for table in range(400)
     ]
-    assert np.mean(separated) <= 0.05
+    assert 0.03 <= np.mean(separated) <= 0.07

@@ -1,0 +1,180 @@
+"""Rankings: the order of methods by one value, and which of them the data cannot tell from the best.
+
+One test is behind all marks, verdicts and charts: ``statistics.against_best`` over the ranked methods.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import compress
+from typing import Literal
+
+import numpy as np
+
+from retarget_bench.analysis import statistics
+from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.results.header import DeclaredValue, MethodInfo, ResultHeader
+from retarget_bench.results.result_matrix import ResultMatrix
+
+MOST_DOUBTED = 5.0
+"""Per cent of cases in which a reference may be beyond what a value allows, and methods be ranked by it."""
+COVERAGE = 0.95
+"""A method that has a value for a smaller share of the cases than others is not ranked by it."""
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Order of the ranked methods by one value, on the cases that all of them have it for.
+
+    Values that are best at a goal are compared as |log(value / goal)| of every case.
+
+    order: labels of the ranked methods, best first.
+    p:     label -> p-value of the difference from the best, adjusted for all pairs of methods.
+    cases: common cases, of ``clips`` source clips.
+    left_out: label -> why a ranked method is not ranked by this value.
+    complete: False while cases are missing.
+    """
+
+    order: tuple[str, ...]
+    p: Mapping[str, float]
+    cases: int
+    clips: int
+    left_out: Mapping[str, str]
+    complete: bool = True
+
+    @property
+    def best(self) -> str:
+        return self.order[0]
+
+    @property
+    def separable(self) -> bool:
+        """True if so many clips could have told the best from another."""
+        return len(self.order) > 1 and self.clips >= statistics.ENOUGH_CLIPS
+
+    @property
+    def tied(self) -> tuple[str, ...]:
+        """Those behind the best up to the first whose difference from it is significant."""
+        behind = self.order[1:]
+        first = next((i for i, label in enumerate(behind) if self.p[label] < statistics.ALPHA), len(behind))
+        return behind[:first]
+
+    @property
+    def unclear(self) -> tuple[str, ...]:
+        """Those whose difference from the best is not significant, though that of a better one is: it
+        varies more. They are not marked as tied."""
+        later = self.order[1 + len(self.tied) :]
+        return tuple(label for label in later if self.p[label] >= statistics.ALPHA)
+
+    def mark(self, label: str) -> Literal["best", "tied", ""]:
+        """``best``, ``tied`` or "": no mark where so few clips could tell nobody apart, nor while cases
+        are missing."""
+        if not (self.separable and self.complete):
+            return ""
+        return "best" if label == self.best else "tied" if label in self.tied else ""
+
+
+def never_ranked(method: MethodInfo) -> str:
+    """The reason why a method is never ranked (a control, privileged inputs); "" where it may be."""
+    seen = ", ".join(name.replace("_", " ") for name in method.privileged)
+    return "control" if method.control else f"sees {seen}" if seen else ""
+
+
+def unranked(header: ResultHeader) -> str:
+    """The reason why a method with this header is not ranked; "" where it is.
+
+    Whoever leaves out a case would choose the cases that all are compared on, so it is compared apart.
+    """
+    counts = header.counts
+    fewer = f"answered {counts.ok} of {counts.asked}" if counts.ok < counts.asked else ""
+    return never_ranked(header.method) or fewer
+
+
+def doubt(matrix: ResultMatrix, value: str) -> str:
+    """Why nobody is ranked by a value on these cases, though methods have it; "": there is no doubt."""
+    doubted = matrix.values[value].doubt
+    numbers = matrix.numbers((doubted, "")) if doubted else np.empty((0, 0))
+    known = numbers[:, ~np.isnan(numbers).all(axis=0)]
+    if not known.size or (share := float(np.nanmax(known, axis=0).mean())) <= MOST_DOUBTED:
+        return ""
+    return f"the references themselves are beyond what it allows in {share:.0f} % of the cases"
+
+
+def ranked_cases(matrix: ResultMatrix, value: str) -> tuple[Ranking, np.ndarray] | None:
+    """The ranking by a value of a complete matrix, and the cases ``(cases,)`` bool that it is over; None
+    where it ranks nobody."""
+    numbers = matrix.numbers((value, ""))
+    ranked = np.array([not unranked(row.header) for row in matrix.rows], dtype=bool)
+    waiting = any(row.header.waiting for row in matrix.rows)
+    if waiting or not ranked.any() or matrix.values[value].better == "none" or doubt(matrix, value):
+        return None
+    common, among, left_out = common_cases(numbers, ranked)
+    if not among.any():
+        return None
+    return ranking(matrix, value, np.where(common, numbers, np.nan), among, left_out), common
+
+
+def ranking(
+    matrix: ResultMatrix, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
+) -> Ranking:
+    """The ranking of the methods ``among`` ``(methods,)`` bool by their numbers ``(methods, cases)``."""
+    labels, declared = [row.label for row in matrix.rows], matrix.values[value]
+    worse = statistics.losses(numbers[among], declared.better, declared.goal)
+    there = ~np.isnan(worse).any(axis=0)
+    per_clip = statistics.per_clip(worse[:, there], matrix.clips[there])
+    return _ranked(
+        dict(zip(compress(labels, among), per_clip, strict=True)),
+        declared.tolerance,
+        int(there.sum()),
+        per_clip.shape[1],
+        {labels[i]: why for i, why in left_out.items()},
+        not matrix.so_far,
+    )
+
+
+def set_ranking(values: Mapping[str, SetValue], declared: DeclaredValue) -> Ranking | None:
+    """The ranking of methods by a value of all their answers as one set; None where fewer than two have
+    one with an interval.
+
+    values: label -> value, over the same windows. The units are the tenths of the clips: a method's number
+    of a tenth is how its value changes without that tenth, scaled so that mean and standard error of the
+    numbers are the value and its jackknife's.
+    """
+    numbers = {label: each.tenths for label, each in values.items() if each.tenths is not None}
+    if declared.better == "none" or len(numbers) < 2:
+        return None
+    worse = {label: statistics.losses(each, declared.better) for label, each in numbers.items()}
+    first = next(iter(values.values()))
+    return _ranked(worse, declared.tolerance, first.n, first.clips, {}, True)
+
+
+def _ranked(
+    losses: Mapping[str, np.ndarray],
+    tolerance: float,
+    cases: int,
+    clips: int,
+    left_out: Mapping[str, str],
+    complete: bool,
+) -> Ranking:
+    """losses: label -> ``(units,)``, less is better."""
+    labels = sorted(losses)  # so that equals stand in one order however the results were listed
+    worse = np.array([losses[label] for label in labels])
+    order = np.argsort(worse.mean(axis=1), kind="stable")
+    best, p = statistics.against_best(worse, tolerance)
+    adjusted = {labels[i]: float(p[i]) for i in order if i != best}
+    return Ranking(tuple(labels[i] for i in order), adjusted, cases, clips, left_out, complete)
+
+
+def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
+    """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
+    means are over these; and why ranked methods are left out.
+
+    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. Not every answer has every number: a method
+    that has it for less than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest
+    it shrink the set.
+    """
+    there = ~np.isnan(numbers)
+    any_of = there[ranked].any(axis=0)
+    counts = there.sum(axis=1)
+    few = ranked & (counts < COVERAGE * any_of.sum())
+    left_out = {int(i): f"has it for {counts[i]} of {any_of.sum()} cases" for i in np.flatnonzero(few)}
+    common = any_of & there[ranked & ~few].all(axis=0)
+    return common, ranked & ~few & common.any(), left_out
