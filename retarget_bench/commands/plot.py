@@ -274,8 +274,8 @@ COMMANDS = (
     ),
     _command(
         "ties",
-        "Draw methods by their means, with intervals, and join those that the data cannot tell apart "
-        "(paired sign-flip tests over clips, Holm-corrected for all pairs of methods).",
+        "Draw methods by their means, with intervals, and join those that the data cannot tell from the "
+        "best, which tables mark as tied.",
         _of_value("rows", "ties"),
         _value(ERROR),
     ),
