@@ -93,7 +93,7 @@ def told(cell: Cell, column: Column) -> str:
     """Tool tip of a cell."""
     if cell.value is None:
         return cell.reason or cell.text
-    sets = words.is_fid(column)
+    sets = words.is_set(column)
     tied = f"tied: {words.TIED_FID}" if sets else words.TIED
     parts = [{"": "", "best": words.BEST, "tied": tied}[cell.mark]]
     if cell.n:
