@@ -17,6 +17,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
 
 MANIFEST = "manifest.json"
+NAMED = 3
+"""So many methods at most are named beside a progress bar."""
 OVERWRITE = ("never", "missing", "failed", "always")
 _SUITE_NAMES = {"split": "splits", "plugin": "plugins", "metrics": "metric", "overwrite": "redo"}
 
@@ -356,8 +358,15 @@ def _left_out(problem: str) -> None:
 
 
 def carry_out(plan: Any, what: str, *, timed: bool = False) -> list[Any]:
-    """Run a plan under a progress bar (elsewhere a line a minute); returns the places of its results."""
+    """Run a plan under a progress bar (elsewhere a line a minute) that names the methods, which answer in
+    turns; returns the places of its results."""
     from retarget_bench.evaluation import runner
 
-    with progress_bar(what, "answers") as progress:
+    with progress_bar(f"{what} {_named(plan)}", "answers") as progress:
         return runner.run(plan, progress, timed=timed)
+
+
+def _named(plan: Any) -> str:
+    """The methods of a plan; their number where they are many."""
+    names = list(map(str, plan.methods))
+    return ", ".join(names) if len(names) <= NAMED else f"({len(names)} methods)"

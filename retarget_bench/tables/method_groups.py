@@ -215,7 +215,7 @@ def _answered(scores: Collection[MethodSummary]) -> str:
     """Why a method is not ranked that answered some cases only, on one split or on several; or ""."""
     if not any(score.unranked for score in scores):
         return ""
-    return "answered " + ", ".join(f"{each.ok} of {each.asked}" for each in scores)
+    return "answered " + ", ".join(dict.fromkeys(f"{each.ok} of {each.asked}" for each in scores))
 
 
 def floors(spots: Sequence[tuple[SplitSummary, str, tuple[str, str]]], builder: GroupBuilder) -> list[str]:
@@ -232,7 +232,8 @@ def floors(spots: Sequence[tuple[SplitSummary, str, tuple[str, str]]], builder: 
 def speeds(section: SplitSummary) -> list[str]:
     """Frames per second of the methods, in a sentence; and one for each that is not comparable."""
     methods = [score for score in section.scores if not never_ranked(score.header.method)]
-    timed = sorted(((score.fps, score) for score in methods if score.fps is not None), key=lambda s: -s[0])
+    timed = [(score.fps, score) for score in methods if score.fps is not None]
+    timed.sort(key=lambda each: (-each[0], each[1].label))
     shown = [f"{score.label} {fps:,.0f}" for fps, score in timed if not section.slower(score)]
     said = "Speed in frames/s of one process and thread, with handing over"
     return [

@@ -59,7 +59,7 @@ def legend(table: Table, notes: bool, intervals: bool = False) -> list[tuple[str
     notes = notes or bool(table.reading)
     marks = has_marks([table])
     said = [table.finding]
-    if notes and table.groups:
+    if table.groups and (notes or _only_speeds(table)):
         said.append(f"{means(table)} {ARROWS}")
     if marks and notes:
         full = f"{MARKS['best']} {BEST}; {MARKS['tied']} {tied([table])}."
@@ -88,8 +88,11 @@ def has_seeds(tables: Sequence[Table]) -> bool:
 
 def means(table: Table) -> str:
     """What numbers are means over."""
-    speeds = {column.id for column in table.explained} == {FPS}
-    return table.reading or (SPEEDS if speeds else MEANS)
+    return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
+
+
+def _only_speeds(table: Table) -> bool:
+    return {column.id for column in table.explained} == {FPS}
 
 
 def tied(tables: Sequence[Table]) -> str:
