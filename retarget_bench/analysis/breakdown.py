@@ -9,7 +9,6 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.tasks import definitions
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.results import case_metadata, compatibility, store
 from retarget_bench.results.columns import Key
@@ -67,6 +66,8 @@ def structures_of(matrix: ResultMatrix) -> dict[str, str]:
 
 
 def _levels(matrix: ResultMatrix) -> dict[str, str]:
+    from retarget_bench.evaluation.tasks import definitions
+
     conditions = {
         case: each for row in matrix.rows for case, each in case_metadata.read_conditions(row.paths).items()
     }

@@ -8,7 +8,7 @@ from itertools import compress
 import numpy as np
 
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec, folded
 from retarget_bench.results import case_metadata, dataset_names
 from retarget_bench.results.header import MethodInfo
@@ -169,6 +169,8 @@ def of_splits(places: Sequence[ResultPaths], asked: Sequence[str]) -> list[Resul
 
 def _slug(asked: str) -> str:
     """The folder of results on the data set of a spec; "" where it is none, or its files are not there."""
+    from retarget_bench.plugins import bound
+
     try:
         return bound.dataset(asked).slug
     except BenchError:

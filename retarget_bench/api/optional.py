@@ -181,6 +181,11 @@ def method_manifest(method: object) -> Manifest | None:
     return getattr(getattr(method, "card", None), "trained_on", None)
 
 
+def training_share(method: object) -> float | None:
+    """Frames that training of a method's weights has seen, over those of its paper's; None: not known."""
+    return getattr(method, "training_share", None)
+
+
 @runtime_checkable
 class OffersWarmUp(Protocol):
     def warm_up(self) -> None:

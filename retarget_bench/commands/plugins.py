@@ -293,6 +293,8 @@ def new(kind: str, name: str, package: bool, worker: bool) -> None:
         steps = [f"bench test {name} --plugin {name}.py"]
     if kind == "method":
         steps.append(f"bench run {name} copy_rotations" + ("" if package else f" --plugin {name}.py"))
+    if kind == "metric":
+        steps.append(f"bench run ik -m {name}" + ("" if package else f" --plugin {name}.py"))
     if kind == "post":
         steps.append(f"bench run copy_rotations+{name}" + ("" if package else f" --plugin {name}.py"))
     echo("Now change what it does, and then:\n" + "\n".join(f"  {step}" for step in steps))

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from retarget_bench import files
+from retarget_bench import defaults, files
 from retarget_bench.commands import options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
@@ -17,6 +17,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
 
 MANIFEST = "manifest.json"
+NAMED = 3
+"""So many methods at most are named beside a progress bar."""
 OVERWRITE = ("never", "missing", "failed", "always")
 _SUITE_NAMES = {"split": "splits", "plugin": "plugins", "metrics": "metric", "overwrite": "redo"}
 
@@ -129,29 +131,32 @@ common_options = options.together(
 """All options of a plan."""
 
 
-def _show(places: list[Any], root: Path, *, variants: bool) -> None:
-    """The first table, and where there is more, or how to go on where results are not complete."""
-    task = places[0].task if places else options.RUN_TASKS[0]
-    of = "" if task == options.RUN_TASKS[0] else f" --task {task}"
+def _show(places: list[Any], root: Path, *, variants: bool, task: str) -> None:
+    """The first table, and where there is more, or how to go on where results are not complete.
+
+    task: as ``bench table --task`` takes it.
+    """
     from retarget_bench.analysis.selection import Selection
-    from retarget_bench.tables import builder
+    from retarget_bench.tables import requested
     from retarget_bench.tables.rendering import text
 
-    made = builder.overview(places, Selection(variants=variants))
+    paired = not places or places[0].task in options.RUN_TASKS
+    select = Selection(variants=variants or not paired, apart=paired)
+    made = requested.tables(places, requested.Request(select=select))
     echo(text(made, columns=options.screen_width()), nl=False)
     if not all(place.complete for place in places):
         options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
-    more = options.command("bench table", root, f"-s {places[-1].split}{of}")
-    options.say(f"More columns of a split: {more}. Every value: --all. Notes: --notes.")
+    there = [] if root == Path(defaults.OUT) else [root]
+    of = [] if task in ("", options.RUN_TASKS[0]) else ["--task", task]
+    columns = [column for table in made for column in table.columns if column.split]
+    split = f"-s {columns[0].split}: more columns; " if columns else ""
+    more = [f"{options.command('bench table', *there, *of)} ({split}--all; --notes)"]
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
-    if len(ranked) > 1:
+    if len(ranked) > 1 and not of:
         two = " ".join(shlex.quote(label) for label in ranked[:2])
-        compared = (
-            "" if of else f"Two methods: {options.command('bench compare', two, '--results', root)}. "
-        )
-        options.say(f"{compared}A method: {options.command('bench info METHOD')}.")
-    options.say(f"A page with charts and motion: {options.command('bench report', root)}.")
+        more.append(options.command("bench compare", two, *(("--results", root) if there else ())))
+    options.say(f"More: {', '.join([*more, options.command('bench report', *there)])}.")
 
 
 @click.command("run")
@@ -168,9 +173,7 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
 
     plan = make_plan(methods, **given)
     places = carry_out(plan, "bench run", timed=True)
-    _show(plans.existing(places, plan.root), plan.root, variants=bool(methods))
-    if not methods and plan.task != "points" and (apart := plans.left_apart()):
-        options.say(f"Not in plain runs: {apart}. They run by name: bench run METHOD.")
+    _show(plans.existing(places, plan.root), plan.root, variants=bool(methods), task=plan.task)
 
 
 @click.command("predict")
@@ -212,7 +215,9 @@ def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     elif name:
         raise BenchError(f"--name is what a folder's method is called, and {what[0]} is no folder")
     plan = make_plan(what, stage="score", **given)
-    _show(plans.existing(carry_out(plan, "bench score"), plan.root), plan.root, variants=True)
+    _show(
+        plans.existing(carry_out(plan, "bench score"), plan.root), plan.root, variants=True, task=plan.task
+    )
 
 
 def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
@@ -317,16 +322,12 @@ def _run_task(
 ) -> None:
     from retarget_bench.evaluation import tasks
     from retarget_bench.python import plans
-    from retarget_bench.tables.builder import task_tables
-    from retarget_bench.tables.rendering import text
 
     spec = str(tasks.canonical(name, levels, motions or 0))
     plan = make_plan(methods, task=spec, **given)
     shown = options.task_name(name)
     places = plans.existing(carry_out(plan, f"bench task {shown}"), plan.root)
-    echo(text(task_tables(places, name), columns=options.screen_width()))
-    every = options.command("bench table", plan.root, "--task", shown, "--all")
-    options.say(f"All values: {every}. Rows lie in {plan.root}/.")
+    _show(places, plan.root, variants=True, task=shown)
 
 
 # plans
@@ -357,8 +358,15 @@ def _left_out(problem: str) -> None:
 
 
 def carry_out(plan: Any, what: str, *, timed: bool = False) -> list[Any]:
-    """Run a plan under a progress bar (elsewhere a line a minute); returns the places of its results."""
+    """Run a plan under a progress bar (elsewhere a line a minute) that names the methods, which answer in
+    turns; returns the places of its results."""
     from retarget_bench.evaluation import runner
 
-    with progress_bar(what, "answers") as progress:
+    with progress_bar(f"{what} {_named(plan)}", "answers") as progress:
         return runner.run(plan, progress, timed=timed)
+
+
+def _named(plan: Any) -> str:
+    """The methods of a plan; their number where they are many."""
+    names = list(map(str, plan.methods))
+    return ", ".join(names) if len(names) <= NAMED else f"({len(names)} methods)"

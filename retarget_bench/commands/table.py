@@ -9,7 +9,7 @@ import click
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
-FORMATS = ("text", "md", "tex", "html", "csv")
+FORMATS = ("text", "md", "tex", "html", "csv", "json")
 BREAKDOWNS = (
     "pair", "clip", "kind", "structure", "level", "joint", "part", "seen", "second", "threshold",
 )  # fmt: skip

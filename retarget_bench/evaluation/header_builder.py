@@ -93,6 +93,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         control=bool(card.control),
         stochastic=bool(card.stochastic),
         trained_on=manifest,
+        training_share=optional.training_share(asked),
         environment=environments.facts(unit.environment) if unit.environment else {},
     )
 

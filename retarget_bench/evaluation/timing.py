@@ -6,20 +6,24 @@ a fixed piece of work at the same moment, the yardstick, so that times of a busy
 machine, are not shown as if they were of a quiet one.
 """
 
+from __future__ import annotations
+
 import json
 import math
 import statistics
 import time
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from retarget_bench.api import Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.prediction.questions import Asked
-from retarget_bench.evaluation.prediction.workers import PredictionWorker
 from retarget_bench.files import digest, write_csv
 from retarget_bench.results.store import ResultPaths, read_cases, read_csv
+
+if TYPE_CHECKING:
+    from retarget_bench.evaluation.prediction.questions import Asked
+    from retarget_bench.evaluation.prediction.workers import PredictionWorker
 
 U = TypeVar("U")
 

@@ -14,7 +14,7 @@ from retarget_bench.results import dataset_names, result_matrix, store
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import builder
+from retarget_bench.tables import builder, requested
 from retarget_bench.tables.groups import FPS
 
 
@@ -84,15 +84,15 @@ def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Resu
 
 
 def order(sections: Sequence[SplitSummary], main: Mapping[str, str]) -> list[str]:
-    """Labels as a table of all splits has them: as the last split ranks them, then the one before; those
-    that no split ranks by their means.
+    """Labels as a table of all splits has them: as its first split ranks them, then the next; those that no
+    split ranks by their means.
 
     main: split -> the value that they are ranked by.
     """
     labels = sorted({score.label for each in sections for score in each.scores})
     places: dict[str, list[float]] = {label: [] for label in labels}
     means: dict[str, list[float]] = {label: [] for label in labels}
-    for each in reversed(sections):
+    for each in builder.in_order(sections):
         key = main.get(each.split, "")
         ranked = each.rankings[key].order if key in each.rankings else ()
         losses = {s.label: _loss(s.means[key], each.values[key]) for s in each.scores if key in s.means}
@@ -108,7 +108,7 @@ def _loss(mean: Mean, declared: DeclaredValue) -> float:
 
 def main_value(found: ResultMatrix, task: str) -> str | None:
     """The first column of the tables of a split; None where no case has any of the usual ones."""
-    wanted = builder.TASK_COLUMNS.get(task.split("-")[0], ())
+    wanted = requested.TASK_COLUMNS.get(task.split("-")[0], ())
     present = {value for value, _ in found.keys}
     columns = (builder.stand_in(key, present) for key in (*wanted, *builder.DEFAULT_COLUMNS) if key != FPS)
     return next((key for key in columns if key is not None), None)

@@ -75,16 +75,6 @@ def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
     return tuple(specs)
 
 
-def left_apart() -> str:
-    """The methods that take part in no plain run for a reason that their cards give, as a sentence; "" for
-    none."""
-    reasons: dict[str, list[str]] = {}
-    for name, each in registry.working("methods")[0].items():
-        if reason := method_card(each).apart:
-            reasons.setdefault(reason, []).append(name)
-    return "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
-
-
 def default_metrics(task: str, tell: Tell) -> tuple[str, ...]:
     """All metrics of a task, for those of one body also ``defaults.TASK_METRICS``. A metric with a value id
     that another one declares is left out; built-in ones come first."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 import warnings
@@ -14,11 +15,11 @@ SECONDS = 60.0
 
 @contextmanager
 def progress_bar(what: str, units: str, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
-    """A bar on a terminal and in notebooks, else lines on the error output; gives a function of how much is
-    done, and of how much in all."""
+    """A bar in notebooks and on a terminal that has a size, else lines on the error output; gives a
+    function of how much is done, and of how much in all."""
     if not shown:
         yield _unseen
-    elif "ipykernel" not in sys.modules and not sys.stderr.isatty():
+    elif "ipykernel" not in sys.modules and not _has_size():
         yield _Lines(what, units)
     else:
         from tqdm import TqdmWarning
@@ -35,6 +36,14 @@ def progress_bar(what: str, units: str, shown: bool = True) -> Iterator[Callable
                 bar.update(done - bar.n)
 
             yield progress
+
+
+def _has_size() -> bool:
+    """True for a terminal that says how wide it is; a bar would be empty on another."""
+    try:
+        return sys.stderr.isatty() and os.get_terminal_size(sys.stderr.fileno()).columns > 0
+    except OSError:
+        return False
 
 
 def _unseen(done: int, total: int) -> None:

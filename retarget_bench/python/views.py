@@ -23,7 +23,7 @@ from retarget_bench.viewer import player
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Scene
 
-ENDINGS = {".txt": "text", ".md": "md", ".tex": "tex", ".html": "html", ".csv": "csv"}
+ENDINGS = {".txt": "text", ".md": "md", ".tex": "tex", ".html": "html", ".csv": "csv", ".json": "json"}
 """Ending of a file -> the format that a table is written to it in."""
 
 
@@ -76,7 +76,6 @@ class TableView:
             for table in self._tables("csv")
             for group in table.groups
             for row in group.rows
-            if not row.beside
             for column, cell in zip(group.columns, row.cells, strict=True)
         ]
         return pd.DataFrame(found, columns=FACTS)
@@ -101,7 +100,7 @@ class TableView:
 
     @checked
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the tables as .txt, .md, .tex (booktabs), .html or .csv, and return the path."""
+        """Write the tables as .txt, .md, .tex (booktabs), .html, .csv or .json, and return the path."""
         path = Path(path)
         if (form := ENDINGS.get(path.suffix.lower())) is None:
             raise BenchError(f"{path}: tables are written as {', '.join(ENDINGS)}; end the name in one")

@@ -22,8 +22,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, dataset_names, result_matrix
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import builder, names, set_groups
-from retarget_bench.tables.groups import FPS
+from retarget_bench.tables import builder, names, requested
+from retarget_bench.tables.groups import FPS, declared_sets
 from retarget_bench.tables.model import Column, Table
 
 _BODIES = ("", *BODIES)
@@ -278,16 +278,16 @@ def _tables(
     task = places[0].task.split("-")[0]
     there = set(builder.all_columns(sections))
     wanted = [column for column in columns if column in there]
-    by: By | None = builder.TASK_BREAKDOWN[task] if task in DERIVED and task != "reconstruct" else None
+    by: By | None = requested.TASK_BREAKDOWN[task] if task in DERIVED and task != "reconstruct" else None
     if by is not None:  # neither speeds nor values of sets are known by parts
-        wanted = [column for column in wanted if column not in (FPS, *set_groups.declared(sections))]
+        wanted = [column for column in wanted if column not in (FPS, *declared_sets(sections))]
     if not wanted:
         whole = task not in DERIVED
         if whole:
             layout: builder.Layout = "both" if len(sections) > 1 else "splits"
             return builder.tables(sections, with_sets=True, layout=layout)
-        return builder.task_tables(places, task)
-    if by is None and not set(wanted) - {FPS, *set_groups.declared(sections)}:
+        return requested.task_tables(places, task)
+    if by is None and not set(wanted) - {FPS, *declared_sets(sections)}:
         mains = (method_order.main_value(each, task) for each in result_matrix.result_matrices(places))
         wanted = [*dict.fromkeys(main for main in mains if main is not None), *wanted]
     return builder.tables(summary.split_summaries(places, by) if by else sections, wanted, by or "")

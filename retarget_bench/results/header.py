@@ -46,6 +46,7 @@ class MethodInfo(_Part):
     environment: of a method of another environment its ``name``, ``lock`` (hash of all that is installed),
                 interpreter, platform, and the versions of a few ``packages``.
     trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained.
+    training_share: frames that training has seen, over those of the paper's training; None: not known.
     """
 
     name: str = ""
@@ -61,6 +62,7 @@ class MethodInfo(_Part):
     stochastic: bool = False
     environment: Mapping[str, Any] = field(default_factory=dict)
     trained_on: Mapping[str, tuple[str, ...]] | None = None
+    training_share: float | None = None
 
     @property
     def external(self) -> bool:
@@ -247,6 +249,7 @@ def _plain(value: Any) -> Any:
 
 OPTIONAL: dict[str, Any] = {
     "posts": (),
+    "training_share": None,
     "environment": {},
     "protocol": {},
     "faults": (),

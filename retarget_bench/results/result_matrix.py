@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import INTRA, SELF, CaseInfo
-from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
 from retarget_bench.results import columns, compatibility, dataset_names
 from retarget_bench.results.columns import Columns, Key, Numbers, derived
 from retarget_bench.results.header import Counts, DeclaredValue, ResultHeader
@@ -200,7 +198,7 @@ def _matrix(found: Sequence[Columns], name: str, selves: Sequence[Columns]) -> R
         cases=tuple(map(infos.__getitem__, order)),
         own=np.array(order, dtype=np.int64) < mine,
         rows=_rows(runs),
-        values=with_current_labels(values),
+        values=values,
         meaning=_newest(found).dataset.splits.get(split, ""),
     )
 
@@ -265,32 +263,7 @@ def _version(header: ResultHeader) -> tuple[Any, ...]:
     return header.dataset.content, header.method, header.metrics
 
 
-def with_current_labels(values: Mapping[str, DeclaredValue]) -> dict[str, DeclaredValue]:
-    """The same declarations, with label and meaning as the installed metric has them.
-
-    values: by id. A value is unchanged where its metric is not installed, or gives it another unit.
-    """
-    installed = {
-        value.id: value
-        for metric in dict.fromkeys(each.metric for each in values.values())
-        for value in _values_of(metric)
-    }
-    return {
-        key: replace(each, label=installed[key].label, meaning=installed[key].meaning)
-        if key in installed and installed[key].unit == each.unit
-        else each
-        for key, each in values.items()
-    }
-
-
 def set_values(headers: Iterable[ResultHeader]) -> dict[str, DeclaredValue]:
-    """Value id -> its declaration in the newest header, for all values of sets, with current labels."""
+    """Value id -> its declaration in the newest header, for all values of sets."""
     headers = sorted(headers, key=lambda header: header.date)
-    return with_current_labels({k: value for each in headers for k, value in each.set_values.items()})
-
-
-def _values_of(metric: str) -> tuple[Any, ...]:
-    try:
-        return tuple(registry.create("metrics", metric).card.values) if metric else ()
-    except BenchError:
-        return ()
+    return {key: value for each in headers for key, value in each.set_values.items()}

@@ -2,20 +2,18 @@
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import CURVES, By
-from retarget_bench.analysis.selection import Selection
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary, split_summaries
-from retarget_bench.api import TWO_LEGS
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary
+from retarget_bench.api import CROSS, INTRA, SELF, TWO_LEGS
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
-from retarget_bench.results.header import DeclaredValue, ResultHeader
-from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import body_groups, provenance, set_groups
-from retarget_bench.tables.groups import FPS, GroupBuilder, lacking
-from retarget_bench.tables.method_groups import MethodGroup, by_part
+from retarget_bench.results.header import DeclaredValue
+from retarget_bench.tables import provenance
+from retarget_bench.tables.finding import finding
+from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, lacking
+from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
 from retarget_bench.tables.model import Group, Problem, Table
 
 DEFAULT_COLUMNS = (
@@ -34,17 +32,10 @@ OVERVIEW_COLUMNS = ("mpjpe_h.world", "plant_recall", "fid_people")
 """Of the table of all splits side by side."""
 LISTED = "bench info --protocols (in Python rb.metrics()) lists all"
 """The end of messages about values, of which there are too many to name."""
+HARDEST_FIRST = (CROSS, INTRA, SELF)
+"""The usual splits as tables show them: in the last one copying is exact."""
 _DUST, _ROUNDING = 1e-6, 1e-5
 """Numbers below this size, or this share of the column's largest, count as rounding errors."""
-
-TASK_COLUMNS = {
-    "reconstruct": ("restored_cm", "jerk_ratio"),
-    "denoise": ("restored_cm", "jerk_ratio"),
-    "upsample": ("restored_cm", "restored_cm.missing"),
-}
-"""Derived task -> its default columns."""
-TASK_BREAKDOWN: dict[str, By] = {"reconstruct": "structure", "denoise": "level", "upsample": "level"}
-"""Derived task -> its default breakdown, since a mean over levels says little."""
 
 Values = Mapping[str, DeclaredValue]
 Layout = Literal["splits", "overview", "both"]
@@ -59,87 +50,151 @@ def tables(
     layout: Layout = "splits",
 ) -> list[Table]:
     """One table per data set and group of bodies. ``columns`` are value ids, or ``fps``; results may lack
-    some of ``DEFAULT_COLUMNS`` and ``OVERVIEW_COLUMNS``.
+    some of ``DEFAULT_COLUMNS`` and ``OVERVIEW_COLUMNS``, and show what they have where they lack all.
 
     by: the breakdown of ``found``. Then there is a group per split and column; without requested columns,
         only the first default column that exists (or all values where none does).
     with_sets: add every value of whole sets, requested or not.
     layout: a group per split, one of all splits side by side with ``OVERVIEW_COLUMNS`` or those requested,
-        or both. Values of whole sets beside others need a group per split.
+        or both. Values of whole sets beside others, and more columns than ``OVERVIEW_COLUMNS`` has, need a
+        group per split.
     Raises BenchError for an empty list of columns, an unknown one, and a curve.
     """
-    declared = _declared(found)
-    apart: dict[str, list[SplitSummary]] = {}
+    declared = declared_values(found)
+    if not _usual(columns):
+        _check_columns(columns, declared, by, declared_sets(found))
+    elif not by and (own := _own_columns(found, columns)):
+        columns = own
+    made: dict[str, list[SplitSummary]] = {}
     for section in found:
         bodies = f": {section.bodies}" if section.bodies else ""
-        apart.setdefault(section.dataset + bodies, []).append(section)
-    if not _usual(columns):
-        _check_columns(columns, declared, by, set_groups.declared(found))
-    methods = {score.label: score.header for section in found for score in section.scores}
+        made.setdefault(section.dataset + bodies, []).append(section)
     return [
-        _table(title, each, columns, declared, methods, by, with_sets, layout)
-        for title, each in apart.items()
+        _table(title, in_order(each), columns, declared, by, with_sets, layout)
+        for title, each in made.items()
     ]
 
 
-def overview(
-    places: Sequence[ResultPaths], selection: Selection | None = None, bodies: str = ""
-) -> list[Table]:
-    """The first table of results: MPJPE, contact recall and FID on all splits side by side.
-
-    bodies: see ``body_groups.shown``. Raises BenchError where there are none of these bodies.
-    """
-    shown, hints = body_groups.shown(split_summaries(places, select=selection or Selection()), bodies)
-    return with_hints(tables(shown, layout="overview"), hints)
+def in_order(found: Sequence[SplitSummary]) -> list[SplitSummary]:
+    """Sections as tables show them: ``HARDEST_FIRST``, then other splits in the order of the data set."""
+    places = {split: place for place, split in enumerate(HARDEST_FIRST)}
+    return sorted(found, key=lambda section: places.get(section.split, len(places)))
 
 
-def with_hints(made: Sequence[Table], hints: Sequence[str]) -> list[Table]:
-    """The tables, with these hints below the last."""
-    return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
-
-
-def task_tables(
-    places: Sequence[ResultPaths], task: str, by: By | None = None, select: Selection | None = None
-) -> list[Table]:
-    """The tables of a task: by level or structure, or whatever else is asked for; of ``reconstruct`` also
-    one over all structures."""
-    both = by is None and TASK_BREAKDOWN[task] == "structure"
-    whole = split_summaries(places, select=select) if both else []
-    by = by or TASK_BREAKDOWN[task]
-    parts, wanted = split_summaries(places, by, select=select), TASK_COLUMNS[task]
-    return [
-        *tables(whole, _known_columns(whole, wanted)),
-        *tables(parts, _known_columns(parts, wanted[: 1 if whole else None]), by),
-    ]
-
-
-def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str]:
-    """Those that any result has; the default columns of all tables where none has."""
-    there = {key for section in found for key in section.values}
-    return tuple(key for key in wanted if key in there) or DEFAULT_COLUMNS
+def declared_values(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
+    """Value id -> its declaration, for all values of cases."""
+    return {key: value for section in found for key, value in section.values.items()}
 
 
 def all_columns(found: Sequence[SplitSummary]) -> list[str]:
     """Every value that is one number per case, in declared order, then fps, then values of sets."""
-    single = [key for key, value in _declared(found).items() if not value.index]
-    return [*single, FPS, *set_groups.declared(found)]
+    single = [key for key, value in declared_values(found).items() if not value.index]
+    return [*single, FPS, *declared_sets(found)]
 
 
 def curve_index(found: Sequence[SplitSummary], columns: Sequence[str]) -> By | None:
     """The common index of these curves, if there is a breakdown by it."""
-    declared = _declared(found)
+    declared = declared_values(found)
     over = {declared[column].index if column in declared else "" for column in columns}
     known: tuple[By, ...] = ("joint", *CURVES)
     return next((by for by in known if over == {by}), None)
 
 
+def _table(
+    title: str,
+    found: Sequence[SplitSummary],
+    wanted: Sequence[str],
+    declared: Values,
+    by: str,
+    with_sets: bool,
+    layout: Layout,
+) -> Table:
+    newest = compatibility.newest([score.header for section in found for score in section.scores])
+    of_sets = declared_sets(found)
+    whole = _whole(found)
+    builder = GroupBuilder(newest, {**declared, **of_sets}, _Decimals(found), whole)
+    apart = [key for key in of_sets if key not in whole]
+    sets = [key for key in apart if with_sets or (key in wanted and not _usual(wanted))]
+    keys = _broken_down(found, wanted, declared) if by else []
+    cases = [key for key in wanted if key not in apart]
+    groups: list[Group] = []
+    if by:
+        for parts in _by_split(found):
+            groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts, keys)]
+    else:
+        beside = OVERVIEW_COLUMNS if _usual(wanted) else cases
+        layout = (
+            "splits" if layout == "overview" and (sets or len(beside) > len(OVERVIEW_COLUMNS)) else layout
+        )
+        if layout != "splits":
+            groups.append(_methods(_timed(found) if set(beside) == {FPS} else found, beside, builder))
+        for section in found if layout != "overview" else ():
+            groups += [_methods([section], cases, builder, among=found)] if cases else []
+            groups += by_set(section, sets, builder)
+    told = speeds(_timed(found)[0]) if not by and FPS not in cases else []
+    left = (
+        []
+        if sets or not apart
+        else [f"Not shown: values of all answers as one set (--columns {','.join(apart)})."]
+    )
+    return Table(
+        title=title,
+        groups=tuple(groups),
+        finding=finding(groups[0], found) if groups and layout != "splits" and not by else "",
+        notes=(*told, *left, *_notes(found, newest)),
+        footnotes=tuple(builder.footnotes.sentences),
+        problems=tuple(_problems(found)),
+        provenance=provenance.provenance(found),
+        data=provenance.data_facts(found),
+        subjects=tuple(builder.column(key) for key in keys),
+        hints=tuple(without_sets(found, sets)),
+        splits={section.split: section.meaning for section in found if section.meaning},
+    )
+
+
+def _methods(
+    found: Sequence[SplitSummary],
+    wanted: Sequence[str],
+    builder: GroupBuilder,
+    among: Sequence[SplitSummary] = (),
+) -> Group:
+    """Methods on these splits, with a sentence about columns and methods that are only ``among`` others."""
+    columns = [_columns(section, wanted, builder) for section in found]
+    shown = {section.split: keys for section, (keys, _) in zip(found, columns, strict=True)}
+    here = {score.label for section in found for score in section.scores}
+    elsewhere = dict.fromkeys(s.label for section in among for s in section.scores if s.label not in here)
+    absent = [line for _, lost in columns for line in lost]
+    if elsewhere:
+        absent.append(f"{found[0].split}: not run here: {', '.join(elsewhere)}.")
+    return MethodGroup(found, shown, builder).group(absent)
+
+
+def _timed(found: Sequence[SplitSummary]) -> Sequence[SplitSummary]:
+    """The split that speeds were measured on, alone: they are measured once."""
+    timed = [each for each in found if any(score.fps is not None for score in each.scores)]
+    return (timed or found)[:1]
+
+
+def _by_split(found: Sequence[SplitSummary]) -> list[list[SplitSummary]]:
+    splits: dict[str, list[SplitSummary]] = {}
+    for section in found:
+        splits.setdefault(section.split, []).append(section)
+    return list(splits.values())
+
+
+# --------------------------------------------------------------------------------------------- columns
 def _usual(columns: Sequence[str]) -> bool:
     """True for columns of ours, of which results may lack some."""
     return columns is DEFAULT_COLUMNS or columns is OVERVIEW_COLUMNS
 
 
-def _declared(found: Sequence[SplitSummary]) -> dict[str, DeclaredValue]:
-    return {key: value for section in found for key, value in section.values.items()}
+def _own_columns(found: Sequence[SplitSummary], usual: Sequence[str]) -> list[str]:
+    """The values with a number, of results that have none of the usual ones; else []."""
+    sets = {each.value_id for section in found for score in section.scores for each in score.sets}
+    if _present(found, usual) or sets & set(usual):
+        return []
+    numbers = {key for section in found for score in section.scores for key in score.means}
+    return [key for key, value in declared_values(found).items() if key in numbers and not value.index]
 
 
 def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: Iterable[str]) -> None:
@@ -159,97 +214,24 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
             )
 
 
-def _table(
-    title: str,
-    found: Sequence[SplitSummary],
-    wanted: Sequence[str],
-    declared: Values,
-    methods: Mapping[str, ResultHeader],
-    by: str,
-    with_sets: bool,
-    layout: Layout,
-) -> Table:
-    known = compatibility.newest([score.header for section in found for score in section.scores])
-    of_sets = set_groups.declared(found)
-    whole = _whole(found)
-    builder = GroupBuilder(known, {**declared, **of_sets}, _Decimals(found), methods, whole)
-    sets = [key for key in of_sets if with_sets or (key in wanted and not _usual(wanted))]
-    sets = [key for key in sets if key not in whole]
-    keys = _broken_down(found, wanted, declared) if by else []
-    groups: list[Group] = []
-    if by:
-        splits: dict[str, list[SplitSummary]] = {}
-        for section in found:
-            splits.setdefault(section.split, []).append(section)
-        for parts in splits.values():
-            groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts, keys)]
-    else:
-        cases = [key for key in wanted if key not in of_sets or key in whole]
-        layout = "splits" if sets and layout == "overview" else layout
-        if layout != "splits":
-            beside = OVERVIEW_COLUMNS if _usual(wanted) else cases
-            groups.append(_overview(found, beside, declared, builder))
-        for section in found if layout != "overview" else ():
-            if cases:
-                shown, absent = _columns(section, cases, declared, whole)
-                groups.append(MethodGroup([section], {section.split: shown}, builder).group(absent))
-            if sets:
-                groups += set_groups.by_set(section, sets, builder)
-    notes, hints = [], []
-    if sets and any(score.sets for section in found for score in section.scores):
-        reading = [set_groups.READING] if any(group.structure for group in groups) else []
-        hints = [*reading, *set_groups.without(found, sets)]
-    elif left := [key for key in of_sets if key not in whole]:
-        notes = [f"Not shown: values of all answers as one set (--columns {','.join(left)})."]
-    so_far = "; ".join(dict.fromkeys(section.so_far for section in found if section.so_far))
-    return Table(
-        title=f"{title} ({so_far})" if so_far else title,
-        groups=tuple(groups),
-        notes=(*notes, *_notes(found, known)),
-        footnotes=tuple(builder.footnotes.sentences),
-        problems=tuple(_problems(found)),
-        provenance=provenance.provenance(found),
-        data=provenance.data_facts(found),
-        subjects=tuple(builder.column(key) for key in keys),
-        hints=tuple(hints),
-        splits={section.split: section.meaning for section in found if section.meaning},
-    )
-
-
-def _overview(
-    found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values, builder: GroupBuilder
-) -> Group:
-    """All splits side by side; of speeds alone, which are measured once, the last split."""
-    found = found[-1:] if set(wanted) == {FPS} else found
-    columns = [_columns(section, wanted, declared, builder.whole) for section in found]
-    shown = {section.split: keys for section, (keys, _) in zip(found, columns, strict=True)}
-    return MethodGroup(found, shown, builder).group([line for _, lost in columns for line in lost])
-
-
-# --------------------------------------------------------------------------------------------- columns
 def _columns(
-    section: SplitSummary, wanted: Sequence[str], declared: Values, whole: Collection[str]
+    section: SplitSummary, wanted: Sequence[str], builder: GroupBuilder
 ) -> tuple[list[str], list[str]]:
     """The columns that a split has, and sentences about those it lacks."""
     present = _present([section], wanted)
     if not present and not any(score.means for score in section.scores):
-        return [key for key in wanted if key == FPS or key in declared], []
+        return [key for key in wanted if key == FPS or key in builder.declared], []
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
     for key in wanted:
-        if key in whole and (reason := _no_set(section, key)):
-            absent.setdefault(reason, []).append(key)
-        elif key in whole:
-            keys.append(key)
-        elif (shown := stand_in(key, present)) is not None:
+        shown = key if key in builder.whole else stand_in(key, present)
+        reason = _no_set(section, key) if key in builder.whole else ""
+        if shown is not None and not reason:
             keys.append(shown)
-        elif key in declared:
-            absent.setdefault(lacking(declared[key], section.scores), []).append(key)
-    labels = {key: value.label for key, value in {**declared, **set_groups.declared([section])}.items()}
-    lost = [
-        f"{section.split}: not shown: {', '.join(labels[key] for key in each)} ({why})"
-        for why, each in absent.items()
-    ]
+        elif key in builder.declared:
+            reason = reason or lacking(builder.declared[key], section.scores)
+            absent.setdefault(reason, []).append(builder.declared[key].label)
+    lost = [f"{section.split}: not shown: {', '.join(each)} ({why})" for why, each in absent.items()]
     return list(dict.fromkeys(keys)), lost
 
 

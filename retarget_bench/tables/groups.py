@@ -1,4 +1,4 @@
-"""Parts that all groups of a table share: columns, cells, and why a cell has no number."""
+"""Columns and cells of tables: numbers and marks, or why there is no number."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 
 from retarget_bench.analysis.ranking import set_ranking
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
+from retarget_bench.analysis.summary import MethodSummary, Ranking, SplitSummary
 from retarget_bench.api import INTRA, SELF, TWO_LEGS
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.result_matrix import set_values
 from retarget_bench.tables.model import (
     FAILED,
     NOT_APPLICABLE,
@@ -24,7 +25,6 @@ from retarget_bench.tables.model import (
 )
 
 FPS = "fps"
-ABSENT = "not run here"
 STALE = "other version of the data"
 NEEDS = {
     "touches": "self-contact labels",
@@ -33,6 +33,8 @@ NEEDS = {
     "source": "the source's skeleton",
 }
 """Needs of values in words, where their ids do not say it."""
+PEOPLE_SET = (TWO_LEGS, "")
+"""The set of all bodies of a table of people: target structure and kind."""
 FPS_MEANING = "frames retargeted per second by one process and one thread, with handing over"
 
 
@@ -43,13 +45,11 @@ class GroupBuilder:
     declared: value id -> its declaration in the newest header.
     whole:    ids of values of sets that are over all bodies of a table, and so columns beside the others.
     decimals: value id -> decimals of its column.
-    methods:  label -> a header, of every method that has results anywhere.
     """
 
     newest: Newest
     declared: Mapping[str, DeclaredValue]
     decimals: Mapping[str, int]
-    methods: Mapping[str, ResultHeader]
     whole: frozenset[str] = frozenset()
     footnotes: Footnotes = field(default_factory=Footnotes)
 
@@ -74,13 +74,11 @@ class GroupBuilder:
                 return self.footnotes.missing("external predictions are not timed")
             return self.footnotes.missing("speed was not measured", NOT_RUN)
         if key in self.whole:
-            return self.set_cell(score, key, usual_value(section, (TWO_LEGS, ""), key), section)
+            return self.set_cell(score, key, usual_value(section, PEOPLE_SET, key), section)
         if key not in score.means:
             return self.missing(score, key)
         mean, ranking = score.means[key], section.rankings.get(key)
-        why = ranking.left_out.get(score.label, "") if ranking else ""
-        whys = filter(None, [why, why and failed(self.declared[key].metric, [score.header])])
-        reason = f"not ranked by this column: {'; '.join(whys)}" if why else ""
+        reason = self._remark(score, key, ranking)
         return Cell(
             self.shown(mean.value, key),
             mean.value,
@@ -95,16 +93,11 @@ class GroupBuilder:
             ranking.order.index(score.label) if ranking and score.label in ranking.order else None,
         )
 
-    def mean_cell(self, mean: Mean, key: str) -> Cell:
-        """The cell of a mean that is not compared with others."""
-        return Cell(
-            self.shown(mean.value, key),
-            mean.value,
-            mean.interval,
-            decimals=self.decimals[key],
-            n=mean.n,
-            clips=mean.clips,
-        )
+    def _remark(self, score: MethodSummary, key: str, ranking: Ranking | None) -> str:
+        """What a footnote says of a number and its place in the ranking; "" for most."""
+        why = ranking.left_out.get(score.label, "") if ranking else ""
+        whys = filter(None, [why, why and failed(self.declared[key].metric, [score.header])])
+        return f"not ranked by this column: {'; '.join(whys)}" if why else ""
 
     def set_cell(
         self, score: MethodSummary, key: str, usual: SetValue, section: SplitSummary | None = None
@@ -183,6 +176,11 @@ class GroupBuilder:
         else:
             return self.footnotes.missing(lacking(facts, [score]))
         return self.footnotes.missing(reason, NOT_RUN)
+
+
+def declared_sets(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
+    """Value id -> its declaration in the newest header, for all values of whole sets."""
+    return set_values(score.header for section in found for score in section.scores)
 
 
 def failed(metric: str, headers: Iterable[ResultHeader]) -> str:

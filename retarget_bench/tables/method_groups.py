@@ -1,7 +1,7 @@
 """Groups of a table: methods by values, on one split or several side by side; or parts by methods."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from retarget_bench.analysis import statistics
@@ -10,14 +10,18 @@ from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
-from retarget_bench.tables.groups import ABSENT, FPS, STALE, GroupBuilder, usual_value
-from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, Cell, Column, Group, Row, count
+from retarget_bench.tables.groups import FPS, PEOPLE_SET, STALE, GroupBuilder, usual_value, value_like
+from retarget_bench.tables.model import NOT_RUN, Cell, Column, Group, Row, count, listed
+
+SETS = "Not ranked: compare such values by their intervals and with the floor, and none of different n."
+Spot = tuple[SplitSummary, str]
+"""The split and the value of a column."""
 
 
 # -------------------------------------------------------------------------------- methods by values
 @dataclass(frozen=True)
 class MethodGroup:
-    """A row per method, a column per split and value; rows are in the order of the last split.
+    """A row per method, a column per split and value; rows are in the order of the first split.
 
     keys: split -> value ids.
     """
@@ -27,8 +31,7 @@ class MethodGroup:
     builder: GroupBuilder
 
     @property
-    def spots(self) -> list[tuple[SplitSummary, str]]:
-        """The split and the value of every column."""
+    def spots(self) -> list[Spot]:
         return [(section, key) for section in self.sections for key in self.keys[section.split]]
 
     @property
@@ -36,40 +39,42 @@ class MethodGroup:
         return len(self.sections) > 1
 
     def group(self, absent: Sequence[str]) -> Group:
-        """``absent`` are sentences for the foot."""
-        there = {score.label for section in self.sections for score in section.scores}
-        missing = (item for item in self.builder.methods.items() if item[0] not in there)
-        shown = (label for label in there if not (self._refused(label) or self._untold(label)))
-        listed = [self._row(label) for label in sorted(shown, key=self._place)]
-        nothing = tuple(Cell(NOT_RUN) for _ in self.spots)
-        n = "" if self.several else "0"
+        """``absent`` are sentences about columns that are left out."""
+        there = dict.fromkeys(score.label for section in self.sections for score in section.scores)
+        shown = (label for label in there if not (self._refused(label) or self._untimed(label)))
+        rows = [self._row(label) for label in sorted(shown, key=self._place)]
         return Group(
             title=self._title(),
             split="" if self.several else self.sections[0].split,
-            columns=tuple(self._column(*spot) for spot in self.spots),
-            ranked=tuple(row for row in listed if not row.mark),
-            unranked=(
-                *(each for row in listed if row.apart for each in (row, *self._companion(row))),
-                *(row for row in listed if row.mark and not row.apart),
-                *(Row(label, ABSENT, nothing, n, header.method.summary) for label, header in missing),
+            columns=tuple(
+                replace(self.builder.column(key), split=section.split if self.several else "")
+                for section, key in self.spots
             ),
+            ranked=tuple(row for row in rows if not row.mark),
+            unranked=tuple(row for row in rows if row.mark),
             common=self._common(),
-            absent=(*absent, *self._failed(), *self._alone(), *self._too_few_clips()),
-            below=tuple(self._speeds()),
-            floors=self._floors(),
-            learned=self._learned(),
+            below=(
+                *floors(
+                    [(each, key, PEOPLE_SET) for each, key in self.spots if key in self.builder.whole],
+                    self.builder,
+                ),
+                *absent,
+                *(f"{each.split}: {each.so_far}." for each in self.sections if each.so_far),
+                *filter(None, (self._beside_best(row.label) for row in rows)),
+                *self._failed(),
+                *self._unranked_columns(),
+                *self._too_few_clips(),
+                *self._unclear(),
+            ),
         )
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""
         shown = []
         for section in self.sections:
-            asked = [
-                score.asked
-                for score in section.scores
-                if not self.builder.newest.why_outdated(score.header)
-            ]
-            cases = f"{count(max(asked, default=0), 'case')} of {count(section.clips, 'clip')}"
+            fresh = (each for each in section.scores if not self.builder.newest.why_outdated(each.header))
+            cases = count(max((score.asked for score in fresh), default=0), "case")
+            cases += f" of {count(section.clips, 'clip')}"
             if not self.several:
                 frames = f", {section.frames} frames" if section.frames else ""
                 cases += f" and {count(section.pairs, 'pair')}{frames}"
@@ -83,9 +88,7 @@ class MethodGroup:
         alike = all(each is None or each.cases == n for each, n in zip(found, asked, strict=True))
         return tuple(None for _ in found) if self.several and alike else found
 
-    def _column(self, section: SplitSummary, key: str) -> Column:
-        return replace(self.builder.column(key), split=section.split if self.several else "")
-
+    # --------------------------------------------------------------------------------------------- rows
     def _row(self, label: str) -> Row:
         scores = self._scores(label)
         cells = tuple(
@@ -94,14 +97,11 @@ class MethodGroup:
             else Cell(NOT_RUN)
             for section, key in self.spots
         )
-        first = next(iter(scores.values())).header.method
+        method = next(iter(scores.values())).header.method
         old = any(self.builder.newest.why_outdated(score.header) for score in scores.values())
-        fewer = any(score.unranked for score in scores.values())
-        never = never_ranked(first)
-        mark = STALE if old else never or (_answered(list(scores.values())) if fewer else "")
-        apart = fewer and not (old or never) and any(cell.value is not None for cell in cells)
+        mark = STALE if old else never_ranked(method) or _answered(scores.values())
         n = "" if self.several else "0" if old else _of(next(iter(scores.values())))
-        return Row(label, mark, cells, n, first.summary, apart)
+        return Row(label, mark, cells, n, method.summary, method.trained_on is not None)
 
     def _scores(self, label: str) -> dict[str, MethodSummary]:
         """Split -> the summary of a method."""
@@ -115,51 +115,40 @@ class MethodGroup:
         alone = bool(self.sections[0].bodies) and any(each.asked for each in counts)
         return alone and all(each.unsupported == each.asked for each in counts)
 
-    def _untold(self, label: str) -> bool:
+    def _untimed(self, label: str) -> bool:
         """True for a control where all columns are speeds: it says nothing of how fast motion is made."""
         method = next(iter(self._scores(label).values())).header.method
         return method.control and {key for _, key in self.spots} == {FPS}
 
     def _place(self, label: str) -> tuple[int, float, str]:
         """Sort key of rows: by ranking, then by number, then those without one."""
-        section, score = self.sections[-1], self._scores(label).get(self.sections[-1].split)
+        section, score = self.sections[0], self._scores(label).get(self.sections[0].split)
         key = next(iter(self.keys[section.split]), "")
         ranking = section.rankings.get(key)
         if ranking and label in ranking.order:
             return 0, ranking.order.index(label), label
         value = self.builder.cell(section, score, key).value if score and key else None
-        if value is None:
-            return 2, 0.0, label
-        column = self.builder.column(key)
-        if column.better == "target":
-            return 1, abs(math.log(value / column.goal)) if value > 0 else math.inf, label
-        return 1, -value if column.better == "higher" else value, label
-
-    def _companion(self, row: Row) -> list[Row]:
-        """The best ranked method over the cases that a method answered, since all others are over more."""
-        every = ((section, key) for section in reversed(self.sections) for key in self.keys[section.split])
-        rankings = (section.rankings.get(key) for section, key in every)
-        best = next((ranking.best for ranking in rankings if ranking), None)
-        if best is None:
-            return []
-        shared = {
-            section.split: section.on_cases_of(row.label, best, self.keys[section.split])
-            for section in self.sections
-        }
-        cells = tuple(
-            self.builder.mean_cell(shared[section.split][key][1], key)
-            if key in shared[section.split]
-            else self._not_kept(key)
-            for section, key in self.spots
-        )
-        return [Row(best, "", cells, row.n.partition("/")[0], apart=True, beside=row.label)]
-
-    def _not_kept(self, key: str) -> Cell:
-        if key in self.builder.whole:
-            return self.builder.footnotes.missing("known over all answers of a method as one set alone")
-        return Cell(NOT_APPLICABLE)
+        return _by_number(value, self.builder.column(key) if key else None, label)
 
     # ---------------------------------------------------------------------------------------- sentences
+    def _beside_best(self, label: str) -> str:
+        """What the best ranked method has on the cases that a method answered, which were not all."""
+        score = next(iter(self._scores(label).values()))
+        if not score.unranked or never_ranked(score.header.method):
+            return ""
+        for section in self.sections:
+            keys = [key for key in self.keys[section.split] if key in section.rankings]
+            best = section.rankings[keys[0]].best if keys else ""
+            if shared := section.on_cases_of(label, best, keys):
+                numbers = [
+                    f"{self.builder.column(key).label} {self.builder.shown(its.value, key)} "
+                    f"({label} {self.builder.shown(own.value, key)})"
+                    for key, (own, its) in shared.items()
+                ]
+                cases = count(next(iter(shared.values()))[0].n, "case")
+                return f"{section.split}: on the {cases} of {label}, {best} has {listed(numbers)}."
+        return ""
+
     def _failed(self) -> list[str]:
         """A sentence for each metric that failed on answers of a split."""
         found: dict[tuple[str, str], list[tuple[str, MetricFault]]] = {}
@@ -178,23 +167,21 @@ class MethodGroup:
             )
         return sentences
 
-    def _alone(self) -> list[str]:
+    def _unranked_columns(self) -> list[str]:
         """Columns that rank nobody though several methods have numbers."""
         found = []
         for section, key in self.spots:
             methods = [score for score in section.scores if not never_ranked(score.header.method)]
             having = [score for score in methods if key in score.means]
-            if (
-                len(having) > 1
-                and key not in section.rankings
-                and self.builder.declared[key].better != "none"
-            ):
-                ranked = any(not score.unranked for score in having)
-                why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
-                why += ". Each number is over other cases"
-                why = (section.matrix and doubt(section.matrix, key)) or why
-                label = self.builder.column(key).label
-                found.append(f"{section.split}: no method is ranked by {label}, since {why}.")
+            if len(having) < 2 or key in section.rankings or self.builder.column(key).better == "none":
+                continue
+            ranked = any(not score.unranked for score in having)
+            why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
+            why = (
+                section.matrix and doubt(section.matrix, key)
+            ) or f"{why}. Each number is over other cases"
+            label = self.builder.column(key).label
+            found.append(f"{section.split}: no method is ranked by {label}, since {why}.")
         return found
 
     def _too_few_clips(self) -> list[str]:
@@ -211,56 +198,125 @@ class MethodGroup:
             found.setdefault(sentence, []).append(section.split)
         return [f"{', '.join(dict.fromkeys(splits))}: {sentence}." for sentence, splits in found.items()]
 
-    def _floors(self) -> tuple[tuple[str, str, str], ...]:
-        """The scores of the references by values of sets."""
-        found = (
-            (key, section.split, usual_value(section, (TWO_LEGS, ""), key).floor)
-            for section, key in self.spots
-            if key in self.builder.whole
-        )
-        return tuple(
-            (self.builder.column(key).label, split, self.builder.shown(floor, key))
-            for key, split, floor in found
-            if floor is not None
-        )
+    def _unclear(self) -> list[str]:
+        """Methods without a mark whose own difference from the best is not significant."""
+        found = []
+        for section, key in self.spots:
+            ranking = section.rankings.get(key)
+            if ranking and ranking.complete and ranking.separable and ranking.unclear:
+                found.append(
+                    f"{section.split}: the {self.builder.column(key).label} of {listed(ranking.unclear)} varies "
+                    f"too much over clips to be told from that of {ranking.best}; better ones are told from it."
+                )
+        return found
 
-    def _learned(self) -> tuple[str, ...]:
-        """The labels of the learned methods."""
-        scores = {score.label: score for section in self.sections for score in section.scores}
-        learned = [label for label, score in scores.items() if score.header.method.trained_on is not None]
-        return tuple(sorted((each for each in learned if not self._refused(each)), key=self._place))
 
-    def _speeds(self) -> list[str]:
-        """Frames per second of the methods."""
-        section = self.sections[-1]
-        if FPS in self.keys[section.split]:
-            return []
-        methods = [score for score in section.scores if not never_ranked(score.header.method)]
-        speeds = {score.label: score.fps for score in methods if score.fps is not None}
-        slower = {score.label: each for score in methods if (each := section.slower(score))}
-        ordered = sorted(speeds, key=speeds.__getitem__)[::-1]
-        shown = [f"{label} {speeds[label]:,.0f}" for label in ordered if label not in slower]
-        said = "Speed in frames/s of one process and thread, with handing over"
-        found = [f"{said}: {', '.join(shown)}."] if shown else []
-        return [
-            *found,
-            *(
-                f"Not comparable: {each} {speeds[each]:,.0f}, {slower[each]}."
-                for each in ordered
-                if each in slower
-            ),
-        ]
+def _by_number(value: float | None, column: Column | None, label: str) -> tuple[int, float, str]:
+    """Sort key of rows that no ranking orders: the better first, those without a number last."""
+    if value is None or column is None:
+        return 2, 0.0, label
+    if column.better == "target":
+        return 1, abs(math.log(value / column.goal)) if value > 0 else math.inf, label
+    return 1, -value if column.better == "higher" else value, label
 
 
 def _of(score: MethodSummary) -> str:
     return f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
 
 
-def _answered(scores: Sequence[MethodSummary]) -> str:
-    """Number of cases that a method answered, on one split or on each of several."""
-    if len(scores) == 1:
-        return scores[0].unranked
-    return f"answered {', '.join(str(score.ok) for score in scores)}"
+def _answered(scores: Collection[MethodSummary]) -> str:
+    """Why a method is not ranked that answered some cases only, on one split or on several; or ""."""
+    if not any(score.unranked for score in scores):
+        return ""
+    return "answered " + ", ".join(dict.fromkeys(f"{each.ok} of {each.asked}" for each in scores))
+
+
+def floors(spots: Sequence[tuple[SplitSummary, str, tuple[str, str]]], builder: GroupBuilder) -> list[str]:
+    """A sentence for each value of sets: the references' scores. spots: split, value, set."""
+    found: dict[str, list[str]] = {}
+    for section, key, which in spots:
+        if (floor := usual_value(section, which, key).floor) is not None:
+            found.setdefault(builder.column(key).label, []).append(
+                f"{section.split} {builder.shown(floor, key)}"
+            )
+    return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in found.items()]
+
+
+def speeds(section: SplitSummary) -> list[str]:
+    """Frames per second of the methods, in a sentence; and one for each that is not comparable."""
+    methods = [score for score in section.scores if not never_ranked(score.header.method)]
+    timed = [(score.fps, score) for score in methods if score.fps is not None]
+    timed.sort(key=lambda each: (-each[0], each[1].label))
+    shown = [f"{score.label} {fps:,.0f}" for fps, score in timed if not section.slower(score)]
+    said = "Speed in frames/s of one process and thread, with handing over"
+    return [
+        *([f"{said}: {', '.join(shown)}."] if shown else []),
+        *(
+            f"Not comparable: {score.label} {fps:,.0f}, {slower}."
+            for fps, score in timed
+            if (slower := section.slower(score))
+        ),
+    ]
+
+
+# ---------------------------------------------------------------------------------- values of sets
+def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
+    """A group per set (target structure and kind) that any method has a value for, a row per method."""
+    computed: dict[tuple[str, str], dict[str, None]] = {}
+    for each in (each for score in section.scores for each in score.sets):
+        if each.value_id in keys and each.value is not None:
+            computed.setdefault((each.structure, each.kind), {})[each.value_id] = None
+    return [
+        _of_set(section, which, [key for key in keys if key in mine], builder)
+        for which, mine in sorted(computed.items())
+    ]
+
+
+def _of_set(
+    section: SplitSummary, which: tuple[str, str], keys: Sequence[str], builder: GroupBuilder
+) -> Group:
+    (structure, kind), columns = which, tuple(map(builder.column, keys))
+    usual = {key: usual_value(section, which, key) for key in keys}
+    rows = []
+    for score in section.scores:
+        mark = STALE if builder.newest.why_outdated(score.header) else score.unranked
+        mine = [value_like(usual[key], score) for key in keys]
+        n = max((each.n for each in mine if each is not None), default=0)
+        cells = tuple(builder.set_cell(score, key, usual[key]) for key in keys)
+        method = score.header.method
+        rows.append(Row(score.label, mark, cells, f"{n}", method.summary, method.trained_on is not None))
+    rows.sort(key=lambda row: _by_number(row.cells[0].value, columns[0], row.label))
+    n, clips = max((each.n, each.clips) for each in usual.values())
+    bodies = f"on {TWO_LEGS}" if structure == TWO_LEGS else f"of structure {structure}"
+    bodies += f", kind {kind}" if kind else ""
+    return Group(
+        title=f"{section.split}, all answers on bodies {bodies} as one set: {count(n, 'window')} of "
+        f"{count(clips, 'clip')}",
+        split=section.split,
+        columns=columns,
+        ranked=tuple(row for row in rows if not row.mark),
+        unranked=tuple(row for row in rows if row.mark),
+        below=(*floors([(section, key, which) for key in keys], builder), SETS),
+        counted="windows",
+        structure=structure,
+        kind=kind,
+    )
+
+
+def without_sets(found: Sequence[SplitSummary], keys: Sequence[str]) -> list[str]:
+    """A sentence about the sets for which no method has any of these values; [] for none."""
+    reasons: dict[str, str] = {}
+    for section in found:
+        values = [each for score in section.scores for each in score.sets if each.value_id in keys]
+        having = {(each.structure, each.kind) for each in values if each.value is not None}
+        for each in values:
+            if (each.structure, each.kind) not in having:
+                name = f"{section.split} {each.structure} {each.kind}".strip()
+                reasons.setdefault(name, each.reason)
+    if not reasons:
+        return []
+    first = next(iter(reasons.values()))
+    return [f"No values of sets on bodies of these structures: {', '.join(reasons)}. The first: {first}."]
 
 
 # --------------------------------------------------------------------------------- parts by methods
@@ -288,17 +344,19 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         rows.append(Row(section.part, "", tuple(cells), f"{n}"))
     split = sections[0].split
     unit = f" in {value.unit}" if value.unit != "1" else ""
+    so_far = dict.fromkeys(section.so_far for section in sections if section.so_far)
     return Group(
         title=f"{split}: {value.label} {value.arrow}".rstrip() + f"{unit}, by {heading}",
         split=split,
         columns=tuple(
-            Column(
-                label,
-                label,
-                "1",
-                value.better,
-                first[label].header.method.summary or "a method",
-                value.goal,
+            replace(
+                value,
+                id=label,
+                label=label,
+                unit="1",
+                meaning=first[label].header.method.summary or "a method",
+                formula="",
+                version="",
                 mark=marks[label],
             )
             for label in labels
@@ -307,6 +365,7 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         unranked=(),
         heading=heading,
         subject=key,
+        below=tuple(f"{split}: {each}." for each in so_far),
     )
 
 

@@ -1,6 +1,6 @@
 """The table model: tables, groups, rows and cells; numbers and their text are separate fields."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol
 
@@ -16,10 +16,9 @@ EMPTY = {
 }
 """The four kinds of missing value."""
 CONTROL = "control"
-NOT_RANKED = "not ranked"
-CONTROLS = "controls, not ranked"
-OTHER_CASES = "answered fewer cases: over those only; below each the best ranked method on the same"
-"""Headings of rows that are not ranked."""
+UNTRAINED, LEARNED = "untrained", "learned"
+NOT_RANKED, CONTROLS = "not ranked", "controls, not ranked"
+"""Headings of rows."""
 
 Mark = Literal["", "best", "tied"]
 MARKS: dict[Mark, str] = {"": "", "best": "*", "tied": "="}
@@ -103,10 +102,7 @@ class Row:
     """One method, or one part of a breakdown. ``mark``: why it is not ranked, or "".
 
     n:     number of cases answered, or answered/asked; "" in groups of several splits.
-    about: summary of the method, or "".
-    apart: over other cases than the ranked rows: of a method that answered fewer, or of the best ranked one
-           on the cases of that.
-    beside: the method whose cases it is on, where that is the row above; or "".
+    about: summary of the method, or "". learned: whether it has been trained.
     """
 
     label: str
@@ -114,8 +110,7 @@ class Row:
     cells: tuple[Cell, ...]
     n: str
     about: str = ""
-    apart: bool = False
-    beside: str = ""
+    learned: bool = False
 
 
 class CommonCases(Protocol):
@@ -136,11 +131,8 @@ class Group:
 
     heading: of the rows: ``method``, or the kind of breakdown.
     common:  of each column the cases that all compared rows are over; None where there are none.
-    absent:  sentences about requested columns without any value here.
     subject: the id of the value that is broken down; "" where the columns are values.
-    below:   lines directly below the rows.
-    floors:  the references' scores by values of sets: label of the value, split and number.
-    learned: labels of learned methods, in the order of the rows.
+    below:   sentences directly below the rows: what columns, marks and rows lack, and floors.
     counted: the unit of n.
     structure, kind: of target bodies and cases, in tables of sets.
     """
@@ -152,11 +144,8 @@ class Group:
     unranked: tuple[Row, ...]
     common: tuple[CommonCases | None, ...] = ()
     heading: str = "method"
-    absent: tuple[str, ...] = ()
     subject: str = ""
     below: tuple[str, ...] = ()
-    floors: tuple[tuple[str, str, str], ...] = ()
-    learned: tuple[str, ...] = ()
     counted: str = "cases"
     structure: str = ""
     kind: str = ""
@@ -167,12 +156,17 @@ class Group:
 
     @property
     def blocks(self) -> tuple[tuple[str, tuple[Row, ...]], ...]:
-        """Headings and rows of those that are not ranked: over other cases, and the others."""
-        apart = tuple(row for row in self.unranked if row.apart)
-        others = tuple(row for row in self.unranked if not row.apart)
-        controls = all(row.mark == CONTROL for row in others)
-        found = ((OTHER_CASES, apart), (CONTROLS if controls else NOT_RANKED, others))
-        return tuple((heading, rows) for heading, rows in found if rows)
+        """Headings and rows: untrained and learned methods (without a heading where all are of one kind),
+        then what is not ranked, controls last."""
+        learned = {row.learned for row in self.ranked}
+        kinds = {UNTRAINED: False, LEARNED: True} if len(learned) > 1 else {"": True in learned}
+        found = {
+            heading: tuple(row for row in self.ranked if row.learned == kind)
+            for heading, kind in kinds.items()
+        }
+        found[NOT_RANKED] = tuple(row for row in self.unranked if row.mark != CONTROL)
+        found[CONTROLS] = tuple(row for row in self.unranked if row.mark == CONTROL)
+        return tuple((heading, rows) for heading, rows in found.items() if rows)
 
     @property
     def counts(self) -> bool:
@@ -220,17 +214,19 @@ class Provenance:
 class Table:
     """The results on one data set.
 
-    notes:     sentences below the table: what the data leave out, which versions differ.
+    finding:   one sentence on what the table shows, or "".
+    notes:     sentences for those who want to know all: speeds, what the data leave out, versions.
     footnotes: texts of the footnote numbers in cells, from 1.
     data:      (fact, value) pairs about the data set.
     splits:    split -> what its cases have in common.
     subjects:  the values in a breakdown.
-    hints:     sentences about what else there is.
+    hints:     sentences about what is left out.
     reading:   how to read the numbers, where they are not means over clips.
     """
 
     title: str
     groups: tuple[Group, ...]
+    finding: str = ""
     notes: tuple[str, ...] = ()
     footnotes: tuple[str, ...] = ()
     problems: tuple[Problem, ...] = ()
@@ -272,6 +268,11 @@ class Footnotes:
     def missing(self, reason: str, kind: str = NOT_APPLICABLE) -> Cell:
         """A cell without a number, and the reason below the table."""
         return Cell(kind, reason=reason, footnote=self.number(reason))
+
+
+def listed(names: Sequence[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 
 def count(number: int, noun: str) -> str:

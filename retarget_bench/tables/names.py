@@ -7,12 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec, folded, write_value
+from retarget_bench.plugins.spec import folded
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix, set_values
-from retarget_bench.tables import set_groups
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED
-from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.groups import FPS, declared_sets
 
 Known = Mapping[str, DeclaredValue]
 UNLIKE = {
@@ -31,7 +30,7 @@ def column_ids(
     shown has a number of are left out. Raises BenchError for a name of no value, and for one of several.
     """
     known = {key: value for section in found for key, value in section.values.items()}
-    known |= set_groups.declared(found)
+    known |= declared_sets(found)
     there = _with_numbers(shown or found)
     columns: dict[str, None] = {}
     for name in _whole(asked, known):
@@ -153,24 +152,6 @@ def installed() -> dict[str, DeclaredValue]:
         for name, metric in metrics.items()
         for value in metric.card.values
     }
-
-
-def method_title(label: str) -> str:
-    """A method's label as people write it: ``copy rotations (root rule none)`` for
-    ``copy_rotations[root_rule=none]``. Labels of methods that are not installed are left as they are."""
-    try:
-        spec = Spec.parse(label)
-        parts = [
-            registry.find("methods", spec.name),
-            *(registry.find("posts", each.name) for each in spec.posts),
-        ]
-    except BenchError:
-        return label
-    told = ", ".join(
-        f"{key.replace('_', ' ')} {write_value(value)}" for key, value in spec.parameters.items()
-    )
-    where = f" in {spec.environment}" if spec.environment else ""
-    return " + ".join(each.title for each in parts) + (f" ({told})" if told else "") + where
 
 
 def _families(key: str, value: DeclaredValue) -> set[str]:

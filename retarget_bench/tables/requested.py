@@ -1,24 +1,28 @@
 """The tables that somebody asks for, on the command line or in Python."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import Selection
+from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import body_groups, builder, names
+from retarget_bench.tables import builder, names
 from retarget_bench.tables.groups import FPS
-from retarget_bench.tables.model import Table
+from retarget_bench.tables.model import Table, count
 
-LAYOUTS: dict[str, builder.Layout] = {"text": "overview", "md": "overview", "html": "both"}
-"""Format -> the layout of a table for which nothing special is asked; of others a group per split."""
-
-MOST_BESIDE = len(builder.OVERVIEW_COLUMNS)
-"""Requested columns up to which splits stand side by side, as they do without a request."""
+LAYOUTS: dict[str, builder.Layout] = {"html": "both", "csv": "splits", "json": "splits"}
+"""Format -> the layout of a table of the usual columns; of others all splits side by side."""
+TASK_COLUMNS = {
+    "reconstruct": ("restored_cm", "jerk_ratio"),
+    "denoise": ("restored_cm", "jerk_ratio"),
+    "upsample": ("restored_cm", "restored_cm.missing"),
+}
+"""Derived task -> its default columns."""
+TASK_BREAKDOWN: dict[str, By] = {"reconstruct": "structure", "denoise": "level", "upsample": "level"}
+"""Derived task -> its default breakdown, since a mean over levels says little."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Request:
     columns:  names of columns; None: the usual ones. everything: all of them.
     by:       a breakdown; None: none.
     at_least: only of cases that last so many seconds. splits: only these; none: all.
-    bodies:   see ``body_groups.shown``. select: of methods.
+    bodies:   see ``of_bodies``. select: of methods.
     """
 
     columns: Sequence[str] | None = None
@@ -47,10 +51,10 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     """
     by, task = asked.by, places[0].task.split("-")[0]
     usual = asked.columns is None and not asked.everything
-    if task in DERIVED and usual and asked.at_least is None:
-        return builder.task_tables(places, task, by, asked.select)
-    if task in DERIVED and asked.columns is not None and task != "reconstruct":
-        by = by or builder.TASK_BREAKDOWN[task]
+    if task in TASK_COLUMNS and usual and asked.at_least is None:
+        return task_tables(places, task, by, asked.select)
+    if task in TASK_COLUMNS and asked.columns is not None and task != "reconstruct":
+        by = by or TASK_BREAKDOWN[task]
     found = split_summaries(places, by, asked.at_least, select=asked.select)
     columns: Sequence[str] = builder.DEFAULT_COLUMNS
     if asked.everything:
@@ -62,26 +66,80 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
             by, found = over, split_summaries(places, over, asked.at_least, select=asked.select)
     shown, hints = _shown(found, asked)
     if asked.at_least is not None:
-        hints.append(f"only clips of {asked.at_least} s or longer")
-    layout: builder.Layout = "splits"
-    few = asked.columns is not None and len(columns) <= MOST_BESIDE
-    if few and form in ("text", "md") and not (by or asked.splits):
-        layout = "overview"
-    if task in PAIRED and usual and not (by or asked.splits):
-        layout = LAYOUTS.get(form, "splits")
-        columns = builder.OVERVIEW_COLUMNS if form == "tex" else columns
-    return builder.with_hints(builder.tables(shown, columns, by or "", layout=layout), hints)
+        hints.append(f"Only clips of {asked.at_least} s or longer.")
+    layout: builder.Layout = LAYOUTS.get(form, "overview")
+    if by or asked.splits or task not in PAIRED or (layout == "both" and not usual):
+        layout = "splits"
+    made = builder.tables(shown, columns, by or "", layout=layout)
+    return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
+
+
+def task_tables(
+    places: Sequence[ResultPaths], task: str, by: By | None = None, select: Selection | None = None
+) -> list[Table]:
+    """The tables of a task: by level or structure, or whatever else is asked for; of ``reconstruct`` also
+    one over all structures."""
+    both = by is None and TASK_BREAKDOWN[task] == "structure"
+    whole = split_summaries(places, select=select) if both else []
+    by = by or TASK_BREAKDOWN[task]
+    parts, wanted = split_summaries(places, by, select=select), TASK_COLUMNS[task]
+    return [
+        *builder.tables(whole, _known_columns(whole, wanted)),
+        *builder.tables(parts, _known_columns(parts, wanted[: 1 if whole else None]), by),
+    ]
+
+
+def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str]:
+    """Those that any result has; the default columns of all tables where none has."""
+    there = {key for section in found for key in section.values}
+    return tuple(key for key in wanted if key in there) or builder.DEFAULT_COLUMNS
 
 
 def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of these bodies and splits, and sentences about bodies that are left out.
+    """The sections of these bodies and splits, and sentences about what is left out.
 
     Raises BenchError where there are none.
     """
-    shown, hints = body_groups.shown(found, asked.bodies)
+    shown, hints = of_bodies(found, asked.bodies)
     kept = [each for each in shown if not asked.splits or each.split in asked.splits]
     if shown and not kept:
         bodies = f" of {asked.bodies} bodies" if asked.bodies not in ("", "all") else ""
         there = " and ".join(dict.fromkeys(section.split for section in shown))
         raise BenchError(f"no case{bodies} is in the split {' or '.join(asked.splits)}; {there} have some")
     return kept, hints
+
+
+# ---------------------------------------------------------------------------------------------- bodies
+def of_bodies(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary], list[str]]:
+    """The sections of a group of bodies, and sentences about what is left out.
+
+    bodies: one of ``selection.BODIES``, ``all``, or "": people, or all where there are none.
+    Raises BenchError where there are none of these bodies.
+    """
+    wanted = wanted_group([section.bodies for section in found], bodies)
+    kept = [section for section in found if wanted in ("all", section.bodies)]
+    cases: dict[str, int] = {}
+    for section in found if wanted != "all" else ():
+        if section.bodies != wanted:
+            asked = max(score.asked for score in section.scores)
+            cases[section.bodies] = cases.get(section.bodies, 0) + asked
+    variants = dict.fromkeys(label for section in kept for label in section.variants)
+    left = [*others(cases), *([f"{count(len(variants), 'variant')} (--variants)"] if variants else [])]
+    return kept, [f"Not shown: {', '.join(left)}."] if left else []
+
+
+def wanted_group(there: Sequence[str], bodies: str) -> str:
+    """The group of bodies to show out of those that there are; see ``of_bodies``."""
+    if bodies not in ("", "all", *there):
+        known = ", ".join(dict.fromkeys(filter(None, there)))
+        known = known or "no groups of bodies: these results are older than those"
+        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
+    return bodies or (PEOPLE if PEOPLE in there else "all")
+
+
+def others(cases: Mapping[str, int]) -> list[str]:
+    """Groups of bodies that are left out, with their numbers of cases and the option that shows them."""
+    return [
+        f"{group if group == PEOPLE else f'{group} bodies'} ({count(number, 'case')}, --bodies {group})"
+        for group, number in cases.items()
+    ]

@@ -88,6 +88,21 @@ class LearnedMethod:
         return found
 
     @property
+    def training_share(self) -> float | None:
+        """Frames that the training of the weights has seen, over those of the preset ``paper``.
+
+        None where there are no weights or no such preset, where they began with others, whose training
+        counts, too, and where their card does not say.
+        """
+        paper = getattr(self, "presets", {}).get("paper")
+        card = self._card or {}
+        recipe = card.get("recipe", {})
+        seen = card.get("steps", 0) * recipe.get("batch", 0) * recipe.get("window", 0)
+        if paper is None or card.get("init") or not seen:
+            return None
+        return float(seen / (paper.steps * paper.batch * paper.window))
+
+    @property
     def untrained(self) -> str:
         """Reason why this method cannot retarget as it is, for ``supports``; "" where it can."""
         if "tensors" in self.__dict__ or self._card:

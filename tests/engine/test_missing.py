@@ -9,7 +9,7 @@ from retarget_bench.analysis import summary
 from retarget_bench.evaluation import timing
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder, rendering
-from retarget_bench.tables.groups import ABSENT, STALE
+from retarget_bench.tables.groups import STALE
 from retarget_bench.tables.model import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
 WORLD = {"mpjpe_h.world": 1.0}
@@ -81,21 +81,8 @@ def test_a_method_that_ran_elsewhere_only_is_told(tmp_path):
     both = [store(tmp_path, split, "both", [("a>b", "c1", WORLD)]) for split in ("intra", "cross")]
     one = store(tmp_path, "cross", "one", [("a>b", "c1", WORLD)])
     found = cells_of([*both, one], ["mpjpe_h.world"])
-    assert [cell.text for cell in found["one"]] == [NOT_RUN]
-    row = found["group"].unranked[-1]
-    assert (row.label, row.mark, row.n) == ("one", ABSENT, "0")
-
-
-def test_methods_of_another_data_set_are_told_too(tmp_path):
-    here = store(tmp_path / "a", "intra", "here", [("a>b", "c1", WORLD)])
-    there = store(tmp_path / "b", "intra", "there", [("a>b", "c1", WORLD)])
-    dataset = {"name": "toys", "label": "more data", "content": "c9", "notes": []}
-    one, two = builder.tables(
-        summary.split_summaries([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"]
-    )
-    assert (one.title, two.title) == ("data", "more data")
-    assert [row.label for row in one.groups[0].unranked] == ["there"]
-    assert [row.label for row in two.groups[0].unranked] == ["here"]
+    assert [row.label for row in found["group"].rows] == ["both"]
+    assert "intra: not run here: one." in found["group"].below
 
 
 def test_metrics_that_were_not_computed_are_not_run(tmp_path):
@@ -144,15 +131,15 @@ def test_columns_that_no_case_has_are_named_below(tmp_path):
     place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", {"ratio": 1.0})]), values=needing())
     found = cells_of([place], ["ratio", "mpjpe_h.world"])
     assert [column.id for column in found["group"].columns] == ["ratio"]
-    (sentence,) = found["group"].absent
+    (sentence,) = found["group"].below
     assert sentence.startswith("intra: not shown: world")
 
 
 def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
     values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
     place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
-    assert "gap" not in " ".join(cells_of([place], builder.DEFAULT_COLUMNS)["group"].absent)
-    assert "not shown: gap" in " ".join(cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].absent)
+    assert "gap" not in " ".join(cells_of([place], builder.DEFAULT_COLUMNS)["group"].below)
+    assert "not shown: gap" in " ".join(cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].below)
 
 
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):

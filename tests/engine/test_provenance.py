@@ -32,12 +32,12 @@ def test_splits_that_were_made_alike_are_told_together(tmp_path):
     ]
     made = table_of(places)
     (origin,) = made.provenance
-    assert (origin.splits, origin.date, origin.seeds) == (("intra", "cross"), "2026-01-02", (3,))
+    assert (origin.splits, origin.date, origin.seeds) == (("cross", "intra"), "2026-01-02", (3,))
     assert (origin.version, origin.code, origin.revision, origin.versions) == ("1", "ab", "beef", "numpy 2")
     words = shlex.split(origin.command)
     assert words[:3] == ["bench", "run", label]
     assert str(Spec.parse(words[words.index("-d") + 1])) == "puppets[size=tiny]"
-    assert words[-4:] == ["-s", "intra,cross", "--seed", "3"]
+    assert words[-4:] == ["-s", "cross,intra", "--seed", "3"]
     assert ("version", "2") in made.data
 
 
@@ -46,7 +46,7 @@ def test_what_was_made_otherwise_is_told_apart(tmp_path, change):
     told = {"dataset": DATASET, "seeds": [0], "revision": "beef", "versions": {"numpy": "2"}}
     one = changed(store(tmp_path, "intra", "m", NUMBERS), **told)
     two = changed(store(tmp_path, "cross", "m", NUMBERS), **told | change)
-    assert [origin.splits for origin in table_of([one, two]).provenance] == [("intra",), ("cross",)]
+    assert [origin.splits for origin in table_of([one, two]).provenance] == [("cross",), ("intra",)]
 
 
 def test_predictions_made_elsewhere_are_scored_again(tmp_path):

@@ -51,7 +51,7 @@ def rows(table: Table) -> dict[str, tuple[list[str], str]]:
         row.label: ([cell.text for cell in row.cells], row.n)
         for group in table.groups
         for row in group.rows
-        if "(printed)" not in row.label and not row.beside
+        if "(printed)" not in row.label
     }
 
 
@@ -66,10 +66,9 @@ def with_dogs(tmp_path: Path) -> Path:
 def test_people_are_shown_and_who_refuses_dogs_stands_among_them(with_dogs: Path) -> None:
     table = made(with_dogs, "humot-table4")
     assert rows(table) == {"wide": (["0.1000"], "8"), "narrow": (["0.2000"], "8")}
-    assert not any(row.apart for group in table.groups for row in group.rows)
+    assert not any(row.mark for group in table.groups for row in group.rows)
     (hint,) = table.hints
-    assert "four-legged bodies (cases: intra 4)" in hint
-    assert "--paper humot-table4 --bodies four-legged" in hint
+    assert "four-legged bodies (4 cases, --bodies four-legged)" in hint
     assert any("data: people: all intra: 8 cases, pairs 1, clips 8" in note for note in table.notes)
 
 
@@ -95,8 +94,8 @@ def test_a_case_that_one_method_did_not_answer_is_taken_from_nobody(tmp_path: Pa
     assert found["still"] == (["0.3000"], "30/40")
     assert table.footnotes == ("over the 30 of the 40 common cases that it has",)
     assert any("all intra: 40 cases, pairs 1, clips 40" in note for note in table.notes)
-    apart = [(row.label, row.beside, row.cells[0].value) for row in table.groups[-1].unranked if row.apart]
-    assert apart == [("most", "", pytest.approx(0.1)), ("all", "most", pytest.approx(0.2))]
+    assert [row.label for row in table.groups[-1].ranked] == ["all"]
+    assert [row.label for row in table.groups[-1].unranked] == ["most", "still"]
 
 
 def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> None:
@@ -114,7 +113,7 @@ def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> N
     assert said == f"Ours have no number here: {OTHER_PAIRS}."  # self pairs or not, these are not Mixamo's
 
 
-def test_who_answered_fewer_is_set_apart_beside_the_best_on_the_same(tmp_path: Path) -> None:
+def test_who_answered_fewer_is_not_among_those_on_the_common_cases(tmp_path: Path) -> None:
     hard = PEOPLE[4:]
     store(tmp_path, "intra", "best", all_of(PEOPLE[:4], 0.1) | all_of(hard, 0.9))
     store(tmp_path, "intra", "worse", all_of(PEOPLE, 0.8))
@@ -124,12 +123,9 @@ def test_who_answered_fewer_is_set_apart_beside_the_best_on_the_same(tmp_path: P
         ("best", pytest.approx(0.5), "8"),
         ("worse", pytest.approx(0.8), "8"),
     ]
-    assert [(row.label, row.beside, row.cells[0].value, row.n) for row in group.unranked] == [
-        ("few", "", pytest.approx(0.2), "4/8"),
-        ("best", "few", pytest.approx(0.1), "4/8"),
+    assert [(row.label, row.mark, row.cells[0].value, row.n) for row in group.unranked] == [
+        ("few", "answered 4", pytest.approx(0.2), "4/8")
     ]
-    assert group.unranked[0].mark == "answered 4"
-    assert all(row.apart for row in group.unranked)
 
 
 def test_columns_over_different_cases_say_how_many_each(tmp_path: Path) -> None:
@@ -159,9 +155,9 @@ def test_an_overall_mean_without_one_of_its_pairs_is_set_apart(tmp_path: Path) -
     (group,) = made(tmp_path, "humot-table4").groups
     ours = [row for row in group.ranked if "printed" not in row.label]
     assert [row.label for row in ours] == ["whole"]
-    assert [(row.label, row.beside) for row in group.unranked] == [("half", ""), ("whole", "half")]
+    assert [row.label for row in group.unranked] == ["half"]
     overall = [column.id for column in group.columns].index("Overall")
-    assert [row.cells[overall].value for row in group.unranked] == [pytest.approx(0.1), pytest.approx(0.5)]
+    assert [row.cells[overall].value for row in group.unranked] == [pytest.approx(0.1)]
 
 
 def test_methods_are_chosen_and_numbers_are_over_the_cases_of_those(tmp_path: Path) -> None:

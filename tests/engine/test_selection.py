@@ -135,11 +135,11 @@ def test_nothing_is_marked_while_cases_lack_and_the_table_says_so(tmp_path):
 
     def table():
         (made,) = builder.tables(summary.split_summaries(places, select=Selection()), [VALUE])
-        return made.title, [row.cells[0].mark for row in made.groups[0].ranked]
+        return list(made.groups[0].below), [row.cells[0].mark for row in made.groups[0].ranked]
 
-    assert table() == ("data", ["best", ""])
+    assert table() == ([], ["best", ""])
     running(places[0], 29)
-    assert table() == ("data (29 of 30 clips so far of one)", ["", ""])
+    assert table() == (["cross: 29 of 30 clips so far of one."], ["", ""])
     (matrix,) = Selection().parts(result_matrix.result_matrices(places))
     with pytest.raises(BenchError, match="cases lack in these results, so there are no ties to show"):
         rows.ties([matrix], VALUE)
@@ -172,7 +172,7 @@ def test_comparisons_and_reports_read_a_running_run_and_say_so(tmp_path):
     page = tmp_path / "report.html"
     done = CliRunner().invoke(group, ["report", str(tmp_path), "--no-player", "-o", str(page)])
     assert done.exit_code == 0, done.exception
-    assert "data: people (3 of 5 clips so far of one)" in page.read_text()
+    assert "cross: 3 of 5 clips so far of one." in page.read_text()
 
 
 def test_a_control_that_is_asked_for_comes_without_the_others(tmp_path):

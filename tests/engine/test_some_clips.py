@@ -174,8 +174,8 @@ def test_the_commands(tmp_path, capsys):
     assert "These are of some clips" in said
     for command in ("score", "run"):
         said = table(capsys, command, "toy_method", "-m", "position", "--limit", "1", *common)
-        assert "(1 of 3 clips so far)" in said.splitlines()[0]
+        assert "cross: 1 of 3 clips so far." in said
         assert "A run without --clips and --limit does the rest" in said
-    assert "(1 of 3 clips so far)" in table(capsys, "table", tmp_path).splitlines()[0]
+    assert "cross: 1 of 3 clips so far." in table(capsys, "table", tmp_path)
     said = table(capsys, "run", "toy_method", "-m", "position", *common)
     assert "so far" not in said

@@ -57,7 +57,6 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
     assert [row.label for row in group.ranked] == ["better", "worse"]
     assert [(row.label, row.mark, row.n) for row in group.unranked] == [
         ("lazy", "answered 18 of 20", "18/20"),
-        ("better", "", "18"),
         ("leak", "sees reference", "20"),
         ("floor", "control", "20"),
         ("broken", "answered 0 of 20", "0/20"),
@@ -105,9 +104,9 @@ def test_without_a_reference_the_source_stands_in(tmp_path):
         *(records.ResultPaths(tmp_path, "data", "retarget", "cross", n) for n in ("n", "k")),
     ]
     (made,) = builder.tables(summary.split_summaries(places), ["ratio"])
-    assert [[column.id for column in group.columns] for group in made.groups] == [["ratio"], ["ratio_src"]]
-    assert made.groups[1].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
-    assert {row.label for row in made.groups[1].ranked[1:]} == {"m", "n"}
+    assert [[column.id for column in group.columns] for group in made.groups] == [["ratio_src"], ["ratio"]]
+    assert made.groups[0].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
+    assert {row.label for row in made.groups[0].ranked[1:]} == {"m", "n"}
     assert "ratio" in rendering.text([made])
 
 
@@ -154,7 +153,7 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
     (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
     (group,) = made.groups
     assert words.common_counts(group) == counts
-    assert any("no case has a number of all ranked methods" in each for each in group.absent) == told
+    assert any("no case has a number of all ranked methods" in each for each in group.below) == told
 
 
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
@@ -177,7 +176,7 @@ def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form)
     (made,) = builder.tables(summary.split_summaries([one, two]), ["ratio"])
     shown = rendering.RENDERERS[form]([made])
     assert "cross" in shown
-    assert (words.NO_COLUMN in shown) == (form != "csv")
+    assert (words.NO_COLUMN in shown) == (form not in ("csv", "json"))
 
 
 def test_results_on_two_versions_of_the_data_never_mix(tmp_path):
@@ -213,3 +212,13 @@ def test_damaged_rows_are_named(tmp_path):
     place.rows.write_text(place.rows.read_text().replace(",1\n", ",one\n"))
     with pytest.raises(FileError, match=r"m\.csv:2: 'one' is not a number"):
         records.read_results(place)
+
+
+def test_results_with_none_of_the_usual_values_show_what_they_have(tmp_path):
+    """Such as those of a metric of one's own alone; curves have tables of their own."""
+    values = {"ratio": 1.2, "pooled": 3.0, "curve": {"0.1": 0.5}}
+    place = store(tmp_path, "cross", "m", [("a>b", "c1", values)])
+    for layout in ("splits", "overview", "both"):
+        for made in builder.tables(summary.split_summaries([place]), layout=layout):
+            shown = [[column.id for column in group.columns] for group in made.groups]
+            assert {tuple(ids) for ids in shown} == {("ratio", "pooled")}

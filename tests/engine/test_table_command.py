@@ -1,7 +1,11 @@
 """``bench table`` from the outside."""
 
+import os
+import pty
 import re
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -10,10 +14,12 @@ from stored import VALUES, changed, store
 from retarget_bench.cli import group
 from retarget_bench.commands import options, run
 from retarget_bench.commands.table import BREAKDOWNS, FORMATS
-from retarget_bench.evaluation import timing
+from retarget_bench.evaluation import runner, timing
 from retarget_bench.python import progress
 from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
+
+TOYS = Path(__file__).parent / "toys"
 
 
 @pytest.fixture
@@ -44,7 +50,7 @@ def test_every_format_is_printed_and_written_alike(results, tmp_path, form):
 
 @pytest.mark.parametrize(
     ("ending", "form"),
-    [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv")],
+    [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv"), ("json", "json")],
 )
 def test_the_format_follows_the_ending_of_the_file(results, tmp_path, ending, form):
     bench(results, "-o", tmp_path / f"t.{ending}")
@@ -119,7 +125,7 @@ def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
         values = VALUES | {"jerk_ratio": VALUES["ratio"] | {"label": "jerk ratio"}}
         changed(store(results, "self", name, numbers), values=values)
     both = bench(results)
-    assert "self: 3 cases of 3 clips; cross: 12 cases of 12 clips" in both
+    assert "cross: 12 cases of 12 clips; self: 3 cases of 3 clips" in both
     assert "jerk" not in both.partition("method")[0]
     alone = bench(results, "-s", "self")
     assert "cross" not in alone
@@ -159,7 +165,7 @@ def test_a_few_columns_of_all_splits_stand_side_by_side(results):
         store(results, "self", name, [("a>a", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(12)])
     shown = bench(results, "--columns", "mpjpe_h.world")
     assert shown.count("\n  method") == 1
-    assert "self: 12 cases of 12 clips; cross: 12 cases" in shown
+    assert "cross: 12 cases of 12 clips; self: 12 cases" in shown
     assert (
         bench(results, "--columns", "mpjpe_h.world", "-s", "cross", "-s", "self").count("\n  method") == 2
     )
@@ -180,7 +186,12 @@ def test_speeds_are_no_means_and_controls_have_none_worth_telling(results, form)
 
 def test_closing_lines_of_a_run_fit_the_terminal_and_break_no_command(results, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
-    run._show(records.find_results(results), Path("a-folder-of-results/of-some-length"), variants=True)
+    run._show(
+        records.find_results(results),
+        Path("a-folder-of-results/of-some-length"),
+        variants=True,
+        task="retarget",
+    )
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 80
     assert any(
@@ -198,3 +209,38 @@ def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, cap
         "bench run: 200 of 400 cases, about 1.0 min left",
         "bench run: 400 of 400 cases in 2.0 min",
     ]
+
+
+def test_progress_names_methods_and_is_lines_on_a_terminal_without_a_size(results, monkeypatch):
+    told = []
+
+    @contextmanager
+    def bar(what, units):
+        told.append(what)
+        yield lambda done, total: None
+
+    monkeypatch.setattr(run, "progress_bar", bar)
+    monkeypatch.setattr(runner, "run", lambda plan, progress, timed: [])
+    for labels in (["ik"], ["ik", "pan"], ["ik", "pan", "nkn", "humot"]):
+        run.carry_out(SimpleNamespace(methods=labels), "bench run")
+    assert told == ["bench run ik", "bench run ik, pan", "bench run (4 methods)"]
+    ours, theirs = pty.openpty()  # as yet without a size
+    with os.fdopen(theirs, "w") as terminal:
+        monkeypatch.setattr(progress.sys, "stderr", terminal)
+        with progress.progress_bar("bench run ik", "answers") as tell:
+            tell(4, 4)
+    assert os.read(ours, 1000).decode().startswith("bench run ik: 4 of 4 answers")
+    os.close(ours)
+
+
+def test_a_run_with_ones_own_metric_alone_shows_its_values(tmp_path, in_process, monkeypatch):
+    """Though these are none of the columns that tables have by default."""
+    monkeypatch.chdir(tmp_path)
+    made = CliRunner().invoke(group, ["new", "metric", "my_metric"])
+    assert "bench run ik -m my_metric --plugin my_metric.py" in made.output
+    toys = [w for n in ("cases", "method") for w in ("--plugin", str(TOYS / f"toy_{n}.py"))]
+    words = ["run", "toy_method", "-d", "toy_cases", "-m", "my_metric", "--plugin", "my_metric.py", *toys]
+    done = CliRunner().invoke(group, [*words, "-s", "cross", "-j", "1"])
+    assert done.exit_code == 0, done.output
+    assert re.search(r"head\s+height ↓", done.output)
+    assert re.search(r"^  toy_method +[0-9.]+", done.output, re.MULTILINE)

@@ -70,7 +70,7 @@ def make_table(label: str = "ours", words: str = "words") -> Table:
         ),
     )
     common = (Ranking((), frozenset(), 47, 43, {}, {}), Ranking((), frozenset(), 46, 42, {}, {}), None)
-    cross = Group("cross: 47 cases", "cross", COLUMNS, ranked, unranked, common, absent=(words,))
+    cross = Group("cross: 47 cases", "cross", COLUMNS, ranked, unranked, common, below=(words,))
     return Table(
         title=f"data {words}",
         groups=(cross, replace(cross, title="intra: 2 cases", split="intra", unranked=())),

@@ -13,6 +13,7 @@ from small_tables import COLUMNS, HOSTILE, make_table
 from retarget_bench.errors import printable
 from retarget_bench.tables.model import EMPTY, Cell
 from retarget_bench.tables.rendering import RENDERERS, html, words
+from retarget_bench.tables.rendering import text as plain_text
 from retarget_bench.tables.rendering.as_html import sort_key
 
 VOID = {"meta", "br", "img", "input", "link", "hr"}
@@ -98,7 +99,8 @@ def test_columns_of_a_breakdown_say_which_methods_are_not_ranked_and_n_what_it_c
     columns = (*(replace(column, unit="1") for column in COLUMNS[:2]), replace(COLUMNS[2], mark="control"))
     group = replace(make_table().groups[0], columns=columns, heading="kind", subject="mpjpe_h.world")
     made = replace(make_table(), groups=(group,), subjects=COLUMNS[:1])
-    shown = Page(html([made])).text if form == "html" else RENDERERS[form]([made])
+    drawn = plain_text([made], notes=True) if form == "text" else RENDERERS[form]([made])
+    shown = Page(drawn).text if form == "html" else drawn
     assert ("not ranked: control" if form == "html" else "(control)") in shown
     assert words.N_PART in " ".join(shown.split())
     assert words.N not in " ".join(shown.split())

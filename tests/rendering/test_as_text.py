@@ -5,16 +5,13 @@ from dataclasses import replace
 import pytest
 from small_tables import HOSTILE, make_table
 
-from retarget_bench.tables.model import Cell, Column
+from retarget_bench.tables.model import Column
 from retarget_bench.tables.rendering import text, words
 from retarget_bench.tables.rendering.as_text import WIDTH
 
 GOLDEN = """\
 data words
-==========
-
 cross: 47 cases
-
                             error,
                            world ↓
                               % of      jerk
@@ -25,7 +22,9 @@ cross: 47 cases
   (common cases)               47        46
   -- not ranked:
   broken (words)           failed    failed    failed    0/47
-  old (control)   other version [2]  not run      0.5      47
+  -- controls, not ranked:
+  old             other version [2]  not run      0.5      47
+  words
 """
 
 
@@ -39,7 +38,7 @@ def test_the_table_is_drawn_as_ever():
     lines = drawn.splitlines()
     ends = {
         line.index(number) + len(number)
-        for line, number in zip(lines[9:11], ("3.32*", "3.44="), strict=True)
+        for line, number in zip(lines[6:8], ("3.32*", "3.44="), strict=True)
     }
     assert len(ends) == 1  # numbers stand below each other
 
@@ -108,11 +107,21 @@ def test_lines_break_neither_options_nor_commands(most):
     assert " ".join(lines).split()[1:] == hint.split()
 
 
-@pytest.mark.parametrize(("marks", "said"), [(("best", "tied", ""), False), (("best", "", "tied"), True)])
-def test_a_tie_behind_a_better_mean_that_is_none_is_explained(marks, said):
+def test_untrained_and_learned_methods_stand_in_two_groups_where_there_are_both():
     table = make_table()
     group = table.groups[0]
-    cells = [Cell(f"{n}.0", float(n), mark=mark, place=n, clips=90) for n, mark in enumerate(marks)]
-    rows = tuple(replace(group.ranked[0], label=cell.text, cells=(cell,)) for cell in cells)
-    whole = replace(group, columns=group.columns[:1], ranked=rows, unranked=())
-    assert (words.OVERTAKEN in words.brief_marks(replace(table, groups=(whole,)))) is said
+    both = replace(group, ranked=(group.ranked[0], replace(group.ranked[1], learned=True)))
+    lines = text([replace(table, groups=(both,))]).splitlines()
+    heads = [line.strip() for line in lines if line.startswith("  --")]
+    assert heads == ["-- untrained:", "-- learned:", "-- not ranked:", "-- controls, not ranked:"]
+    assert lines.index("  -- learned:") == next(n for n, line in enumerate(lines) if "3.44=" in line) - 1
+
+
+def test_all_but_findings_marks_and_problems_waits_for_notes():
+    table = replace(make_table(), finding="ours is best.")
+    brief, full = (" ".join(text([table], notes=notes).split()) for notes in (False, True))
+    assert "ours is best. * best, = no significant difference from it" in brief
+    assert "ours failed on some cases (cross 2): words" in brief
+    for told in ("note words", "how far joints are", "Numbers are means over source clips", words.TIED):
+        assert " ".join(told.split()) not in brief
+        assert " ".join(told.split()) in full

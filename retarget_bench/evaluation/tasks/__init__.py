@@ -5,22 +5,30 @@ with noise on them (Figure 8), from positions of some of its joints (Figure 9). 
 points on the source's surface. A data set knows nothing of them.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from retarget_bench.api import PAIRED, TASKS, Dataset
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks import points
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, TaskQuestion
-from retarget_bench.evaluation.tasks.derived import Derived
-from retarget_bench.evaluation.tasks.points import PointsTask
 from retarget_bench.plugins.spec import Spec
 
-RETARGET = TASKS[0]
+if TYPE_CHECKING:
+    from retarget_bench.evaluation.tasks.derived import Derived
+    from retarget_bench.evaluation.tasks.points import PointsTask
+
+RETARGET, POINTS = PAIRED
 DERIVED = tuple(task for task in TASKS if task not in PAIRED)
 """Tasks of one body each, by level."""
 
 
 def derive(data: Dataset, task: Spec) -> Derived | PointsTask:
     """The cases of a derived task. Raises BenchError for an unknown task or parameter, or a bad level."""
-    if task.name == points.NAME:
+    from retarget_bench.evaluation.tasks.derived import Derived
+    from retarget_bench.evaluation.tasks.points import PointsTask
+
+    if task.name == POINTS:
         if task.parameters:
             raise BenchError(f"{task.name} has no parameters; leave {next(iter(task.parameters))!r} out")
         return PointsTask(data)
@@ -32,7 +40,7 @@ def derive(data: Dataset, task: Spec) -> Derived | PointsTask:
 
 def _question(name: str) -> type[TaskQuestion]:
     if name not in QUESTIONS:
-        raise BenchError(f"there is no task {name!r}; tasks are {', '.join((*QUESTIONS, points.NAME))}")
+        raise BenchError(f"there is no task {name!r}; tasks are {', '.join((*QUESTIONS, POINTS))}")
     return QUESTIONS[name]
 
 

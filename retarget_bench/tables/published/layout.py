@@ -147,19 +147,17 @@ class _Page:
     def _rows(
         self, part: OwnRows, columns: Sequence[PublishedColumn]
     ) -> tuple[list[Row], list[Row], list[Row]]:
-        """Rows over the common cases; those over fewer, each with another one below; and controls."""
+        """Rows over the common cases; those over fewer; and controls."""
         compared, apart, never = [], [], []
-        fewer: set[str] = set()
         for row in part.rows:
             mine = [row.cells[column.id] for column in columns if column.id in row.cells]
-            if not mine or (row.beside and row.beside not in fewer):
+            if not mine or row.beside:
                 continue
             if row.mark:
                 never.append(self._own(part, row, columns))
             elif all(cell.common for cell in mine):
                 compared.append(self._own(part, row, columns))
             else:
-                fewer.add(row.label)
                 apart.append(self._own(part, row, columns, apart=True))
         return compared, apart, never
 
@@ -190,10 +188,10 @@ class _Page:
         label = f"{row.label} ({row.variant})" if row.variant else row.label
         label += f", {part.where}" if len(self.parts) > 1 else ""
         mark = row.mark
-        if apart and not row.beside:
+        if apart:
             mark = f"answered {', '.join(dict.fromkeys(f'{cell.n}' for cell in cells if cell.n))}"
         n = "" if self.table.of_sets else _n(part, row, columns)
-        return Row(label, mark, tuple(cells), n, apart=apart, beside=row.beside)
+        return Row(label, mark, tuple(cells), n)
 
     def _spread(self, cell: OwnCell, column: PublishedColumn) -> float | None:
         prints = any(len(each.values.get(column.id, ())) > 1 for each in self.table.rows)

@@ -93,11 +93,13 @@ def told(cell: Cell, column: Column) -> str:
     """Tool tip of a cell."""
     if cell.value is None:
         return cell.reason or cell.text
-    sets = words.is_fid(column)
-    tied = f"tied: {words.TIED_FID}" if sets else words.TIED
-    parts = [{"": "", "best": words.BEST, "tied": tied}[cell.mark]]
+    parts = [{"": "", "best": words.BEST, "tied": words.TIED}[cell.mark]]
     if cell.n:
-        over = f"over {count(cell.n, 'window')}" if sets else f"mean over {count(cell.n, 'case')}"
+        over = (
+            f"over {count(cell.n, 'window')}"
+            if words.is_set(column)
+            else f"mean over {count(cell.n, 'case')}"
+        )
         parts.append(f"{over} of {count(cell.clips, 'clip')}")
     if cell.interval:
         parts.append(f"interval {cell.between}")

@@ -30,26 +30,28 @@ def _table(table: Table, intervals: bool, notes: bool) -> str:
     for group in table.groups:
         out += ["", f"### {plain(group.title)}", ""]
         out += _group(group, intervals) if group.columns else [words.NO_COLUMN]
-        out += [line for each in words.below([group]) for line in ("", plain(each))]
-    return "\n".join([*out, "", *_legend(table, intervals, notes)]) + "\n"
+        out += [line for each in group.below for line in ("", plain(each))]
+    out.append("")
+    for lead, sentence in words.legend(table, notes, intervals):
+        out.append(f"{'- ' if lead else ''}{plain(lead.strip(' -'))} {plain(sentence)}".strip())
+        out += [] if lead else [""]
+    return "\n".join(out).rstrip() + "\n"
 
 
 def _group(group: Group, intervals: bool) -> list[str]:
     heads = []
     for column in group.columns:
-        unit = words.shown_unit(column)
-        below = [unit, f"({column.mark})" if column.mark else ""]
-        head = [column.split, f"{column.label} {column.arrow}".strip(), *below]
-        head = [each for each in head if each]
-        heads.append("<br>".join(map(plain, head)))
+        mark = f"({column.mark})" if column.mark else ""
+        head = (column.split, f"{column.label} {column.arrow}".strip(), words.shown_unit(column), mark)
+        heads.append("<br>".join(plain(each) for each in head if each))
     last = ["n"] if group.counts else []
     out = [line([plain(group.heading), *heads, *last]), "|---|" + "---:|" * len([*heads, *last])]
-    out += [_line(row, group, intervals) for row in group.ranked]
+    for heading, rows in group.blocks:
+        if heading:
+            out.append(line([f"*{plain(heading)}*", *("" for _ in [*heads, *last])]))
+        out += [_line(row, group, intervals) for row in rows]
     if counts := words.common_counts(group):
         out.append(line([f"*{words.COMMON}*", *counts, *("" for _ in last)]))
-    for heading, rows in group.blocks:
-        out.append(line([f"*{plain(heading)}*", *("" for _ in [*heads, *last])]))
-        out += [_line(row, group, intervals) for row in rows]
     return out
 
 
@@ -64,18 +66,3 @@ def _cell(cell: Cell, intervals: bool) -> str:
     shown += f" \\[{cell.footnote}\\]" if cell.footnote else ""
     shown += f"<br>{cell.between}" if intervals and cell.between else ""
     return shown + (f"<br>±{cell.between_seeds}" if cell.spread is not None else "")
-
-
-def _legend(table: Table, intervals: bool, notes: bool) -> list[str]:
-    out = [plain(f"{words.means(table)} {words.ARROWS}")]
-    if words.has_marks([table]):
-        out.append(f"**Bold**: {plain(words.BEST)}. {MARKS['tied']} {plain(words.tied([table]))}.")
-        out += map(plain, words.rare(table.cells))
-    out += [plain(words.INTERVALS)] if intervals else []
-    out += [plain(words.SEEDS)] if words.has_seeds([table]) else []
-    known = [*words.meanings(table), *([] if table.reading else words.splits_and_controls(table))]
-    out += ["", *(f"- **{plain(label)}**: {plain(meaning)}" for label, meaning in known)]
-    out += [f"- \\[{number}\\] {plain(note)}" for number, note in enumerate(table.footnotes, 1)]
-    brief = [*words.problem_lines(table), *words.absent(table)]
-    found = words.notes(table) if notes or table.reading else brief
-    return [*out, *(f"- {plain(note)}" for note in (*found, *table.hints))]

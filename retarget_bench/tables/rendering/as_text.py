@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from retarget_bench.errors import printable
-from retarget_bench.tables.model import CONTROL, MARKS, Cell, Column, Group, Row, Table
+from retarget_bench.tables.model import MARKS, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
 from retarget_bench.tables.rendering.words import filled, width, wrapped
 
@@ -16,8 +16,6 @@ MOST_COLUMNS = 9
 """Tables with more columns than this, and than rows, are transposed."""
 WIDEST_HEAD, WIDEST_WORD = 9, 22
 NARROWEST_NAME, WIDEST_NAME = 24, 40
-BESIDE = "└"
-"""Before the best ranked method on the cases of the row above."""
 GAP = 3
 """Between the columns of two splits."""
 
@@ -58,37 +56,34 @@ class _Page:
     notes: bool
 
     def table(self, table: Table) -> str:
-        title = printable(table.title)
-        out = [title, "=" * width(title)]
-        for group in table.groups:
-            out += ["", *self.hung("", printable(group.title)), ""]
+        out = []
+        for number, group in enumerate(table.groups):
+            out += [""] if number else []
+            out += self.hung("", printable(group.title))
             if not group.columns:
                 out.append(f"  {words.NO_COLUMN}")
             elif len(group.columns) > max(MOST_COLUMNS, len(group.rows)) and group.split:
                 out += self.by_column(group)
             else:
                 out += self.by_row(group)
-            out += [line for each in words.below([group]) for line in self.hung("  ", printable(each))]
-        return "\n".join([*out, "", *self.legend(table)]) + "\n"
+            out += [line for each in group.below for line in self.hung("  ", printable(each))]
+        return "\n".join([printable(table.title), *out, "", *self.legend(table)]) + "\n"
 
     def by_row(self, group: Group) -> list[str]:
         """A line per row of the group."""
         heads = [_head(column) for column in group.columns] + ([_Head(("n",))] if group.counts else [])
 
-        def line(row: Row, name: str) -> _Line:
+        def line(row: Row) -> _Line:
             cells = tuple(self.stacked(cell) for cell in row.cells)
-            return _Line(name, (*cells, (row.n,)) if group.counts else cells)
+            return _Line(words.named(row), (*cells, (row.n,)) if group.counts else cells)
 
-        lines = [line(row, words.named(row)) for row in group.ranked]
-        if counts := words.common_counts(group):
-            last = (("",),) if group.counts else ()
-            lines.append(_Line(f"({words.COMMON})", (*((f"{each} ",) for each in counts), *last)))
+        lines, counts = [], words.common_counts(group)
         for heading, rows in group.blocks:
-            lines.append(_Line(f"-- {heading}:"))
-            alike = {row.mark for row in rows} == {CONTROL}
-            for row in rows:
-                name = row.label if alike else words.named(row)
-                lines.append(line(row, f"{BESIDE} {row.label}, same cases" if row.beside else name))
+            lines += [_Line(f"-- {heading}:")] if heading else []
+            lines += map(line, rows)
+            if counts and rows[-1] in group.ranked[-1:]:
+                last = (("",),) if group.counts else ()
+                lines.append(_Line(f"({words.COMMON})", (*((f"{each} ",) for each in counts), *last)))
         return self.grid(group.heading, heads, lines)
 
     def by_column(self, group: Group) -> list[str]:
@@ -174,49 +169,16 @@ class _Page:
 
     # ------------------------------------------------------------------------------------------ legend
     def legend(self, table: Table) -> list[str]:
-        if not table.groups:
-            return self._notes(table)
-        out = self._reading(table)
-        if self.intervals:
-            out += self.hung("", words.INTERVALS)
-        if words.has_seeds([table]):
-            out += self.hung("", words.SEEDS)
-        known = [*words.meanings(table), *([] if table.reading else words.splits_and_controls(table))]
-        meanings = [(printable(label), printable(meaning)) for label, meaning in known]
-        most = min(max((width(label) for label, _ in meanings), default=0), WIDEST_NAME)
-        for label, meaning in meanings:
-            if width(label) > most:
-                out += [f"  {line}" for line in wrapped(label, self.width - 2)]
-                label = ""
-            out += self.hung(f"  {label}{' ' * (most - width(label))}  ", meaning)
-        for number, footnote in enumerate(table.footnotes, 1):
-            out += self.hung(f"[{number}] ", printable(footnote))
-        return [*out, *self._notes(table)]
-
-    def _reading(self, table: Table) -> list[str]:
-        """The reading of numbers and marks, brief unless notes are asked for."""
-        marks = words.has_marks([table])
-        if self.notes or table.reading:
-            out = self.hung("", f"{words.means(table)} {words.ARROWS}")
-            full = f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.tied([table])}."
-            full = " ".join([full, *words.rare(table.cells)])
-            return out + (self.hung("", full) if marks else [])
-        brief = f"{words.brief_means(table)} {words.arrows(table)}{words.rows_by(table)}"
-        if marks:
-            brief += f" {words.brief_marks(table)}"
-        return self.hung("", brief)
-
-    def _notes(self, table: Table) -> list[str]:
-        """All notes; without them, a line for each method that lacks answers, and where there is more."""
-        if self.notes or table.reading:
-            lines, others = [], words.notes(table)
-        else:
-            lines, others = words.problem_lines(table), words.absent(table)
-        short = [textwrap.shorten(f"- {printable(line)}", self.width, placeholder=" ...") for line in lines]
-        return [
-            *short,
-            *(line for each in (*others, *table.hints) for line in self.hung("- ", printable(each))),
-        ]
+        """What stands below the table; of each method that lacks answers one line, without notes."""
+        lines: list[str] = []
+        short = set() if self.notes or table.reading else set(words.problem_lines(table))
+        for lead, sentence in words.legend(table, self.notes, self.intervals):
+            whole = printable(sentence)
+            if sentence in short:
+                lines.append(textwrap.shorten(f"{lead}{whole}", self.width, placeholder=" ..."))
+            else:
+                lines += self.hung(lead, whole)
+        return lines
 
     def hung(self, lead: str, sentence: str) -> list[str]:
         return filled(sentence, self.width, lead, " " * len(lead)) or [lead]

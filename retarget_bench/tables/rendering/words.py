@@ -1,4 +1,4 @@
-"""Texts of legends that all renderers share, and names made safe to print."""
+"""Sentences that all renderers share, and names made safe to print."""
 
 import re
 import textwrap
@@ -12,26 +12,21 @@ from retarget_bench.tables.model import NOT_RANKED as NOT_RANKED
 
 NO_COLUMN = "no case here has any of the values asked for"
 MEANS = (
-    "Numbers are means over source clips of the mean over a clip's cases. Ranked methods are compared on "
-    "the cases that all of them have a number for. Controls (such as the reference itself, or no motion) "
-    "and methods with privileged inputs are not ranked."
+    "Numbers are means over source clips of the mean over a clip's cases. A case is one clip for one "
+    "target. Ranked methods are compared on the cases that all of them have a number for. Controls (such "
+    "as the reference itself, or no motion) and methods with privileged inputs are not ranked."
 )
-SPEEDS = "Speeds are measured once for a method, on a few cases of the last split, and are not ranked."
-BRIEF_MEANS = (
-    "Means over source clips{sets}. A case is one clip for one target; all ranked rows of a column are "
-    "over the same cases."
-)
+SPEEDS = "Speeds are measured once for a method, on a few cases of one split, and are not ranked."
 ARROWS = "↓ less is better, ↑ more is better, →1 best at 1 (ranked by the mean of |log|)."
-BEST = "best of the ranked methods (marked where enough clips could have told it from the worst)"
-OVERTAKEN = (
-    "A tied row can have a worse mean than one that is not: its difference from the best varies more over "
-    "clips."
-)
+BEST = "best of the ranked methods"
 TIED = (
-    f"tied: no significant difference from the best (paired sign-flip test over clips at {100 * ALPHA:g} "
-    "%, Holm-corrected for all pairs of methods), or one below the tolerance of the value"
+    f"tied: no significant difference from the best (paired sign flips over clips at {100 * ALPHA:g} %, "
+    "adjusted for all pairs of methods), or one below the tolerance of the value"
 )
-TIED_FID = "its interval meets that of the best, since sets have no cases to pair"
+BRIEF_MARKS = (
+    f"{MARKS['best']} best, {MARKS['tied']} no significant difference from it ({100 * ALPHA:g} %, over "
+    "clips); other ranked rows are worse."
+)
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
     "these characters only. With few clips an end may lie outside the range of the value, such as below 0 "
@@ -53,10 +48,33 @@ NO_BREAK = "\u00a0"
 _COMMAND = re.compile(r"\bbench [a-z-]+(?: --?[a-z][a-z-]*(?: [a-z][\w,-]*)?)*")
 
 
-def empty_kinds(table: Table) -> list[str]:
-    """The kinds of missing values in a table."""
-    shown = {cell.text for cell in table.cells if cell.value is None}
-    return [kind for kind in EMPTY if kind in shown]
+# --------------------------------------------------------------------------------------- below a table
+def legend(table: Table, notes: bool, intervals: bool = False) -> list[tuple[str, str]]:
+    """(lead, sentence) of all that stands below a table; leads are bullets, numbers of footnotes or "".
+
+    notes: how numbers are made in full, the meaning of columns, and every note; published tables have
+    these always. intervals: whether these are shown.
+    """
+    notes = notes or bool(table.reading)
+    marks = has_marks([table])
+    said = [table.finding]
+    if table.groups and (notes or _only_speeds(table)):
+        said.append(f"{means(table)} {ARROWS}")
+    if marks and notes:
+        full = f"{MARKS['best']} {BEST}; {MARKS['tied']} {tied([table])}."
+        said.append(" ".join([full, *rare(table.cells)]))
+    elif marks:
+        said.append(BRIEF_MARKS)
+    said += [INTERVALS] if intervals else []
+    said += [SEEDS] if has_seeds([table]) else []
+    known = [*meanings(table), *splits_and_controls(table)] if notes and table.groups else []
+    sentences = [problem.sentence for problem in table.problems] if notes else problem_lines(table)
+    return [
+        *(("", each) for each in said if each),
+        *(("  ", f"{label}: {meaning}") for label, meaning in known),
+        *((f"[{number}] ", each) for number, each in enumerate(table.footnotes, 1)),
+        *(("- ", each) for each in (*(table.notes if notes else ()), *sentences, *table.hints)),
+    ]
 
 
 def has_marks(tables: Sequence[Table]) -> bool:
@@ -67,23 +85,26 @@ def has_seeds(tables: Sequence[Table]) -> bool:
     return any(cell.spread is not None for table in tables for cell in table.cells)
 
 
-def common_counts(group: Group) -> list[str]:
-    """Number of cases that each column is ranked on; empty where it equals the n of every ranked row."""
-    counts = [f"{common.cases}" if common else "" for common in group.common]
-    known = {row.n for row in group.ranked}
-    alike = len(known) == 1 and set(counts) <= known | {""}
-    return counts if any(counts) and not alike else []
+def means(table: Table) -> str:
+    """What numbers are means over."""
+    return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
 
 
-def named(row: Row) -> str:
-    """A row's name and why it is not ranked, or whose cases it is on."""
-    beside = f" on the cases of {row.beside}" if row.beside else ""
-    return f"{row.label}{beside} ({row.mark})" if row.mark else f"{row.label}{beside}"
+def _only_speeds(table: Table) -> bool:
+    return {column.id for column in table.explained} == {FPS}
 
 
-def shown_unit(column: Column) -> str:
-    """The unit; "" where there is none to show."""
-    return column.unit if column.unit != "1" else ""
+def is_set(column: Column) -> bool:
+    """True for a value of all answers as one set that stands beside means over cases."""
+    return column.label == "FID"
+
+
+def rare(cells: Iterable[Cell]) -> list[str]:
+    """A sentence on failures that so few clips can miss; none where they suffice."""
+    clips = max((cell.clips for cell in cells if cell.mark), default=CLIPS_FOR_RARE)
+    if clips >= CLIPS_FOR_RARE:
+        return []
+    return [f"{clips} clips can miss failures on up to {100 * unseen(clips):.0f} % of all clips."]
 
 
 def meanings(table: Table) -> list[tuple[str, str]]:
@@ -100,129 +121,24 @@ def meanings(table: Table) -> list[tuple[str, str]]:
         if column.meaning:
             found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
     kinds = dict.fromkeys(counted(group) for group in table.groups if group.counts)
-    kinds = kinds if table.groups else {N: None}
     found += [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
     return [*found, *((kind, EMPTY[kind]) for kind in empty_kinds(table))]
 
 
-def notes(table: Table) -> list[str]:
-    """Sentences below a table: columns without values, notes, cases without an answer."""
-    return [*absent(table), *table.notes, *(problem.sentence for problem in table.problems)]
+def splits_and_controls(table: Table) -> list[tuple[str, str]]:
+    """(name, meaning) of the splits and of the controls of a table."""
+    columns = [column.split for group in table.groups for column in group.columns]
+    there = dict.fromkeys([*(group.split for group in table.groups), *columns])
+    named = [(split, table.splits[split]) for split in there if split in table.splits]
+    rows = {row.label: row for group in table.groups for row in group.unranked if row.mark == CONTROL}
+    about = {label: row.about.removeprefix("Control: ") for label, row in rows.items()}
+    return [*named, *((label, meaning) for label, meaning in about.items() if meaning)]
 
 
-def tied(tables: Sequence[Table]) -> str:
-    """The meaning of the mark of ties, in full."""
-    return TIED + (f"; of FID: {TIED_FID}" if any(map(_has_fid, tables)) else "")
-
-
-def arrows(table: Table) -> str:
-    """The meaning of the arrows of a table."""
-    goals = dict.fromkeys(f"{each.goal:g}" for each in table.explained if each.better == "target")
-    there = {each.better for each in table.explained}
-    said = {"lower": "↓ less is better", "higher": "↑ more is better"}
-    found = [sentence for better, sentence in said.items() if better in there]
-    found += [f"→{goal} best at {goal}, ranked by the mean of |log|" for goal in goals]
-    return f"{', '.join(found)}." if found else ""
-
-
-def rows_by(table: Table) -> str:
-    """The split and value that the rows of a table of several splits are ordered by."""
-    columns = [column for group in table.groups for column in group.columns if column.split]
-    first = next((column for column in columns if column.split == columns[-1].split), None)
-    return f" Rows are in the order of {first.split}, {first.label}." if first else ""
-
-
-def brief_marks(table: Table) -> str:
-    """The meaning of the marks, in one sentence."""
-    sets = "; FID: its interval meets that of the best" if _has_fid(table) else ""
-    said = (
-        f"{MARKS['best']} best, {MARKS['tied']} not told apart from it: no significant difference over "
-        f"clips ({100 * ALPHA:g} %, corrected for all pairs of methods{sets}). In columns with marks, "
-        "ranked rows without one are worse than the best."
-    )
-    return " ".join([said, *[OVERTAKEN] * _overtaken(table), *rare(table.cells)])
-
-
-def _overtaken(table: Table) -> bool:
-    """True where a row is tied with the best of a column and another one with a better mean is not."""
-    columns = (
-        column for group in table.groups for column in zip(*(r.cells for r in group.ranked), strict=True)
-    )
-    for cells in columns:
-        places = {
-            mark: [cell.place for cell in cells if cell.mark == mark and cell.place is not None]
-            for mark in ("", "best", "tied")
-        }
-        if places["best"] and places["tied"] and places[""] and max(places["tied"]) > min(places[""]):
-            return True
-    return False
-
-
-def means(table: Table) -> str:
-    """What numbers are means over, in full."""
-    return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
-
-
-def _only_speeds(table: Table) -> bool:
-    return {column.id for column in table.explained} == {FPS}
-
-
-def brief_means(table: Table) -> str:
-    """The sentences on what numbers are means over."""
-    if _only_speeds(table):
-        return SPEEDS
-    return BRIEF_MEANS.format(sets=" (FID: all clips as one set)" if _has_fid(table) else "")
-
-
-def _has_fid(table: Table) -> bool:
-    return any(map(is_fid, table.explained))
-
-
-def is_fid(column: Column) -> bool:
-    """True for a value of all answers as one set that stands beside means over cases."""
-    return column.label == "FID"
-
-
-def rare(cells: Iterable[Cell]) -> list[str]:
-    """A sentence on failures that so few clips can miss; none where they suffice."""
-    clips = max((cell.clips for cell in cells if cell.mark), default=CLIPS_FOR_RARE)
-    if clips >= CLIPS_FOR_RARE:
-        return []
-    return [f"{clips} clips can miss failures on up to {100 * unseen(clips):.0f} % of all clips."]
-
-
-def below(groups: Sequence[Group]) -> list[str]:
-    """The lines below the rows of some groups, each once."""
-    learned = dict.fromkeys(label for group in reversed(groups) for label in group.learned)
-    named = f"Learned: {', '.join(learned)} (bench info says from what and for how long)."
-    lines = dict.fromkeys(line for group in groups for line in group.below)
-    floors = [f"Floor of {label}, that of the references: {of}." for label, of in _floors(groups)]
-    return [*floors, *lines, *([named] if learned else [])]
-
-
-def _floors(groups: Sequence[Group]) -> list[tuple[str, str]]:
-    """Label of each value of sets, and the references' scores by it on all splits."""
-    found: dict[str, list[str]] = {}
-    for label, split, number in dict.fromkeys(each for group in groups for each in group.floors):
-        found.setdefault(label, []).append(f"{split} {number}")
-    return [(label, ", ".join(each)) for label, each in found.items()]
-
-
-def legend(group: Group) -> str:
-    """The meaning of the marks and the floors of values of sets, in a line; "" where there is neither."""
-    said = [
-        f"Read {label} against its floor, the score of the references: {of}."
-        for label, of in _floors([group])
-    ]
-    if any(cell.mark for row in group.rows for cell in row.cells):
-        marks = f"{MARKS['best']} best, {MARKS['tied']} not told apart from it (no significant difference)."
-        said.insert(0, marks)
-    return " ".join(said)
-
-
-def absent(table: Table) -> list[str]:
-    """Sentences about columns without values, or without marks."""
-    return list(dict.fromkeys(sentence for group in table.groups for sentence in group.absent))
+def empty_kinds(table: Table) -> list[str]:
+    """The kinds of missing values in a table."""
+    shown = {cell.text for cell in table.cells if cell.value is None}
+    return [kind for kind in EMPTY if kind in shown]
 
 
 def problem_lines(table: Table) -> list[str]:
@@ -240,14 +156,23 @@ def problem_lines(table: Table) -> list[str]:
     return lines
 
 
-def splits_and_controls(table: Table) -> list[tuple[str, str]]:
-    """(name, meaning) of the splits and of the controls of a table."""
-    columns = [column.split for group in table.groups for column in group.columns]
-    there = dict.fromkeys([*(group.split for group in table.groups), *columns])
-    named = [(split, table.splits[split]) for split in there if split in table.splits]
-    rows = {row.label: row for group in table.groups for row in group.unranked if row.mark == CONTROL}
-    about = {label: row.about.removeprefix("Control: ") for label, row in rows.items()}
-    return [*named, *((label, meaning) for label, meaning in about.items() if meaning)]
+# ------------------------------------------------------------------------------------ in and on a table
+def common_counts(group: Group) -> list[str]:
+    """Number of cases that each column is ranked on; empty where it equals the n of every ranked row."""
+    counts = [f"{common.cases}" if common else "" for common in group.common]
+    known = {row.n for row in group.ranked}
+    alike = len(known) == 1 and set(counts) <= known | {""}
+    return counts if any(counts) and not alike else []
+
+
+def named(row: Row) -> str:
+    """A row's name and why it is not ranked; all controls stand below a heading that says so."""
+    return f"{row.label} ({row.mark})" if row.mark not in ("", CONTROL) else row.label
+
+
+def shown_unit(column: Column) -> str:
+    """The unit; "" where there is none to show."""
+    return column.unit if column.unit != "1" else ""
 
 
 def counted(group: Group) -> str:
@@ -255,6 +180,12 @@ def counted(group: Group) -> str:
     if group.counted == "windows":
         return WINDOWS
     return N_PART if group.subject else N
+
+
+def brief(group: Group) -> str:
+    """The meaning of the marks and what else stands below a group, in a line."""
+    marks = [BRIEF_MARKS] if any(cell.mark for row in group.rows for cell in row.cells) else []
+    return " ".join([*marks, *group.below])
 
 
 # ---------------------------------------------------------------------------------------------- on lines

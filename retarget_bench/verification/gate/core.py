@@ -150,7 +150,7 @@ def table(folder: Path) -> Rows:
         ]
         (section,) = summary.split_summaries(written)
     ((group,),) = (made.groups for made in builder.tables([section], tuple(VALUES)))
-    for row in (row for row in group.rows if not row.beside):
+    for row in group.rows:
         for key, cell in zip(VALUES, row.cells, strict=True):
             ends = (cell.interval.low, cell.interval.high) if cell.interval else (None, None)
             p = section.rankings[key].p.get(row.label)

@@ -75,9 +75,7 @@ function linkTable(table) {
     for (const cell of row.querySelectorAll("td[data-sort]")) {
       const head = heads[cell.cellIndex];
       const wish = wishOf(table.dataset, head, row.dataset.row, known);
-      const other = known.methods.indexOf(row.dataset.beside);
       const numbers = wish && (known.numbers[wish.value] || known.numbers[known.values[0].id]);
-      if (wish && other >= 0) wish.only = (k) => (numbers[other][k] ?? null) !== null;
       if (wish) link(cell, `${row.dataset.row}, ${titleOf(head)}`, { chapter, split: known.name, ...wish });
     }
   }

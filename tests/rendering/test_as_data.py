@@ -1,14 +1,18 @@
-"""Tables as CSV."""
+"""Tables for programs: CSV and JSON."""
 
 import csv
 import io
+import json
 from dataclasses import replace
 
 import pytest
 from small_tables import HOSTILE, make_table
 
+from retarget_bench.errors import printable
 from retarget_bench.files import spreadsheet
+from retarget_bench.tables.model import Cell
 from retarget_bench.tables.rendering import comma_separated
+from retarget_bench.tables.rendering.as_data import json_document
 
 
 def rows(*tables) -> list[dict[str, str]]:
@@ -69,3 +73,35 @@ def test_parts_of_a_breakdown_name_their_value():
     (first, *_) = rows(replace(make_table(), groups=(broken_down,)))
     assert (first["value"], first["kind"], first["split"]) == ("mpjpe_h.world", "ours", "cross")
     assert "method" not in first
+
+
+# ------------------------------------------------------------------------------------------------ JSON
+def strict(constant):
+    raise AssertionError(f"{constant} is no JSON")
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_json_has_every_number_with_what_belongs_to_it(name):
+    (table,) = json.loads(json_document([make_table(name, name)]), parse_constant=strict)
+    cross, intra = table["groups"]
+    assert (cross["split"], intra["split"], len(cross["rows"])) == ("cross", "intra", 4)
+    ours, other, broken, _ = cross["rows"]
+    world = ours["cells"]["mpjpe_h.world"]
+    assert [world[key] for key in ("value", "low", "high", "mark", "n", "clips")] == [
+        3.321, 2.91, 3.8, "best", 47, 43,
+    ]  # fmt: skip
+    assert (ours["cells"]["jerk_ratio"]["place"], other["cells"]["mpjpe_h.world"]["seeds_sd"]) == (2, 0.25)
+    missing = other["cells"]["recall"]
+    assert (missing["value"], missing["missing"]) == (None, "n/a")
+    assert (broken["not_ranked"], broken["n"]) == (printable(name), "0/47")
+    assert ours["label"] == printable(name)
+    assert cross["columns"]["mpjpe_h.world"]["unit"] == "% of height"
+
+
+def test_numbers_that_json_cannot_hold_are_missing():
+    group = make_table().groups[0]
+    row = replace(group.ranked[0], cells=(Cell("clip", float("inf")),) * 3)
+    made = replace(make_table(), groups=(replace(group, ranked=(row,), unranked=()),))
+    (table,) = json.loads(json_document([made]), parse_constant=strict)
+    cell = table["groups"][0]["rows"][0]["cells"]["recall"]
+    assert (cell["value"], cell["missing"]) == (None, "clip")
