@@ -61,7 +61,7 @@ def legend(table: Table, notes: bool, intervals: bool = False) -> list[tuple[str
     if table.groups and (notes or _only_speeds(table)):
         said.append(f"{means(table)} {ARROWS}")
     if marks and notes:
-        full = f"{MARKS['best']} {BEST}; {MARKS['tied']} {tied([table])}."
+        full = f"{MARKS['best']} {BEST}; {MARKS['tied']} {TIED}."
         said.append(" ".join([full, *rare(table.cells)]))
     elif marks:
         said.append(BRIEF_MARKS)
