@@ -4,9 +4,9 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from retarget_bench.analysis.ranking import set_ranking
+from retarget_bench.analysis.ranking import Ranking, set_ranking
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.analysis.summary import MethodSummary, Ranking, SplitSummary
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.api import INTRA, SELF, TWO_LEGS
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.compatibility import Newest, metric_versions

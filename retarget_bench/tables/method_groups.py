@@ -204,9 +204,10 @@ class MethodGroup:
         for section, key in self.spots:
             ranking = section.rankings.get(key)
             if ranking and ranking.complete and ranking.separable and ranking.unclear:
+                label = self.builder.column(key).label
                 found.append(
-                    f"{section.split}: the {self.builder.column(key).label} of {listed(ranking.unclear)} varies "
-                    f"too much over clips to be told from that of {ranking.best}; better ones are told from it."
+                    f"{section.split}: by {label} {listed(ranking.unclear)} cannot be told from {ranking.best} "
+                    "either, though better methods can: the difference varies more."
                 )
         return found
 
