@@ -206,8 +206,8 @@ class MethodGroup:
             if ranking and ranking.complete and ranking.separable and ranking.unclear:
                 label = self.builder.column(key).label
                 found.append(
-                    f"{section.split}: by {label} {listed(ranking.unclear)} cannot be told from {ranking.best} "
-                    "either, though better methods can: the difference varies more."
+                    f"{section.split}: by {label} {listed(ranking.unclear)} cannot be told from "
+                    f"{ranking.best} either, though better methods can: the difference varies more."
                 )
         return found
 
