@@ -35,8 +35,9 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
 from retarget_bench.python.results import Results
 from retarget_bench.python.running import run
-from retarget_bench.tables import builder
+from retarget_bench.tables import requested
 from retarget_bench.tables.rendering import markdown
+from retarget_bench.tables.requested import Request
 from retarget_bench.training import joint_datasets, parallel, prepare, request, weights
 from retarget_bench.training.train import TrainingOptions, finished, train
 from retarget_bench.training.validate import Validator
@@ -223,7 +224,7 @@ def validated(asked: TrainingOptions, device: torch.device, cases: int) -> tuple
 
 
 def write_tables(path: Path, found: Results) -> None:
-    write_text(path, markdown(builder.overview(found.places)))
+    write_text(path, markdown(requested.tables(found.places, Request())))
 
 
 def summary(verdicts: list[Verdict]) -> str:

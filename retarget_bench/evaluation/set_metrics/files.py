@@ -1,7 +1,5 @@
 """Features of finished cases, and the files of sets: features of cases and of a whole unit, and values."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
@@ -9,17 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Prediction, SetMetric
 from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.evaluation.score import Before, Faults, asked, compared, fault_of, nothing
 from retarget_bench.files import write_csv
 from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
-
-if TYPE_CHECKING:
-    from retarget_bench.evaluation.score import Before, Faults
 
 Arrays = dict[str, np.ndarray]
 
@@ -88,7 +83,7 @@ def collect(
     case: Case,
     prediction: Prediction,
     elsewhere: bool = False,
-    before: Before | None = None,
+    before: Before = nothing,
 ) -> tuple[Arrays, Faults]:
     """Features of one case for the set metrics, as arrays ``<metric>:<name>``; ``<metric>:set`` names the
     set that it belongs to. None of a metric in none of whose sets it is. And what metrics did wrong.
@@ -96,8 +91,6 @@ def collect(
     elsewhere: whether the data set has real motion to compare answers without a reference with.
     Raises BenchError where the case itself does not fit together.
     """
-    from retarget_bench.evaluation.score import asked, compared, fault_of, nothing  # tables need none of it
-
     comparison = compared(case, prediction)
     arrays: Arrays = {}
     faults: Faults = {}
@@ -105,7 +98,7 @@ def collect(
         name = metric.card.name
         try:
             ask = partial(_collected, metric, comparison, elsewhere)
-            found = asked(metric, ask, comparison, before or nothing)
+            found = asked(metric, ask, comparison, before)
         except BenchError as error:
             faults[name] = fault_of(error)
             reason = np.array(failed(name, faults[name]))

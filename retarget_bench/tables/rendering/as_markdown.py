@@ -33,8 +33,8 @@ def _table(table: Table, intervals: bool, notes: bool) -> str:
         out += [line for each in group.below for line in ("", plain(each))]
     out.append("")
     for lead, sentence in words.legend(table, notes, intervals):
-        out.append(f"{'- ' if lead else ''}{plain(lead.strip(' -'))} {plain(sentence)}".strip())
-        out += [] if lead else [""]
+        shown = plain(f"{lead.strip(' -')} {sentence}".strip()).replace("\\* best", "**Bold** best", 1)
+        out += [f"- {shown}"] if lead else [shown, ""]
     return "\n".join(out).rstrip() + "\n"
 
 

@@ -196,8 +196,8 @@ def width(words: str) -> int:
 
 
 def filled(sentence: str, most: int, lead: str = "", indent: str = "") -> list[str]:
-    """A text on lines of at most so many characters, none of which breaks at a hyphen or, where it fits on
-    a line, within a command such as ``bench table --variants``.
+    """A text on lines of at most so many characters, none of which breaks at a hyphen, before a percent
+    sign or, where it fits on a line, within a command such as ``bench table --variants``.
 
     Non-breaking spaces become usual ones. lead: before the first line; indent: before the others.
     """
@@ -206,7 +206,7 @@ def filled(sentence: str, most: int, lead: str = "", indent: str = "") -> list[s
         command = found.group()
         return command.replace(" ", NO_BREAK) if len(indent) + len(command) < most else command
 
-    text = _COMMAND.sub(joined, sentence)
+    text = _COMMAND.sub(joined, sentence).replace(" %", f"{NO_BREAK}%")
     lines = textwrap.wrap(text, most, initial_indent=lead, subsequent_indent=indent, break_on_hyphens=False)
     return [line.replace(NO_BREAK, " ") for line in lines]
 

@@ -1,0 +1,84 @@
+"""The sentence on what a table shows: each part is computed, and left out where its facts are missing."""
+
+import pytest
+from stored import VALUES, changed, store
+
+from retarget_bench.results import store as records
+from retarget_bench.tables import requested
+from retarget_bench.tables.finding import RECALL
+from retarget_bench.tables.requested import Request
+
+WORLD = "mpjpe_h.world"
+RECALLS = VALUES | {RECALL: VALUES["curve"] | {"label": "contact recall", "index": ""}}
+
+
+def stored(root, name, world, recall=None, split="cross", **about):
+    """A method with these numbers on 20 clips."""
+    kept = {} if recall is None else {RECALL: recall}
+    rows = [("a>b", f"c{n:02}", {WORLD: world + n / 1000, **kept}) for n in range(20)]
+    return changed(store(root, split, name, rows, **about), values=RECALLS)
+
+
+def learned(root, name, world, recall=None, share=None):
+    facts = {"trained_on": {"characters": ("here",)}}
+    facts |= {} if share is None else {"training_share": share}
+    return stored(root, name, world, recall, **facts)
+
+
+def said(root) -> str:
+    (made,) = requested.tables(records.find_results(root), Request())
+    return made.finding
+
+
+def test_all_that_is_known_is_said(tmp_path):
+    stored(tmp_path, "ik", 1.0, 0.96)
+    stored(tmp_path, "copy", 2.0, 0.5)
+    learned(tmp_path, "net", 3.0, 0.09, 0.0001)
+    learned(tmp_path, "deep", 4.0, 0.46, 0.02)
+    assert said(tmp_path) == (
+        "Across structures ik is best by world and contact recall; learned methods keep 9 to 46 % of "
+        "contacts, ik 96 %; they saw 0.01 to 2 % of their papers' training."
+    )
+
+
+def test_another_best_by_another_value_and_a_learned_one_alone(tmp_path):
+    stored(tmp_path, "ik", 2.0, 0.96)
+    learned(tmp_path, "net", 1.0, 0.25, 0.5)
+    assert said(tmp_path) == (
+        "Across structures net is best by world and ik by contact recall; net keeps 25 % of contacts, "
+        "ik 96 %; net saw 50 % of its paper's training."
+    )
+
+
+def test_ties_are_counted(tmp_path):
+    for name in ("one", "two", "three"):
+        stored(tmp_path, name, 1.0)
+    stored(tmp_path, "worse", 2.0)
+    assert said(tmp_path) == "Across structures one is best by world (2 tied)."
+
+
+@pytest.mark.parametrize("share", [None, 0.1])
+def test_what_is_not_known_is_left_out(tmp_path, share):
+    learned(tmp_path, "net", 1.0, share=share)
+    learned(tmp_path, "deep", 2.0)
+    whole = "Across structures net is best by world"
+    assert said(tmp_path) == (f"{whole}; net saw 10 % of its paper's training." if share else f"{whole}.")
+
+
+def test_too_few_clips_for_marks_and_splits_of_a_data_sets_own_name_nobody_wrongly(tmp_path):
+    rows = [("a>b", "c1", {WORLD: 1.0})]
+    for name in ("one", "two"):
+        store(tmp_path / "few", "cross", name, rows)
+    assert said(tmp_path / "few") == ""
+    stored(tmp_path / "own", "good", 1.0, split="stairs")
+    stored(tmp_path / "own", "bad", 2.0, split="stairs")
+    assert said(tmp_path / "own") == "On stairs good is best by world."
+
+
+def test_a_breakdown_and_a_split_alone_have_none(tmp_path):
+    for number, name in enumerate(("one", "two"), 1):
+        stored(tmp_path, name, float(number))
+    places = records.find_results(tmp_path)
+    for asked in (Request(by="pair"), Request(splits=("cross",))):
+        (made,) = requested.tables(places, asked)
+        assert made.finding == ""
