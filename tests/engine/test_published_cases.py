@@ -15,7 +15,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.results import store as records
 from retarget_bench.tables.model import Table
 from retarget_bench.tables.published.joined import joined
-from retarget_bench.tables.published.printed import published
+from retarget_bench.tables.published.printed import of_rows, published
 
 PAPERS = {
     key: VALUES["mpjpe_h.world"] | {"label": key} for key in ("humot_mpjpe", "san_code", "restored_cm")
@@ -211,6 +211,22 @@ def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
         commands, ["table", str(with_dogs), "--paper", "pan-table3", "--bodies", "people"]
     )
     assert "leave --bodies" in str(refused.exception)
+
+
+def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> None:
+    store(tmp_path, "intra", "one", all_of(PEOPLE, 0.123456))
+    store(tmp_path, "intra", "two", all_of(PEOPLE[:4], 0.2) | all_of(PEOPLE[4:], "failed"))
+    table = of_rows(("pan-table5",), ["w.o. PAN", "no such row", "ours"], "title", ("a note",), 4)
+    known_as = {"one": "w.o. PAN", "two": "no such row"}
+    made = joined(table, records.find_results(tmp_path), Selection(), known_as=known_as)
+    (group,) = made.groups
+    assert [(row.label, row.mark, row.n, [cell.text for cell in row.cells]) for row in group.rows] == [
+        ("w.o. PAN (printed)", "", "", ["1.19", "2.28"]),
+        ("w.o. PAN", "", "8", ["0.1235", "n/a"]),
+        ("no such row", "answered fewer cases", "4/8", ["0.2000", "n/a"]),
+        ("ours (printed)", "", "", ["0.50", "1.62"]),
+    ]
+    assert made.notes[0] == "a note"
 
 
 @pytest.mark.parametrize("name", ["pan-table1", "humot-table3", "humot-table4", "humot-table5"])
