@@ -190,9 +190,9 @@ ORDER = (
         "plugins",
         "results",
         "evaluation",
-        "analysis",
+        "training",
     ),
-    *("tables", "figures", "viewer", "report", "exchange", "training", "verification", "python"),
+    *("analysis", "tables", "figures", "viewer", "report", "exchange", "verification", "python"),
     *("commands", "cli"),
 )
 """Each may import those before it; written down in ARCHITECTURE.md as well."""

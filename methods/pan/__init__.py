@@ -12,7 +12,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
+from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.skeletal.body import FOUR, LayoutBody, tree_of
@@ -34,31 +34,17 @@ OWN, BETWEEN = "puppets", "puppets_three"
 """Names of shipped weights: for people, and for people and dogs."""
 
 
-INTRA, CROSS = "Intra-structural", "Cross-structural"
-VALUE = "san_code"
-"""The error that the authors' code prints as Table 1 and Table 5; eq. 16 as typed is ``pan_eq16_mean``."""
-_COLUMNS = (
-    AblationColumn(INTRA, "1e-3", VALUE, splits=("intra",)),
-    AblationColumn(CROSS, "1e-3", VALUE, splits=("cross",)),
-)
-
-
-def _row(label: str, parameters: dict[str, bool | float], intra: str, cross: str) -> AblationRow:
-    return AblationRow(label, parameters, {INTRA: intra, CROSS: cross})
-
-
 ABLATIONS = {
     "table5": Ablation(
         title="PAN: what its parts and losses do",
-        paper="Pose-aware Attention Network for Flexible Motion Retargeting by PanBody Part, Table 5",
-        columns=_COLUMNS,
-        rows=(
-            _row("ours", {}, "0.50", "1.62"),
-            _row("w.o. BP-strategy", {"by_part": False}, "0.58", "2.29"),
-            _row("w.o. PAN", {"attention": False}, "1.19", "2.28"),
-            _row("w.o. L_kine", {"kinematic": 0.0}, "1.11", "48.08"),
-            _row("w.o. L_adv", {"adversarial": 0.0}, "1.16", "3.23"),
-        ),
+        tables=("pan-table5",),
+        rows={
+            "ours": {},
+            "w.o. BP-strategy": {"by_part": False},
+            "w.o. PAN": {"attention": False},
+            "w.o. L_kine": {"kinematic": 0.0},
+            "w.o. L_adv": {"adversarial": 0.0},
+        },
         notes=(
             "The paper calls the number a mean position error in heights; what its code prints is the mean "
             "square of coordinates in heights, and so are ours. Pairs of a body with itself are no part of "

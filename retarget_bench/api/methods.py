@@ -73,8 +73,6 @@ class MethodCard:
     trained_on: Mapping[str, Sequence[str]] | None = None
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does and which values it takes."""
-    reported: Mapping[str, float] = field(default_factory=dict)
-    """Published numbers, ``"table/row/column" -> value``, for people to compare with."""
 
 
 @dataclass(frozen=True)

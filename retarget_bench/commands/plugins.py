@@ -149,12 +149,6 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
         lines += _worse(spec)
     if taken := parameters.describe(factory):
         lines += ["", "Parameters"] + [line for each in taken for line in _wrapped(each, "  ")]
-    if reported := getattr(card, "reported", None):
-        lines += [
-            "",
-            "Published numbers",
-            *(f"  {where}: {number:g}" for where, number in reported.items()),
-        ]
     if kind == "metrics":
         lines += [line for value in card.values for line in _value(value)]
     if text := (factory.__doc__ or "").strip():

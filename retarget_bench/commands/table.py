@@ -61,8 +61,8 @@ BREAKDOWNS = (
     "--paper",
     metavar="TABLE",
     help="Print a published table with these results beside it, variants too: humot-table2, -3, -4, -5, "
-    "pan-table1, -2, -3, -4 or correspondence-free-table2 to -7; PAPER-text: numbers outside tables. With "
-    "-m and --bodies: these.",
+    "pan-table1 to -5 or correspondence-free-table2 to -7; PAPER-text: numbers outside tables. With -m and "
+    "--bodies: these. Without results: the printed numbers.",
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--notes", is_flag=True, help="Print all notes, and how numbers are made in full.")
@@ -99,27 +99,34 @@ def command(
         )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
-    maker = options.maker(task)
-    if probes:
-        task, maker = "probe", "bench probe METHOD"
-    elif paper is not None:
-        from retarget_bench.tables.published.published_tables import published
-
-        if (wanted := published(paper).task) != "retarget":
-            task, maker = wanted, options.maker(wanted)
-    what = "results of probes" if probes else "results"
-    places = options.results(roots or (Path("runs"),), dataset, task, maker, what)
     if paper is not None:
-        from retarget_bench.tables.published.requested import requested as published_table
-
         select = _selection(choice["methods"], variants=True, controls=choice["controls"], apart=True)
-        made = [published_table(paper, places, select, choice["bodies"] or "")]
+        made = [_published(paper, roots, dataset, select, choice["bodies"] or "")]
     else:
         from retarget_bench.tables import requested
 
+        task, maker = ("probe", "bench probe METHOD") if probes else (task, options.maker(task))
+        what = "results of probes" if probes else "results"
+        places = options.results(roots or (Path("runs"),), dataset, task, maker, what)
         everything = everything or (probes and columns is None)
         made = requested.tables(places, _request(task, columns, everything, by, at_least, **choice), form)
     options.write_out(_drawn(made, form, intervals, notes, output is None), output)
+
+
+def _published(paper: str, roots: tuple[Path, ...], dataset: str | None, select: Any, bodies: str) -> Any:
+    """A published table with the results of its task that lie in these folders, if there are any."""
+    from retarget_bench.analysis.selection import of_dataset
+    from retarget_bench.results import store
+    from retarget_bench.tables.published.joined import joined
+    from retarget_bench.tables.published.printed import published
+
+    table = published(paper)
+    if missing := [root for root in roots if not root.is_dir()]:
+        raise BenchError(f"there is no folder {missing[0]}")
+    places = [place for root in roots or (Path("runs"),) for place in store.find_results(root, table.task)]
+    if places and dataset is not None:
+        places = of_dataset(places, dataset)
+    return joined(table, places, select, bodies)
 
 
 def _drawn(made: Sequence[Any], form: str, intervals: bool, notes: bool, here: bool) -> str:

@@ -293,23 +293,21 @@ def ablate(
     """
     from retarget_bench.plugins import registry
     from retarget_bench.plugins.spec import Spec
+    from retarget_bench.python import ablations
     from retarget_bench.tables.rendering import WITH_INTERVALS
-    from retarget_bench.training import ablation_runner
     from retarget_bench.training.train import TrainingOptions
 
     spec = Spec.parse(method)
     data = registry.canonical("datasets", options.dataset_spec(dataset, root))
     tested = Spec.parse(test) if test else data
-    ablation = ablation_runner.find(spec, table)
-    ablation_runner.check(ablation, tested)
+    ablation = ablations.find(spec, table)
+    ablations.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
     asked = TrainingOptions(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
     with closing(ConsoleReporter()) as reporter:
-        trained = ablation_runner.train_rows(ablation, asked, out, reporter)
-    wanted = ablation_runner.plan_of(ablation, trained, tested, out / "results", jobs)
+        trained = ablations.train_rows(ablation, asked, out, reporter)
+    wanted = ablations.plan_of(ablation, trained, tested, out / "results", jobs)
     run.carry_out(wanted, "bench ablate")
-    found = ablation_runner.numbers_of(wanted, trained)
-    on, by = (bound.dataset(each).built.label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
-    made = ablation_runner.table(ablation, trained, found, on, by, recipe)
+    made = ablations.table(ablation, trained, wanted, bound.dataset(data).built.label.strip(), recipe)
     options.write_out(WITH_INTERVALS[form]([made]), output)

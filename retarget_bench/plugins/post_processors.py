@@ -219,5 +219,4 @@ def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
         stochastic=bool(card.stochastic) or any(getattr(each, "stochastic", False) for each in cards),
         default=False,
         variants=(),
-        reported={},
     )

@@ -1,50 +1,25 @@
 """Ablations: the tables of a paper in which a method is trained again with one thing changed.
 
 A method offers ``ablations``, a mapping from a short name to an ``Ablation``; ``bench ablate METHOD NAME``
-trains every row and prints the table as it was published, the published numbers beside ours.
+trains every row and prints ours below the published numbers.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from retarget_bench.api import CROSS, INTRA
 from retarget_bench.plugins.spec import Scalar
 
 
 @dataclass(frozen=True)
-class AblationColumn:
-    """One column as printed.
-
-    label, unit: its heading. value: the id of our value of the same meaning; "": there is none, and
-    ``missing`` says why, as a sentence.
-    splits: of the cases that ours is a mean over.
-    """
-
-    label: str
-    unit: str
-    value: str = ""
-    missing: str = ""
-    splits: tuple[str, ...] = (INTRA, CROSS)
-
-
-@dataclass(frozen=True)
-class AblationRow:
-    """One row as printed, or one that the paper does not have.
-
-    parameters: of the method that the row trains. printed: label of a column -> the number as printed.
-    """
-
-    label: str
-    parameters: Mapping[str, Scalar]
-    printed: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class Ablation:
-    """A published table. paper: which. notes: sentences on the printed numbers, and on how ours differ."""
+    """The rows of an ablation, and where it is published.
+
+    tables: names of the published tables that print its rows (``bench table --paper NAME``).
+    rows: label, as printed where the paper has the row -> parameters of the method that it trains.
+    notes: sentences on the printed numbers, and on how ours differ.
+    """
 
     title: str
-    paper: str
-    columns: tuple[AblationColumn, ...]
-    rows: tuple[AblationRow, ...]
+    tables: tuple[str, ...]
+    rows: Mapping[str, Mapping[str, Scalar]]
     notes: tuple[str, ...] = ()

@@ -25,8 +25,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
-from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.ablation import Ablation, AblationRow
+from retarget_bench.plugins.spec import Scalar, Spec
+from retarget_bench.python.ablations import published
+from retarget_bench.training.ablation import Ablation
 from tests.benchmarks import held_out_cases as cases
 
 PAGE = Path(__file__).parents[2] / "results" / "correspondence_free.md"
@@ -52,28 +53,30 @@ def lines(
     ablation: Ablation, found: Mapping[Spec, cases.Numbers], infos: Any, steps: Mapping[Spec, int]
 ) -> Iterator[str]:
     """A table of the paper, ours under each printed row, and each row's difference from ours."""
-    yield from ("", f"### {ablation.paper}", "")
+    table = published(ablation)
+    columns = {column.value_id: column.column for column in table.columns}
+    yield from ("", f"### {table.source}", "")
     yield from cases.heading("row")
-    for each in ablation.rows:
-        spec = spec_of(each)
-        printed = [each.printed[label] for label in cases.COLUMNS.values()]
-        yield cases.row(f"{each.label} (printed)", printed)
+    for label, changed in ablation.rows.items():
+        spec = spec_of(changed)
+        printed = [table.rows[label][columns[value]].text for value in cases.COLUMNS]
+        yield cases.row(f"{label} (printed)", printed)
         ours = [cases.shown(cases.means(found[spec], infos, value)) for value in cases.COLUMNS]
-        yield cases.row(f"{each.label}, {steps[spec]} steps", ours)
+        yield cases.row(f"{label}, {steps[spec]} steps", ours)
     yield from ("", "Difference from `smrm` as it is (with L_rot, 30 frames), case by case:", "")
     yield from cases.heading("row")
     base = found[Spec("smrm")]
-    for each in ablation.rows:
-        if (spec := spec_of(each)) != Spec("smrm"):
+    for label, changed in ablation.rows.items():
+        if (spec := spec_of(changed)) != Spec("smrm"):
             apart = [
                 cases.mean([found[spec][i.id][value] - base[i.id][value] for i in infos], infos)
                 for value in cases.COLUMNS
             ]
-            yield cases.row(each.label, [cases.shown(one) for one in apart])
+            yield cases.row(label, [cases.shown(one) for one in apart])
 
 
-def spec_of(row: AblationRow) -> Spec:
-    return registry.canonical("methods", Spec("smrm", row.parameters))
+def spec_of(changed: Mapping[str, Scalar]) -> Spec:
+    return registry.canonical("methods", Spec("smrm", changed))
 
 
 def main() -> None:
@@ -90,7 +93,7 @@ def main() -> None:
     torch.set_num_threads(1)
     ablations: Mapping[str, Ablation] = registry.create("methods", "smrm").ablations
     given.dataset = given.dataset or [TRAINED]
-    specs = list(dict.fromkeys(spec_of(row) for each in ablations.values() for row in each.rows))
+    specs = list(dict.fromkeys(spec_of(row) for each in ablations.values() for row in each.rows.values()))
     steps, found = {}, {}
     for spec in specs:
         steps[spec] = train(spec, given.out / spec.slug, given)

@@ -14,8 +14,8 @@ from retarget_bench.cli import group as commands
 from retarget_bench.errors import BenchError
 from retarget_bench.results import store as records
 from retarget_bench.tables.model import Table
-from retarget_bench.tables.published.layout import OTHER_CASES, OTHER_PAIRS
-from retarget_bench.tables.published.requested import requested
+from retarget_bench.tables.published.joined import joined
+from retarget_bench.tables.published.printed import of_rows, published
 
 PAPERS = {
     key: VALUES["mpjpe_h.world"] | {"label": key} for key in ("humot_mpjpe", "san_code", "restored_cm")
@@ -42,7 +42,7 @@ def all_of(cases: list[tuple[str, str]], number: float | str) -> dict[tuple[str,
 
 
 def made(root: Path, name: str, bodies: str = "", **choice) -> Table:
-    return requested(name, records.find_results(root), Selection(variants=True, **choice), bodies)
+    return joined(published(name), records.find_results(root), Selection(variants=True, **choice), bodies)
 
 
 def rows(table: Table) -> dict[str, tuple[list[str], str]]:
@@ -72,12 +72,15 @@ def test_people_are_shown_and_who_refuses_dogs_stands_among_them(with_dogs: Path
     assert any("data: people: all intra: 8 cases, pairs 1, clips 8" in note for note in table.notes)
 
 
-def test_other_bodies_have_groups_of_their_own(with_dogs: Path) -> None:
+def test_rows_say_the_bodies_that_they_are_of(with_dogs: Path) -> None:
     assert rows(made(with_dogs, "humot-table4", "four-legged")) == {"wide": (["9.0000"], "4")}
     both = made(with_dogs, "humot-table4", "all")
-    titles = [group.title for group in both.groups[1:]]
-    assert [title.rpartition("(")[2] for title in titles] == ["data: people)", "data: four-legged)"]
-    assert rows(both).keys() == {"wide, data: people", "narrow, data: people", "wide, data: four-legged"}
+    assert "ours on data: people, data: four-legged" in both.groups[1].title
+    assert rows(both) == {
+        "wide, data: people": (["0.1000"], "8"),
+        "narrow, data: people": (["0.2000"], "8"),
+        "wide, data: four-legged": (["9.0000"], "4"),
+    }
     with pytest.raises(BenchError, match="no case is between bodies of the group 'mixed'"):
         made(with_dogs, "humot-table4", "mixed")
 
@@ -94,8 +97,11 @@ def test_a_case_that_one_method_did_not_answer_is_taken_from_nobody(tmp_path: Pa
     assert found["still"] == (["0.3000"], "30/40")
     assert table.footnotes == ("over the 30 of the 40 common cases that it has",)
     assert any("all intra: 40 cases, pairs 1, clips 40" in note for note in table.notes)
-    assert [row.label for row in table.groups[-1].ranked] == ["all"]
-    assert [row.label for row in table.groups[-1].unranked] == ["most", "still"]
+    assert [(row.label, row.mark) for row in table.groups[-1].unranked] == [
+        ("most", "answered fewer cases"),
+        ("still", "control"),
+    ]
+    assert "most answered fewer cases; on these all has all intra 0.2000." in table.notes
 
 
 def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> None:
@@ -107,25 +113,28 @@ def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> N
         changed(place, values=values)
     table = made(tmp_path, "pan-table1")
     cells = {row.label: [cell.reason for cell in row.cells] for row in table.groups[-1].rows}
-    assert cells["one"] == ["counts self pairs, too, and there are no results on the self split", ""]
-    assert cells["both"] == ["", OTHER_CASES]
-    (said,) = (sentence for sentence in table.groups[0].below if "no number here" in sentence)
-    assert said == f"Ours have no number here: {OTHER_PAIRS}."  # self pairs or not, these are not Mixamo's
+    assert cells["one"] == ["no results on self intra", ""]
+    assert cells["both"] == ["", "no results on cross"]
+    assert (
+        "No number in the columns of the paper: both, one (no results on the paper's pairs)." in table.notes
+    )
 
 
-def test_who_answered_fewer_is_not_among_those_on_the_common_cases(tmp_path: Path) -> None:
+def test_who_answered_fewer_is_set_apart_and_the_best_on_the_same_is_told(tmp_path: Path) -> None:
     hard = PEOPLE[4:]
     store(tmp_path, "intra", "best", all_of(PEOPLE[:4], 0.1) | all_of(hard, 0.9))
     store(tmp_path, "intra", "worse", all_of(PEOPLE, 0.8))
     store(tmp_path, "intra", "few", all_of(PEOPLE[:4], 0.2) | all_of(hard, "unsupported"))
-    group = made(tmp_path, "humot-table4").groups[1]
+    table = made(tmp_path, "humot-table4")
+    group = table.groups[1]
     assert [(row.label, row.cells[0].value, row.n) for row in group.ranked] == [
         ("best", pytest.approx(0.5), "8"),
         ("worse", pytest.approx(0.8), "8"),
     ]
     assert [(row.label, row.mark, row.cells[0].value, row.n) for row in group.unranked] == [
-        ("few", "answered 4", pytest.approx(0.2), "4/8")
+        ("few", "answered fewer cases", pytest.approx(0.2), "4/8"),
     ]
+    assert "few answered fewer cases; on these best has all intra 0.1000." in table.notes
 
 
 def test_columns_over_different_cases_say_how_many_each(tmp_path: Path) -> None:
@@ -136,15 +145,12 @@ def test_columns_over_different_cases_say_how_many_each(tmp_path: Path) -> None:
     table = made(tmp_path, "pan-table1")
     own = table.groups[-1]
     assert [column.label for column in own.columns] == ["self + intra", "all cross"]
-    assert [each.cases for each in own.common if each] == [9, 3]
+    assert [[cell.n for cell in row.cells] for row in own.rows] == [[9, 3]] * 2
     assert {row.n for row in own.rows} == {""}
-    drawn = CliRunner().invoke(commands, ["table", str(tmp_path), "--paper", "pan-table1"]).output
-    (line,) = (line for line in drawn.splitlines() if "(common cases)" in line)
-    assert line.split()[-2:] == ["9", "3"]
     assert any("self + intra: 9 cases" in note and "all cross: 3 cases" in note for note in table.notes)
 
 
-def test_an_overall_mean_without_one_of_its_pairs_is_set_apart(tmp_path: Path) -> None:
+def test_a_method_without_one_of_the_pairs_of_an_overall_mean_is_set_apart(tmp_path: Path) -> None:
     pairs = ("Goblin_m>Mousey_m", "Goblin_m>Vampire_m")
     cases = [(pair, f"c{n}") for pair in pairs for n in range(3)]
     store(tmp_path, "intra", "whole", all_of(cases, 0.5))
@@ -152,12 +158,14 @@ def test_an_overall_mean_without_one_of_its_pairs_is_set_apart(tmp_path: Path) -
     for place in records.find_results(tmp_path):
         facts = records.read_header(place.header).dataset.plain()
         changed(place, dataset=facts | {"name": "mixamo"})
-    (group,) = made(tmp_path, "humot-table4").groups
+    table = made(tmp_path, "humot-table4")
+    (group,) = table.groups
+    assert any("on these whole has" in note and "overall 0.5000" in note for note in table.notes)
     ours = [row for row in group.ranked if "printed" not in row.label]
     assert [row.label for row in ours] == ["whole"]
-    assert [row.label for row in group.unranked] == ["half"]
-    overall = [column.id for column in group.columns].index("Overall")
-    assert [row.cells[overall].value for row in group.unranked] == [pytest.approx(0.1)]
+    (half,) = group.unranked
+    overall = [column.id for column in group.columns].index("overall")
+    assert (half.label, half.cells[overall].value) == ("half", pytest.approx(0.1))
 
 
 def test_methods_are_chosen_and_numbers_are_over_the_cases_of_those(tmp_path: Path) -> None:
@@ -173,6 +181,18 @@ def test_methods_are_chosen_and_numbers_are_over_the_cases_of_those(tmp_path: Pa
     assert {label: n for label, (_, n) in rows(chosen).items()} == {"one": "40", "two": "40"}
     with pytest.raises(BenchError, match=r"no results of 'tow' here; did you mean two"):
         made(tmp_path, "humot-table4", methods=("tow",))
+
+
+def test_the_command_prints_the_papers_numbers_where_there_are_no_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for words in ([], [str(tmp_path)]):
+        done = CliRunner().invoke(commands, ["table", *words, "--paper", "pan-table1"])
+        assert done.exit_code == 0
+        assert "8.86" in done.output
+    refused = CliRunner().invoke(commands, ["table", "nowhere", "--paper", "pan-table1"])
+    assert str(refused.exception) == "there is no folder nowhere"
 
 
 def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
@@ -192,19 +212,34 @@ def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
     assert "leave --bodies" in str(refused.exception)
 
 
+def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> None:
+    store(tmp_path, "intra", "one", all_of(PEOPLE, 0.123456))
+    store(tmp_path, "intra", "two", all_of(PEOPLE[:4], 0.2) | all_of(PEOPLE[4:], "failed"))
+    table = of_rows(("pan-table5",), ["w.o. PAN", "no such row", "ours"], "title", ("a note",), 4)
+    known_as = {"one": "w.o. PAN", "two": "no such row"}
+    made = joined(table, records.find_results(tmp_path), Selection(), known_as=known_as)
+    (group,) = made.groups
+    assert [(row.label, row.mark, row.n, [cell.text for cell in row.cells]) for row in group.rows] == [
+        ("w.o. PAN (printed)", "", "", ["1.19", "2.28"]),
+        ("w.o. PAN", "", "8", ["0.1235", "n/a"]),
+        ("no such row", "answered fewer cases", "4/8", ["0.2000", "n/a"]),
+        ("ours (printed)", "", "", ["0.50", "1.62"]),
+    ]
+    assert made.notes[0] == "a note"
+
+
 @pytest.mark.parametrize("name", ["pan-table1", "humot-table3", "humot-table4", "humot-table5"])
 def test_footnotes_are_those_of_cells_that_are_shown(with_dogs: Path, name: str) -> None:
     table = made(with_dogs, name)
     used = {cell.footnote for cell in table.cells} - {0}
     assert used == set(range(1, len(table.footnotes) + 1))
-    assert OTHER_CASES not in table.footnotes
 
 
 def test_without_a_number_in_the_printed_columns_one_sentence_stands_for_our_rows(with_dogs: Path) -> None:
-    printed, own = made(with_dogs, "humot-table4").groups
+    table = made(with_dogs, "humot-table4")
+    printed, own = table.groups
     assert all("printed" in row.label for row in printed.rows)
-    (sentence,) = printed.below
-    assert "Mixamo's test set" in sentence
+    assert any("No number in the columns of the paper: narrow, wide" in note for note in table.notes)
     assert {row.label for row in own.rows} == {"wide", "narrow"}
 
 
@@ -219,7 +254,7 @@ def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp
         row.label: next(
             cell
             for cell, column in zip(row.cells, table.groups[0].columns, strict=True)
-            if column.id == "seen"
+            if column.id == "overall, seen"
         )
         for row in table.groups[0].rows
         if "printed" not in row.label

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+from collections import Counter
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +19,13 @@ from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, MethodInfo, parsed
 from retarget_bench.results.result_matrix import result_matrices
 from retarget_bench.results.store import CaseResult, ResultPaths
-from retarget_bench.tables.published import published_tables
-from retarget_bench.tables.published.layout import caveats, paper_table
-from retarget_bench.tables.published.own import Counts, OwnRow, OwnRows, variant
-from retarget_bench.tables.published.own_rows import own_rows
-from retarget_bench.tables.published.own_set_rows import own_set_rows
+from retarget_bench.tables.model import Table
+from retarget_bench.tables.published import printed
+from retarget_bench.tables.published.joined import joined
+from retarget_bench.tables.published.our_sets import of_sets
+from retarget_bench.tables.published.ours import OurRow, OurRows, of_cases, variant
 
-ALL = published_tables.names()
+ALL = printed.names()
 VALUES = {
     value: {
         "label": value, "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
@@ -64,51 +67,98 @@ def store(
     records.write_results(place, parsed(header), entries, infos)
 
 
-def ours(name: str, *roots: Path) -> list[OwnRows]:
-    """Our rows of a table from all results in these folders."""
-    table = published_tables.published(name)
+def drawn(name: str, *roots: Path) -> Table:
+    """A table with all results in these folders."""
     places = [place for root in roots for place in records.find_results(root)]
-    if table.of_sets:
-        return own_set_rows(table, places)
-    return own_rows(table, Selection(variants=True).parts(result_matrices(places)))
+    return joined(printed.published(name), places, Selection(variants=True))
 
 
-def rows_of(name: str, *roots: Path) -> tuple[OwnRow, ...]:
+def ours(name: str, *roots: Path) -> list[OurRows]:
+    """Our rows of a table from all results in these folders."""
+    table = printed.published(name)
+    places = [place for root in roots for place in records.find_results(root)]
+    parts = Selection(variants=True).parts(result_matrices(places))
+    return of_sets(table, parts) if table.of_sets else of_cases(table, parts)
+
+
+def rows_of(name: str, *roots: Path) -> tuple[OurRow, ...]:
     """Likewise, where they are of one data set and group of bodies."""
     (part,) = ours(name, *roots)
     return part.rows
 
 
+def numbers(name: str, row: str) -> dict[str, float]:
+    """Column -> number, as printed."""
+    return {label: float(number.text) for label, number in printed.published(name).rows[row].items()}
+
+
+def spreads(name: str, row: str) -> dict[str, float]:
+    return {label: float(number.spread) for label, number in printed.published(name).rows[row].items()}
+
+
 @pytest.mark.parametrize("name", ["humot-table3", "humot-table4", "humot-table5"])
 def test_printed_overall_is_what_its_columns_say(name: str) -> None:
     """The mean of the pairs' means; spread: variance within pairs and of their means (0.0002: rounding)."""
-    table = published_tables.published(name)
-    *parts, overall = (column for column in table.columns if not column.block)
-    assert overall.mean_of == tuple(column.id for column in parts)
+    table = printed.published(name)
+    parts = [column.column for column in table.columns if column.pairs]
+    (overall,) = (column.column for column in table.columns if column.cases == printed.MEAN)
     for row in table.rows:
-        means, spreads = np.array([row.values[column.id] for column in parts]).T
-        value, spread = row.values[overall.id]
-        assert value == pytest.approx(means.mean(), abs=2e-4), row.method
-        assert spread == pytest.approx(np.sqrt((spreads**2).mean() + means.var()), abs=3e-4), row.method
+        value, spread = numbers(name, row), spreads(name, row)
+        means = np.array([value[part] for part in parts])
+        within = np.array([spread[part] for part in parts])
+        assert value[overall] == pytest.approx(means.mean(), abs=2e-4), row
+        assert spread[overall] == pytest.approx(np.sqrt((within**2).mean() + means.var()), abs=3e-4), row
+
+
+def test_as_many_numbers_as_the_papers_print() -> None:
+    """Counted in the papers: tables, and sizes, times and examples of the text."""
+    counts: Counter[str] = Counter()
+    for name in ALL:
+        for row in printed.published(name).rows.values():
+            counts[name.partition("-")[0]] += sum(each.origin == "printed" for each in row.values())
+    assert counts == {"pan": 55, "humot": 93, "correspondence": 110}
+
+
+def test_every_line_is_of_a_table_that_there_is() -> None:
+    lines = [line for file in printed.PAPERS for line in csv.DictReader(StringIO(_text(file)))]
+    assert {line["table"] for line in lines} == set(ALL)
+    said = [
+        name for line in csv.DictReader(StringIO(_text("notes.csv"))) for name in line["tables"].split()
+    ]
+    assert set(said) <= set(ALL)
+
+
+def _text(file: str) -> str:
+    return (Path(printed.__file__).with_name(file)).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_every_printed_number_has_a_column(name: str) -> None:
-    table = published_tables.published(name)
-    columns = {column.id for column in table.columns}
-    for row in table.rows:
-        assert set(row.values) <= columns
-        assert all(number > 0 for numbers in row.values.values() for number in numbers)
+def test_every_column_has_a_value_of_ours_or_a_reason(name: str) -> None:
+    table = printed.published(name)
+    labels = {column.column for column in table.columns}
     for column in table.columns:
-        assert bool(column.value) + bool(column.missing) + bool(column.mean_of) == 1, column.id
+        assert bool(column.value_id) != bool(column.missing), column.column
+        assert bool(column.value_id) == bool(column.cases), column.column
+        assert bool(column.block) != bool(column.protocol), "a protocol is that of printed numbers"
+        assert column.repeats in (*labels, "")
+    for row in table.rows.values():
+        assert row
+        assert all(float(number.text) > 0 for number in row.values())
+
+
+def test_values_of_ours_are_of_metrics_that_there_are() -> None:
+    known = {value.id for metric in registry.working("metrics")[0].values() for value in metric.card.values}
+    asked = {column.value_id for name in ALL for column in printed.published(name).columns}
+    assert asked - {""} <= known
 
 
 def test_pan_counts_self_pairs_and_humot_does_not() -> None:
-    pairs = {column.id: column.pairs for column in published_tables.published("pan-table1").columns}
-    assert len(pairs["intra"]) == len(set(pairs["intra"])) == 16
-    assert sum(pair.split(">")[0] == pair.split(">")[1] for pair in pairs["intra"]) == 4
+    pairs = {column.column: column.pairs for column in printed.published("pan-table1").columns}
+    intra = pairs["intra, self pairs included"]
+    assert len(intra) == 16
+    assert sum(pair.split(">")[0] == pair.split(">")[1] for pair in intra) == 4
     assert len(pairs["cross"]) == 4
-    asked = [pair for column in published_tables.published("humot-table4").columns for pair in column.pairs]
+    asked = [pair for column in printed.published("humot-table4").columns for pair in column.pairs]
     assert len(asked) == len(set(asked)) == 12
     assert not [pair for pair in asked if pair.split(">")[0] == pair.split(">")[1]]
 
@@ -119,20 +169,21 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
         ("Goblin_m>Vampire_m", "a"): 0.5, ("Aj>BigVegas", "a"): 9.0,
     })  # fmt: skip
     store(tmp_path, "mine", "self", {("Goblin_m>Goblin_m", "a"): 0.2})
-    table = published_tables.published("humot-table4")
     (part,) = ours("humot-table4", tmp_path)
     (row,) = part.rows
-    pair = row.cells["G<->Mo"]
+    pair = row.cells["G ↔ Mo"]
     # clip a: both directions, mean 0.2; clip b: 0.6
-    assert (pair.value, pair.over) == (pytest.approx(0.4), Counts(3, 2, 2))
-    assert pair.spread == pytest.approx(np.std([0.1, 0.3, 0.6]))
-    assert row.cells["Overall"].value == pytest.approx((0.4 + 0.5) / 2)
-    assert row.cells["Overall"].spread == pytest.approx(np.std([0.1, 0.3, 0.6, 0.5]))
-    assert "Mr<->V" not in row.cells
+    assert (pair.value, pair.n, pair.clips) == (pytest.approx(0.4), 3, 2)
+    assert pair.text == f"0.4000 ±{np.std([0.1, 0.3, 0.6]):.4f}"
+    overall = row.cells["overall"]
+    assert overall.value == pytest.approx((0.4 + 0.5) / 2)
+    assert overall.text == f"0.4500 ±{np.std([0.1, 0.3, 0.6, 0.5]):.4f}"
+    assert "Mr ↔ V" not in row.cells
     (pan,) = rows_of("pan-table1", tmp_path)
-    assert pan.cells["intra"].over.cases == 5  # the self pair counts, Aj > BigVegas does not
-    (sentence,) = caveats(table, [part])
-    assert "3 of the 12 pairs and 2 of the 106 test clips" in sentence
+    assert pan.cells["intra, self pairs included"].n == 5  # the self pair counts, Aj > BigVegas does not
+    counts, warning = part.notes
+    assert "G ↔ Mo: 3 cases, pairs 2 of 2, clips 2 of 106" in counts
+    assert "do not compare" in warning
 
 
 def test_a_case_under_several_seeds_is_one_case(tmp_path: Path) -> None:
@@ -141,16 +192,16 @@ def test_a_case_under_several_seeds_is_one_case(tmp_path: Path) -> None:
         file = f"mine.seed-{seed}" if seed else "mine"
         store(tmp_path, "mine", "cross", dict(zip(pairs, numbers, strict=True)), file, seeds=[seed])
     (row,) = rows_of("humot-table5", tmp_path)
-    cell = row.cells["B->G"]
-    assert (cell.value, cell.over) == (pytest.approx(0.3), Counts(2, 2, 1))
-    assert cell.spread == pytest.approx(np.std([0.2, 0.4]))
+    cell = row.cells["B → G"]
+    assert (cell.value, cell.n, cell.clips) == (pytest.approx(0.3), 2, 2)
+    assert cell.text == f"0.3000 ±{np.std([0.2, 0.4]):.4f}"
 
 
 def test_one_method_in_two_folders_is_two_rows(tmp_path: Path) -> None:
     for folder, number in (("old", 0.1), ("new", 0.3)):
         store(tmp_path / folder, "mine", "cross", {("BigVegas>Goblin_m", "a"): number})
     rows = rows_of("humot-table5", *(tmp_path / folder for folder in ("old", "new", "new")))
-    found = {row.label: row.cells["B->G"].value for row in rows}
+    found = {row.label: row.cells["B → G"].value for row in rows}
     assert found == {f"mine ({tmp_path / 'old'})": 0.1, f"mine ({tmp_path / 'new'})": 0.3}
 
 
@@ -169,9 +220,9 @@ def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None
     data = {"name": "folder", "label": "folder"}
     store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1}, dataset=data)
     (row,) = rows_of("humot-table4", tmp_path)
-    assert {key: cell.value for key, cell in row.cells.items()} == {"own": 0.1}
+    assert {key: cell.value for key, cell in row.cells.items()} == {"all intra": 0.1}
     (row,) = rows_of("correspondence-free-table4", tmp_path)
-    assert {key: cell.value for key, cell in row.cells.items()} == {"here mpjpe": 0.1}
+    assert {key: cell.value for key, cell in row.cells.items()} == {"MPJPE": 0.1}
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -179,47 +230,55 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
     numbers = {("BigVegas>Goblin_m", "a"): 0.1, ("Goblin_m>BigVegas", "a"): 0.1}  # one beyond the paper's
     store(tmp_path, "mine", "cross", numbers)
     store(tmp_path, "peeks", "cross", numbers, method={"privileged": ["reference"]})
-    table = published_tables.published(name)
+    table = printed.published(name)
     parts = ours(name, tmp_path)
-    drawn = paper_table(table, parts)
-    printed, *others = drawn.groups
-    assert printed.columns == tuple(each for each in drawn.columns if each.id in _printed_block(table))
-    assert [row.label for row in printed.ranked[: len(table.rows)]] == [
-        f"{row.method} (printed)" for row in table.rows
-    ]
-    assert set(table.notes) <= set(drawn.notes)
-    for each in drawn.groups:
+    made = drawn(name, tmp_path)
+    first, *others = made.groups
+    assert [each.id for each in first.columns] == [c.column for c in table.columns if not c.block]
+    assert [row.label.rpartition(" (")[0] for row in first.ranked[: len(table.rows)]] == list(table.rows)
+    assert set(table.notes) <= set(made.notes)
+    for each in made.groups:
         assert all(len(row.cells) == len(each.columns) for row in each.rows)
         assert all(cell.value is not None or cell.reason for row in each.rows for cell in row.cells)
-    for each in others if printed.unranked else (printed, *others):
         assert not [row for row in each.rows if all(cell.value is None for cell in row.cells)]
-    last = drawn.groups[-1]
+    for each in others:
+        assert "peeks" in {row.label for row in each.unranked}
     if parts:
-        assert [(row.label, row.mark) for row in last.unranked] == [("peeks", "sees reference")]
-        assert any("pairs" in note and "clips" in note for note in drawn.notes)
-    elif any(column.pairs for column in table.columns):
-        assert any("None of the results" in note for note in drawn.notes)
+        assert [(row.label, row.mark) for row in made.groups[-1].unranked] == [("peeks", "sees reference")]
+        assert any("pairs" in note and "clips" in note for note in made.notes)
+    elif any(column.value_id for column in table.columns):
+        assert any("None of the results" in note for note in made.notes)
 
 
-def _printed_block(table: published_tables.PublishedTable) -> list[str]:
-    return [column.id for column in table.columns if not column.block]
+@pytest.mark.parametrize("name", ALL)
+def test_without_results_the_printed_numbers_stand_alone(name: str) -> None:
+    table, made = printed.published(name), drawn(name)
+    (group,) = made.groups
+    shown = {
+        row.label.rpartition(" (")[0]: [cell.text.partition(" ±")[0] for cell in row.cells]
+        for row in group.rows
+    }
+    for label, row in table.rows.items():
+        there = [column.column for column in table.columns if not column.block]
+        assert shown[label] == [row[each].text if each in row else "n/a" for each in there]
+    assert not {cell.footnote for cell in made.cells} - set(range(len(made.footnotes) + 1))
+    assert any("None of the results" in note or "no number here" in note for note in made.notes)
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_no_two_columns_have_one_label(name: str) -> None:
     """Notes and legends name columns by their labels."""
-    labels = [column.label for column in published_tables.published(name).columns]
+    labels = [column.column for column in printed.published(name).columns]
     assert len(set(labels)) == len(labels)
 
 
 def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> None:
-    table = published_tables.published("pan-table1")
     theirs = {("BigVegas>Goblin_m", "a"): 0.1, ("BigVegas>Mousey_m", "a"): 0.3}
     store(tmp_path / "same", "mine", "cross", theirs)
-    (only,) = paper_table(table, ours("pan-table1", tmp_path / "same")).groups
+    (only,) = drawn("pan-table1", tmp_path / "same").groups
     assert [row.cells[1].text for row in only.ranked if row.label == "mine"] == ["0.20"]
     store(tmp_path / "more", "mine", "cross", {**theirs, ("Goblin_m>BigVegas", "a"): 0.8})
-    own = paper_table(table, ours("pan-table1", tmp_path / "more")).groups[1]
+    own = drawn("pan-table1", tmp_path / "more").groups[1]
     assert [column.label for column in own.columns] == ["all cross"]
     assert [row.cells[0].text for row in own.rows] == ["0.40"]
 
@@ -316,16 +375,15 @@ def test_variants_stand_in_the_rows_and_the_root_rule_of_copied_rotations_is_not
 ) -> None:
     for name in ("pan", "copy_rotations"):
         store(tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1})
-    table = published_tables.published("pan-table1")
-    drawn = paper_table(table, ours("pan-table1", tmp_path))
-    labels = [row.label for row in drawn.groups[0].ranked if "printed" not in row.label]
+    made = drawn("pan-table1", tmp_path)
+    labels = [row.label for row in made.groups[0].ranked if "printed" not in row.label]
     assert labels[0] == "copy_rotations (root rule hip_height)"
     assert labels[1].startswith("pan (ours: ")
-    assert "copied rotations treat the root" in drawn.notes[0]
+    assert "copied rotations treat the root" in made.notes[0]
 
 
 def test_printed_numbers_keep_their_digits() -> None:
-    (group,) = paper_table(published_tables.published("pan-table1"), []).groups
+    (group,) = drawn("pan-table1").groups
     shown = {row.label: [cell.text for cell in row.cells] for row in group.ranked}
     assert shown["PAN (printed)"] == ["0.50", "1.62"]
     assert shown["Copy rotations (printed)"] == ["8.86", "n/a"]
@@ -333,7 +391,7 @@ def test_printed_numbers_keep_their_digits() -> None:
 
 def test_an_unknown_table_names_those_there_are() -> None:
     with pytest.raises(BenchError, match=r"no published table 'pan-table9'; there are .*pan-table1"):
-        published_tables.published("pan-table9")
+        printed.published("pan-table9")
 
 
 def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
@@ -341,13 +399,12 @@ def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
     store(tmp_path, "mine", "self", {("Ann>Ann", "a"): 0.1})
     store(tmp_path, "mine", "intra", {("Ann>Bob", "a"): 0.3, ("Ann>Bob", "b"): 0.5})
     store(tmp_path, "mine", "cross", {("Ann>Cy", "a"): 0.7})
-    (part,) = ours("pan-table1", tmp_path)
-    (row,) = part.rows
-    found = {key: (cell.value, cell.over.cases) for key, cell in row.cells.items()}
+    (row,) = rows_of("pan-table1", tmp_path)
+    found = {key: (cell.value, cell.n) for key, cell in row.cells.items()}
     assert found == {
-        "intra own": (pytest.approx((0.2 + 0.5) / 2), 3),
-        "cross own": (pytest.approx(0.7), 1),
+        "self + intra": (pytest.approx((0.2 + 0.5) / 2), 3),
+        "all cross": (pytest.approx(0.7), 1),
     }
-    first, own = paper_table(published_tables.published("pan-table1"), [part]).groups
+    first, own = drawn("pan-table1", tmp_path).groups
     assert all("printed" in each.label for each in first.ranked)
     assert [each.label for each in own.ranked] == ["mine"]

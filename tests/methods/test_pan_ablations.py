@@ -7,36 +7,37 @@ import pytest
 
 from retarget_bench.methods.pan import Pan
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import ablation_runner
+from retarget_bench.python import ablations
 
-TABLE = ablation_runner.find(Spec.parse("pan"), "table5")
+ABLATION = ablations.find(Spec.parse("pan"), "table5")
 
 
 def test_the_printed_numbers():
-    printed = [tuple(row.printed[column.label] for column in TABLE.columns) for row in TABLE.rows]
+    table = ablations.published(ABLATION)
+    printed = [tuple(number.text for number in numbers.values()) for numbers in table.rows.values()]
     wanted = [("0.50", "1.62"), ("0.58", "2.29"), ("1.19", "2.28"), ("1.11", "48.08"), ("1.16", "3.23")]
     assert printed == wanted
-    assert [column.splits for column in TABLE.columns] == [("intra",), ("cross",)]
-    assert {column.value for column in TABLE.columns} == {"san_code"}
+    assert [column.cases for column in table.columns] == ["intra", "cross"]
+    assert {column.value_id for column in table.columns} == {"san_code"}
 
 
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])
-@pytest.mark.parametrize("row", TABLE.rows, ids=lambda row: row.label)
+@pytest.mark.parametrize("row", ABLATION.rows)
 def test_rows_train(row, variant):
-    module = pan_material.training_module(small=True, variant=variant, **row.parameters)
+    module = pan_material.training_module(small=True, variant=variant, **ABLATION.rows[row])
     batch, memory = pan_material.batch(module), {}
     found = {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
     assert all(term.isfinite() for terms in found.values() for term in terms.values())
     left_out = {
         "w.o. L_kine": {"places", "again_places", "root"},
         "w.o. L_adv": {"adversarial"},
-    }.get(row.label, set())
+    }.get(row, set())
     assert not left_out & set(found["generator"])
-    assert ("discriminator" in found) == (row.label != "w.o. L_adv")
+    assert ("discriminator" in found) == (row != "w.o. L_adv")
 
 
 def test_rows_differ_in_what_they_say():
-    designs = [Pan(**row.parameters).settings.design for row in TABLE.rows]
+    designs = [Pan(**changed).settings.design for changed in ABLATION.rows.values()]
     assert [(each.by_part, each.attention) for each in designs] == [
         (True, True),
         (False, True),
@@ -44,5 +45,5 @@ def test_rows_differ_in_what_they_say():
         (True, True),
         (True, True),
     ]
-    facts = [tuple(Pan(**row.parameters).facts().items()) for row in TABLE.rows]
+    facts = [tuple(Pan(**changed).facts().items()) for changed in ABLATION.rows.values()]
     assert len(set(facts)) == len(facts), "no row can pass for another one"

@@ -10,14 +10,16 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, parsed
+from retarget_bench.results.result_matrix import result_matrices
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables.published import published_tables
-from retarget_bench.tables.published.layout import NOT_PRINTED, paper_table
-from retarget_bench.tables.published.own import OwnRow
-from retarget_bench.tables.published.own_set_rows import own_set_rows
-from retarget_bench.tables.published.requested import requested
+from retarget_bench.tables.model import Table
+from retarget_bench.tables.published import printed
+from retarget_bench.tables.published.joined import NOT_PRINTED, joined
+from retarget_bench.tables.published.our_sets import of_sets
+from retarget_bench.tables.published.ours import OurRow
 
-TABLE = published_tables.published("pan-table3")
+TABLE = printed.published("pan-table3")
+TO_TWO, TO_FOUR = "quadruped → biped", "biped → quadruped"
 DECLARED = {
     key: {
         "label": key, "metric": "fid", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
@@ -58,9 +60,14 @@ def store(
     files.write(place, values)
 
 
-def rows(root: Path) -> dict[str, OwnRow]:
-    (part,) = own_set_rows(TABLE, records.find_results(root))
+def rows(root: Path) -> dict[str, OurRow]:
+    matrices = Selection(variants=True, apart=False).parts(result_matrices(records.find_results(root)))
+    (part,) = of_sets(TABLE, matrices)
     return {row.label: row for row in part.rows}
+
+
+def drawn(root: Path, *methods: str) -> Table:
+    return joined(TABLE, records.find_results(root), Selection(methods, variants=True))
 
 
 def test_directions_are_told_by_the_targets_legs_and_structures_are_averaged(tmp_path: Path) -> None:
@@ -69,12 +76,11 @@ def test_directions_are_told_by_the_targets_legs_and_structures_are_averaged(tmp
     )
     found = rows(tmp_path)
     cells = found["mine"].cells
-    assert cells["B->Q"].value == 40.0
-    assert (cells["Q->B"].value, cells["Q->B"].over.pairs) == (20.0, 2)
-    assert (cells["Q->B"].over.cases, cells["Q->B"].over.clips) == (1100, 20)
+    assert cells[TO_FOUR].value == 40.0
+    assert (cells[TO_TWO].value, cells[TO_TWO].n, cells[TO_TWO].clips) == (20.0, 1100, 20)
     floor = found["floor"]
     assert floor.mark
-    assert {key: cell.value for key, cell in floor.cells.items()} == {"Q->B": 5.0, "B->Q": 5.0}
+    assert {key: cell.value for key, cell in floor.cells.items()} == {TO_TWO: 5.0, TO_FOUR: 5.0}
 
 
 def test_kinds_and_kid_have_columns_of_their_own(tmp_path: Path) -> None:
@@ -85,22 +91,22 @@ def test_kinds_and_kid_have_columns_of_their_own(tmp_path: Path) -> None:
     )
     cells = rows(tmp_path)["mine"].cells
     assert {key: cell.value for key, cell in cells.items()} == {
-        "B->Q idle": 1.0,
-        "B->Q sit": 2.0,
-        "Q->B move kid": 3.0,
+        "B → Q, idle": 1.0,
+        "B → Q, sit": 2.0,
+        "Q → B, move, KID": 3.0,
     }
 
 
 def test_what_has_no_number_says_why(tmp_path: Path) -> None:
     why = "fid needs 1024 windows in each set, here 85"
     store(tmp_path, "mine", [value("dog", None, reason=why, floor=None), value("man", 9.0)])
-    drawn = paper_table(TABLE, own_set_rows(TABLE, records.find_results(tmp_path)))
-    (mine,) = (row for row in drawn.groups[0].ranked if row.label == "mine")
+    made = drawn(tmp_path)
+    (mine,) = (row for row in made.groups[0].ranked if row.label == "mine")
     assert [cell.value for cell in mine.cells] == [9.0, None]
     assert mine.cells[1].reason == why
-    assert why in drawn.footnotes
-    assert NOT_PRINTED not in drawn.footnotes
-    assert any("quadruped → biped: 1200 windows in each set" in note for note in drawn.notes)
+    assert why in made.footnotes
+    assert NOT_PRINTED not in made.footnotes
+    assert any("quadruped → biped: 1200 windows in each set" in note for note in made.notes)
 
 
 def test_results_with_references_and_later_seeds_are_not_of_this_table(tmp_path: Path) -> None:
@@ -110,14 +116,14 @@ def test_results_with_references_and_later_seeds_are_not_of_this_table(tmp_path:
     store(tmp_path, "mine", [value("dog", 3.0)], file="mine.seed-1", seeds=[1])
     found = rows(tmp_path)
     assert set(found) == {"mine", "floor"}
-    assert found["mine"].cells["B->Q"].value == 2.0
+    assert found["mine"].cells[TO_FOUR].value == 2.0
 
 
 def test_the_floor_is_that_of_most_methods(tmp_path: Path) -> None:
     for name in ("a", "b"):
         store(tmp_path, name, [value("dog", 2.0)])
     store(tmp_path, "lacking", [value("dog", 2.0, real="other", floor=50.0)])
-    assert rows(tmp_path)["floor"].cells["B->Q"].value == 5.0
+    assert rows(tmp_path)["floor"].cells[TO_FOUR].value == 5.0
 
 
 def test_a_number_of_other_windows_or_fewer_structures_says_so(tmp_path: Path) -> None:
@@ -125,39 +131,39 @@ def test_a_number_of_other_windows_or_fewer_structures_says_so(tmp_path: Path) -
         store(tmp_path, name, [value("dog", 2.0), value("man", 3.0), value("child", 4.0)])
     store(tmp_path, "lacking", [value("dog", 2.0, real="other"), value("man", 3.0)])
     cells = rows(tmp_path)["lacking"].cells
-    assert "other windows" in cells["B->Q"].note
-    assert "1 structure fewer" in cells["Q->B"].note
-    assert not any(cell.note for cell in rows(tmp_path)["a"].cells.values())
+    assert "other windows" in cells[TO_FOUR].reason
+    assert "1 structure fewer" in cells[TO_TWO].reason
+    assert not any(cell.reason for cell in rows(tmp_path)["a"].cells.values())
 
 
 def test_methods_are_chosen_and_the_floor_stays(tmp_path: Path) -> None:
     for name in ("a", "b"):
         store(tmp_path, name, [value("dog", 2.0)])
-    drawn = requested("pan-table3", records.find_results(tmp_path), Selection(("a",)))
-    assert [row.label for row in drawn.groups[0].rows[4:]] == ["a", "floor"]
+    assert [row.label for row in drawn(tmp_path, "a").groups[0].rows[4:]] == ["a", "floor"]
 
 
 def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:
     store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], method={"control": True})
-    drawn = paper_table(TABLE, own_set_rows(TABLE, records.find_results(tmp_path)))
-    printed, *others = drawn.groups
-    assert [row.label for row in printed.ranked] == [
+    made = drawn(tmp_path)
+    first, *others = made.groups
+    assert [row.label for row in first.ranked] == [
         f"{name} (printed)" for name in ("NKN*", "PMnet*", "SAN", "PAN")
     ]
-    assert [cell.text for cell in printed.ranked[-1].cells] == ["51.68", "132.76"]
+    assert [cell.text for cell in first.ranked[-1].cells] == ["51.68", "132.76"]
     assert all(not group.ranked for group in others)
-    assert {row.label for row in printed.unranked} == {"still", "floor"}
-    assert any("cannot be compared" in note for note in drawn.notes)
+    assert {row.label for row in first.unranked} == {"still", "floor"}
+    assert any("cannot be compared" in note for note in made.notes)
 
 
-def test_without_results_the_printed_rows_are_there() -> None:
-    drawn = paper_table(TABLE, own_set_rows(TABLE, []))
-    assert len(drawn.groups[0].ranked) == 4
-    assert any("between=legs]' makes some" in note for note in drawn.notes)
+def test_without_results_a_note_says_how_to_make_some(tmp_path: Path) -> None:
+    made = drawn(tmp_path)
+    assert len(made.groups[0].ranked) == 4
+    assert any("between=legs]" in note for note in made.notes)
 
 
-@pytest.mark.parametrize("column", TABLE.columns, ids=lambda column: column.id)
-def test_every_column_is_of_a_direction(column: published_tables.PublishedColumn) -> None:
-    assert column.legs == {"Q": 2, "B": 4}[column.id[0]]
-    assert column.kind == next((kind for kind in ("idle", "move", "sit") if kind in column.id), "")
-    assert column.value == ("kid" if column.id.endswith("kid") else "fid")
+@pytest.mark.parametrize("column", TABLE.columns, ids=lambda column: column.column)
+def test_every_column_is_of_a_direction(column: printed.Column) -> None:
+    legs, _, kind = column.cases.partition(" legs")
+    assert legs == {"quadruped": "2", "Q": "2", "biped": "4", "B": "4"}[column.column.partition(" ")[0]]
+    assert kind.strip() == next((kind for kind in ("idle", "move", "sit") if kind in column.column), "")
+    assert column.value_id == ("kid" if column.column.endswith("KID") else "fid")

@@ -1,0 +1,294 @@
+"""Our results in the columns of a published table, over the cases that all methods answered."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from retarget_bench import defaults
+from retarget_bench.analysis.ranking import common_cases, never_ranked
+from retarget_bench.analysis.summary import means_over_clips
+from retarget_bench.api import CaseInfo, optional
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import case_metadata
+from retarget_bench.results.header import MethodInfo
+from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.tables.model import Cell, count
+from retarget_bench.tables.published.printed import SEEN, STRUCTURE, Column, PublishedTable
+
+FEWER = "answered fewer cases"
+
+
+@dataclass(frozen=True)
+class OurRow:
+    """One method on one data set: column -> cell, where it has any; reasons: why it has none.
+
+    mark: why a method is not compared, or "". variant: of a published method, or "".
+    """
+
+    label: str
+    mark: str
+    cells: Mapping[str, Cell]
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    variant: str = ""
+
+
+@dataclass(frozen=True)
+class OurRows:
+    """Our rows on one data set and group of bodies, by name.
+
+    asked: column -> the cases that compared rows are over. notes: sentences on what numbers are over.
+    """
+
+    where: str
+    rows: tuple[OurRow, ...]
+    asked: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def variant(method: MethodInfo) -> str:
+    """Variant of a published method, by its card: ``as published``, ``ours: ...``, or of a method without a
+    paper, what distinguishes it. "" where the label says it, or it is not installed.
+
+    What parameters in the label set is not said again.
+    """
+    given = {name: value for name, value in method.parameters.items() if name != "weights"}
+    try:
+        card = optional.method_card(registry.create("methods", Spec(method.name, given)))
+    except BenchError:
+        return ""
+    words = ", ".join(said for name, said in card.differs.items() if name not in given)
+    if not card.paper:
+        return words
+    if any(given == each for each in card.published):
+        return "as published"
+    return f"ours: {words}" if words else "ours, with these settings" if given else "ours"
+
+
+def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
+    """Rows of the methods that have a number in any column, per data set and group of bodies.
+
+    matrices: of any splits, of bodies told apart. A number is a mean over clips of the mean over a clip's
+    cases, of those that all compared methods have one for (see ``common_cases``). A method that did not
+    answer one that the column asks for, or lacks too many numbers, is over its own; a note has the best of
+    the others on the same.
+    """
+    grouped: dict[str, list[ResultMatrix]] = {}
+    for matrix in matrices:
+        where = f"{matrix.dataset}: {matrix.bodies}" if matrix.bodies else matrix.dataset
+        grouped.setdefault(where, []).append(matrix)
+    parts = [_Part.of(table, each).rows(where) for where, each in grouped.items()]
+    return [part for part in parts if part.rows]
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """The numbers of one column, ``(methods, cases)``, nan where there is none or it is over other cases.
+
+    shown:  of compared methods and controls over the common cases alone.
+    alike:  ``(methods,)`` bool: over the common cases.
+    common: ``(cases,)`` bool; none where methods have cases of their own (``own``).
+    """
+
+    answered: np.ndarray
+    shown: np.ndarray
+    alike: np.ndarray
+    common: np.ndarray
+    own: bool = False
+
+
+@dataclass(frozen=True)
+class _Part:
+    """All cases of all splits of a data set, sorted by clip, and the methods with results on any.
+
+    clips: ``(cases,)``, see ``statistics.per_clip``. structures: ``(cases,)`` of the targets, or "".
+    """
+
+    table: PublishedTable
+    matrices: Sequence[ResultMatrix]
+    methods: Mapping[str, MethodInfo]
+    infos: Sequence[CaseInfo]
+    clips: np.ndarray
+    structures: Sequence[str]
+
+    @classmethod
+    def of(cls, table: PublishedTable, matrices: Sequence[ResultMatrix]) -> "_Part":
+        rows = sorted((row for matrix in matrices for row in matrix.rows), key=lambda row: row.label)
+        own = {matrix.cases[i] for matrix in matrices for i in np.flatnonzero(matrix.own)}
+        infos = sorted(own, key=lambda info: (info.clip, info.split, info.id))
+        known: dict[str, str] = {}
+        for row in rows:
+            known |= case_metadata.read_structures(row.paths) or {}
+        return cls(
+            table=table,
+            matrices=matrices,
+            methods={row.label: row.header.method for row in rows},
+            infos=infos,
+            clips=np.unique([info.clip for info in infos], return_inverse=True)[1],
+            structures=[known.get(info.target, "") for info in infos],
+        )
+
+    @property
+    def of_papers(self) -> bool:
+        """True for the data set that the papers' pairs are of."""
+        return self.matrices[0].rows[0].header.dataset.name == defaults.PAPERS_DATASET
+
+    def rows(self, where: str) -> OurRows:
+        """The rows by name, and what their numbers are over."""
+        columns = {}
+        for column in self.table.columns:
+            if column.value_id and (found := self._numbers(column)) is not None:
+                columns[column.column] = found
+        rows, notes = [], []
+        for at, label in enumerate(self.methods):
+            row = self._row(at, label, columns)
+            rows += [row] if row.cells else []
+            notes += self._on_the_same(at, label, columns) if row.mark == FEWER else []
+        common = {label: found.common for label, found in columns.items() if found.common.any()}
+        return OurRows(
+            where,
+            tuple(rows),
+            {label: int(cases.sum()) for label, cases in common.items()},
+            (*self._counts(where, common), *notes),
+        )
+
+    def _numbers(self, column: Column) -> _Numbers | None:
+        """The numbers of a column; None where no method has any."""
+        asked = np.array([self._asked(column, each) for each in self.methods.values()])
+        numbers = self._filled(
+            np.full(asked.shape, np.nan), lambda matrix: matrix.numbers((column.value_id, ""))
+        )
+        answered = np.where(asked, numbers, np.nan)
+        compared = np.array([not never_ranked(each) for each in self.methods.values()])
+        having = compared & ~np.isnan(answered).all(axis=1)
+        if np.isnan(answered).all():
+            return None
+        if len(np.unique(asked[having], axis=0)) > 1:
+            nobody = np.zeros_like(asked)
+            return _Numbers(answered, answered, nobody[:, 0], nobody[0], own=True)
+        lost = self._filled(np.zeros(asked.shape, dtype=bool), _unanswered)
+        common, alike, _ = common_cases(answered, having & ~(asked & lost).any(axis=1))
+        if not alike.any():
+            return _Numbers(answered, answered, alike, np.zeros_like(common))
+        shown = np.where((alike | ~compared)[:, None] & ~common, np.nan, answered)
+        return _Numbers(answered, shown, alike, common)
+
+    def _asked(self, column: Column, method: MethodInfo) -> np.ndarray:
+        """``(cases,)`` bool: the cases that a column is over, of a method."""
+        if column.chosen_by == "structure":
+            asked = [f"{STRUCTURE} {each}" == column.cases for each in self.structures]
+        elif column.chosen_by == "training":
+            had = (method.trained_on or {}).get("structures", ())
+            seen = column.cases == SEEN
+            asked = [method.trained_on is not None and (each in had) == seen for each in self.structures]
+        elif column.chosen_by == "splits":
+            asked = [column.takes(info.split) for info in self.infos]
+        else:
+            pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
+            asked = [self.of_papers and info.pair in pairs for info in self.infos]
+        return np.array(asked, dtype=bool)
+
+    def _filled(self, into: np.ndarray, values: Callable[[ResultMatrix], np.ndarray]) -> np.ndarray:
+        """``(methods, cases)`` of all matrices. values: ``(rows, cases)`` of one of them."""
+        method = {label: number for number, label in enumerate(self.methods)}
+        case = {info: number for number, info in enumerate(self.infos)}
+        for matrix in self.matrices:
+            own = np.flatnonzero(matrix.own)
+            at = np.ix_([method[row.label] for row in matrix.rows], [case[matrix.cases[i]] for i in own])
+            into[at] = values(matrix)[:, own]
+        return into
+
+    def _parts(self, column: Column) -> list[Column]:
+        """The columns that a column is the mean of."""
+        mean = column.chosen_by == "mean"
+        return [each for each in self.table.columns if mean and each.pairs]
+
+    def _row(self, at: int, label: str, columns: Mapping[str, _Numbers]) -> OurRow:
+        method = self.methods[label]
+        mark, fewer = never_ranked(method), False
+        cells = self._cells({key: found.shown[at] for key, found in columns.items()})
+        for column in (each for each in self.table.columns if each.column in cells):
+            key = column.column
+            found, cell = columns[key], cells[key]
+            asked = int(found.common.sum())
+            if found.own:
+                cells[key] = replace(cell, reason=f"over {count(cell.n, 'case')}: {column.over} of its own")
+            elif not (mark or found.alike[at]):
+                fewer = True
+            elif asked and cell.n < asked:
+                reason = f"over the {cell.n} of the {count(asked, 'common case')} that it has"
+                cells[key] = replace(cell, reason=reason)
+        return OurRow(label, mark or (FEWER if fewer else ""), cells, variant=variant(method))
+
+    def _cells(self, numbers: Mapping[str, np.ndarray]) -> dict[str, Cell]:
+        """The cells of one method. numbers: column -> ``(cases,)``."""
+        cells: dict[str, Cell] = {}
+        for column in self.table.columns:
+            mine = numbers.get(column.column)
+            if mine is None or np.isnan(mine).all():
+                continue
+            (mean,) = means_over_clips(mine[None], self.clips)
+            assert mean is not None
+            value, interval = mean.value, mean.interval
+            if parts := self._parts(column):  # the mean of means, as the papers take it
+                values = (cells[part.column].value for part in parts if part.column in cells)
+                value, interval = float(np.mean([each for each in values if each is not None])), None
+            spread = float(np.nanstd(mine)) if self.table.has_spread(column.column) else None
+            cell = number_cell(value, spread, self.table.decimals(column.column))
+            cells[column.column] = replace(cell, interval=interval, n=mean.n, clips=mean.clips)
+        return cells
+
+    def _on_the_same(self, at: int, label: str, columns: Mapping[str, _Numbers]) -> list[str]:
+        """A sentence with the numbers that the best of the compared methods has on the cases of another."""
+        compared = np.array([not never_ranked(each) for each in self.methods.values()])
+        mine = [each for each in columns.values() if not np.isnan(each.answered[at]).all()]
+        last = next((each for each in reversed(mine) if (each.alike & compared).any()), None)
+        if last is None:
+            return []
+        means = means_over_clips(last.shown, self.clips)
+        others = np.flatnonzero(last.alike & compared)
+        best = min(others, key=lambda n: mean.value if (mean := means[n]) else np.inf)
+        cells = self._cells(
+            {
+                key: np.where(np.isnan(each.answered[at]), np.nan, each.answered[best])
+                for key, each in columns.items()
+            }
+        )
+        told = ", ".join(f"{key} {cell.text}" for key, cell in cells.items())
+        return [f"{label} {FEWER}; on these {list(self.methods)[best]} has {told}."]
+
+    def _counts(self, where: str, common: Mapping[str, np.ndarray]) -> list[str]:
+        """Sentences on the cases, pairs and clips that the columns are over."""
+        over: dict[str, list[str]] = {}
+        whole = True
+        for column in self.table.columns:
+            if column.column not in common or column.chosen_by == "mean":
+                continue
+            there = [self.infos[int(at)] for at in np.flatnonzero(common[column.column])]
+            pairs, clips = (f"{len({getattr(info, of) for info in there})}" for of in ("pair", "clip"))
+            if column.pairs:
+                whole &= (pairs, clips) == (f"{len(column.pairs)}", f"{self.table.clips}")
+                pairs, clips = f"{pairs} of {len(column.pairs)}", f"{clips} of {self.table.clips}"
+            over.setdefault(f"{count(len(there), 'case')}, pairs {pairs}, clips {clips}", []).append(
+                column.column
+            )
+        notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
+        fewer = (
+            []
+            if whole
+            else [f"{where}: not all of the paper's cases; do not compare with the printed numbers."]
+        )
+        return [f"n, {where}: {notes}.", *fewer] if over else []
+
+
+def number_cell(value: float, spread: float | None, decimals: int) -> Cell:
+    """A cell with a number of ours, and with its spread where there is one."""
+    text = f"{value:.{decimals}f}" + ("" if spread is None else f" ±{spread:.{decimals}f}")
+    return Cell(text, value, decimals=decimals)
+
+
+def _unanswered(matrix: ResultMatrix) -> np.ndarray:
+    """``(rows, cases)`` bool: the cases that a method did not answer."""
+    return np.array([[info.id in row.header.unanswered for info in matrix.cases] for row in matrix.rows])
