@@ -299,7 +299,7 @@ def test_a_run_of_some_clips_is_that_of_the_command(found, capsys):
     shutil.copytree(found.places[0].root, "runs")
     look = run("toy_method", "toy_method[does=shaken]", "copy_rotations", limit=1)
     assert look.rows[look.rows.method == "copy_rotations"]["clip"].nunique() == 1
-    assert "(1 of 3 clips so far" in str(look.table())
+    assert "1 of 3 clips so far" in str(look.table())
     plugins = [word for file in FILES for word in ("--plugin", str(file))]
     names = ["toy_method", "toy_method[does=shaken]", "copy_rotations"]
     with pytest.raises(SystemExit):

@@ -85,7 +85,7 @@ def test_long_clips_alone(results):
         assert row["n"] == "4"
     shown = bench(results, "--at-least", 10)
     assert "intra: 4 cases of 4 clips" in shown
-    assert "only clips of 10 s or longer" in shown
+    assert "Only clips of 10 s or longer" in shown
     assert "Only clips" not in bench(results)
     (section,) = summary.split_summaries(records.find_results(results), at_least=12)
     assert [(score.asked, score.ok) for score in section.scores] == [(4, 4), (4, 3)]

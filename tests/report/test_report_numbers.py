@@ -72,10 +72,6 @@ def test_values_of_sets_lead_to_the_cases_of_the_set(runs, tmp_path, open_page):
     assert names(page) == [f"c{k}: a to c" for k in (5, 4, 3, 2, 1, 0)]
     assert page.inner_text("#what").startswith("cross, near, structure four_legs: 6 cases")
     assert "compared with the right answers to them (the reference)" in page.inner_text("#why")
-    table.locator("tr[data-row=floor] .num").first.click()
-    assert names(page) == [f"c{k}: a to c" for k in range(6)]
-    assert "cross, floor" in page.inner_text("#what")
-    assert "right answers to these cases are compared with each other" in page.inner_text("#why")
     assert page.evaluate(EMPTY)["nowhere"] == []
 
 
