@@ -54,7 +54,7 @@ def lines(
 ) -> Iterator[str]:
     """A table of the paper, ours under each printed row, and each row's difference from ours."""
     table = published(ablation)
-    columns = {column.value_id: column.column for column in table.columns}
+    columns = {column.value_id: column.label for column in table.columns}
     yield from ("", f"### {table.source}", "")
     yield from cases.heading("row")
     for label, changed in ablation.rows.items():

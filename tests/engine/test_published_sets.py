@@ -161,9 +161,9 @@ def test_without_results_a_note_says_how_to_make_some(tmp_path: Path) -> None:
     assert any("between=legs]" in note for note in made.notes)
 
 
-@pytest.mark.parametrize("column", TABLE.columns, ids=lambda column: column.column)
+@pytest.mark.parametrize("column", TABLE.columns, ids=lambda column: column.label)
 def test_every_column_is_of_a_direction(column: printed.Column) -> None:
     legs, _, kind = column.cases.partition(" legs")
-    assert legs == {"quadruped": "2", "Q": "2", "biped": "4", "B": "4"}[column.column.partition(" ")[0]]
-    assert kind.strip() == next((kind for kind in ("idle", "move", "sit") if kind in column.column), "")
-    assert column.value_id == ("kid" if column.column.endswith("KID") else "fid")
+    assert legs == {"quadruped": "2", "Q": "2", "biped": "4", "B": "4"}[column.label.partition(" ")[0]]
+    assert kind.strip() == next((kind for kind in ("idle", "move", "sit") if kind in column.label), "")
+    assert column.value_id == ("kid" if column.label.endswith("KID") else "fid")

@@ -100,8 +100,8 @@ def spreads(name: str, row: str) -> dict[str, float]:
 def test_printed_overall_is_what_its_columns_say(name: str) -> None:
     """The mean of the pairs' means; spread: variance within pairs and of their means (0.0002: rounding)."""
     table = printed.published(name)
-    parts = [column.column for column in table.columns if column.pairs]
-    (overall,) = (column.column for column in table.columns if column.cases == printed.MEAN)
+    parts = [column.label for column in table.columns if column.pairs]
+    (overall,) = (column.label for column in table.columns if column.cases == printed.MEAN)
     for row in table.rows:
         value, spread = numbers(name, row), spreads(name, row)
         means = np.array([value[part] for part in parts])
@@ -135,10 +135,10 @@ def _text(file: str) -> str:
 @pytest.mark.parametrize("name", ALL)
 def test_every_column_has_a_value_of_ours_or_a_reason(name: str) -> None:
     table = printed.published(name)
-    labels = {column.column for column in table.columns}
+    labels = {column.label for column in table.columns}
     for column in table.columns:
-        assert bool(column.value_id) != bool(column.missing), column.column
-        assert bool(column.value_id) == bool(column.cases), column.column
+        assert bool(column.value_id) != bool(column.missing), column.label
+        assert bool(column.value_id) == bool(column.cases), column.label
         assert bool(column.block) != bool(column.protocol), "a protocol is that of printed numbers"
         assert column.repeats in (*labels, "")
     for row in table.rows.values():
@@ -153,7 +153,7 @@ def test_values_of_ours_are_of_metrics_that_there_are() -> None:
 
 
 def test_pan_counts_self_pairs_and_humot_does_not() -> None:
-    pairs = {column.column: column.pairs for column in printed.published("pan-table1").columns}
+    pairs = {column.label: column.pairs for column in printed.published("pan-table1").columns}
     intra = pairs["intra, self pairs included"]
     assert len(intra) == 16
     assert sum(pair.split(">")[0] == pair.split(">")[1] for pair in intra) == 4
@@ -234,7 +234,7 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
     parts = ours(name, tmp_path)
     made = drawn(name, tmp_path)
     first, *others = made.groups
-    assert [each.id for each in first.columns] == [c.column for c in table.columns if not c.block]
+    assert [each.id for each in first.columns] == [c.label for c in table.columns if not c.block]
     assert [row.label.rpartition(" (")[0] for row in first.ranked[: len(table.rows)]] == list(table.rows)
     assert set(table.notes) <= set(made.notes)
     for each in made.groups:
@@ -259,7 +259,7 @@ def test_without_results_the_printed_numbers_stand_alone(name: str) -> None:
         for row in group.rows
     }
     for label, row in table.rows.items():
-        there = [column.column for column in table.columns if not column.block]
+        there = [column.label for column in table.columns if not column.block]
         assert shown[label] == [row[each].text if each in row else "n/a" for each in there]
     assert not {cell.footnote for cell in made.cells} - set(range(len(made.footnotes) + 1))
     assert any("None of the results" in note or "no number here" in note for note in made.notes)
@@ -268,7 +268,7 @@ def test_without_results_the_printed_numbers_stand_alone(name: str) -> None:
 @pytest.mark.parametrize("name", ALL)
 def test_no_two_columns_have_one_label(name: str) -> None:
     """Notes and legends name columns by their labels."""
-    labels = [column.column for column in printed.published(name).columns]
+    labels = [column.label for column in printed.published(name).columns]
     assert len(set(labels)) == len(labels)
 
 

@@ -13,7 +13,7 @@ ABLATION = ablations.find(Spec.parse("humot"), "losses")
 
 def test_the_printed_numbers_are_the_overall_means_of_tables_3_to_5():
     table = ablations.published(ABLATION)
-    assert [(column.column, column.cases) for column in table.columns] == [
+    assert [(column.label, column.cases) for column in table.columns] == [
         ("all self", "self"),
         ("all intra", "intra"),
         ("all cross", "cross"),

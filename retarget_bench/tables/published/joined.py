@@ -104,7 +104,7 @@ def _with_structures(table: PublishedTable, matrices: Sequence[ResultMatrix]) ->
             told = [", ".join(sorted(each)) or "none" for each in (known, mine - known)]
             notes[f"{row.label}: trained on structures {told[0]}; new to it: {told[1]}."] = None
     ours = [
-        replace(seen, column=name, cases=f"{STRUCTURE} {name}", block=OUR_STRUCTURES)
+        replace(seen, label=name, cases=f"{STRUCTURE} {name}", block=OUR_STRUCTURES)
         for name in sorted(found)
     ]
     return replace(table, columns=(*table.columns, *ours), notes=(*table.notes, *notes))
@@ -134,7 +134,7 @@ class _Page:
             if not block:
                 yield self._group(self.table.source, columns, shown)
             elif shown and not all(self._repeats(row, columns) for _, row in shown):
-                kept = [column for column in columns if any(column.column in row.cells for _, row in shown)]
+                kept = [column for column in columns if any(column.label in row.cells for _, row in shown)]
                 yield self._group(f"{self.table.source}: {block}", kept, shown)
 
     def left_out(self) -> list[str]:
@@ -153,7 +153,7 @@ class _Page:
 
     def _rows(self, columns: Sequence[Column]) -> list[tuple[OurRows, OurRow]]:
         """Our rows with a number in any of these columns."""
-        labels = [column.column for column in columns]
+        labels = [column.label for column in columns]
         return [
             (part, row)
             for part in self.parts
@@ -163,7 +163,7 @@ class _Page:
 
     def _repeats(self, row: OurRow, columns: Sequence[Column]) -> bool:
         """True for a row whose numbers stand in the paper's columns, too, over as many cases."""
-        pairs = ((row.cells.get(column.column), row.cells.get(column.repeats)) for column in columns)
+        pairs = ((row.cells.get(column.label), row.cells.get(column.repeats)) for column in columns)
         return all((one and (one.n, one.value)) == (two and (two.n, two.value)) for one, two in pairs)
 
     def _group(
@@ -172,7 +172,7 @@ class _Page:
         ours = [(row, self._own(part, row, columns)) for part, row in shown]
         ranked: list[Row] = []
         for label, numbers in self.table.rows.items():
-            if any(column.column in numbers for column in columns):
+            if any(column.label in numbers for column in columns):
                 ranked.append(self._printed(label, numbers, columns))
             ranked += [drawn for row, drawn in ours if self.known_as.get(row.label) == label]
         known = self.known_as
@@ -190,7 +190,7 @@ class _Page:
     def _printed(self, label: str, numbers: Mapping[str, Number], columns: Sequence[Column]) -> Row:
         cells = []
         for column in columns:
-            if (number := numbers.get(column.column)) is None:
+            if (number := numbers.get(column.label)) is None:
                 cells.append(self.footnotes.missing(NOT_PRINTED))
                 continue
             text = f"{number.text} ±{number.spread}" if number.spread else number.text
@@ -205,10 +205,10 @@ class _Page:
     def _own(self, part: OurRows, row: OurRow, columns: Sequence[Column]) -> Row:
         cells = []
         for column in columns:
-            cell = row.cells.get(column.column) or self.footnotes.missing(_reason(row, column))
+            cell = row.cells.get(column.label) or self.footnotes.missing(_reason(row, column))
             cells.append(replace(cell, footnote=self.footnotes.number(cell.reason)))
         over = {
-            (cell.n, part.asked.get(column.column, cell.n))
+            (cell.n, part.asked.get(column.label, cell.n))
             for column, cell in zip(columns, cells, strict=True)
             if cell.value is not None
         }
@@ -223,12 +223,10 @@ class _Page:
 
 def _reason(row: OurRow, column: Column) -> str:
     """Why a row has no number in a column."""
-    return column.missing or row.reasons.get(column.column, f"no results on {column.over}")
+    return column.missing or row.reasons.get(column.label, f"no results on {column.over}")
 
 
 def _heading(column: Column) -> Heading:
     """A column of the model. Less is better in all that we have a value for."""
     meaning = f"protocol {column.value_id}, mean over {column.over}" if column.value_id else ""
-    return Heading(
-        column.column, column.column, column.unit, "lower" if column.value_id else "none", meaning
-    )
+    return Heading(column.label, column.label, column.unit, "lower" if column.value_id else "none", meaning)

@@ -50,7 +50,7 @@ def _values(table: PublishedTable, row: MethodRow, newest: Newest) -> Values:
     ]
     four = set(header.four_legged)
     return {
-        column.column: [each for each in there if _is_of(column, each, four)] for column in table.columns
+        column.label: [each for each in there if _is_of(column, each, four)] for column in table.columns
     }
 
 
@@ -62,7 +62,7 @@ def _is_of(column: Column, value: SetValue, four_legged: set[str]) -> bool:
 
 
 def _part(table: PublishedTable, where: str, methods: Sequence[tuple[MethodRow, Values]]) -> OurRows:
-    labels = [column.column for column in table.columns]
+    labels = [column.label for column in table.columns]
     usual = {label: _usual([each for _, values in methods for each in values[label]]) for label in labels}
     floors = {label: [replace(each, value=each.floor) for each in found] for label, found in usual.items()}
     rows = [_row(table, FLOOR, FLOOR_MARK, floors, usual)]

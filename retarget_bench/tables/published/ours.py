@@ -140,7 +140,7 @@ class _Part:
         columns = {}
         for column in self.table.columns:
             if column.value_id and (found := self._numbers(column)) is not None:
-                columns[column.column] = found
+                columns[column.label] = found
         rows, notes = [], []
         for at, label in enumerate(self.methods):
             row = self._row(at, label, columns)
@@ -209,8 +209,8 @@ class _Part:
         method = self.methods[label]
         mark, fewer = never_ranked(method), False
         cells = self._cells({key: found.shown[at] for key, found in columns.items()})
-        for column in (each for each in self.table.columns if each.column in cells):
-            key = column.column
+        for column in (each for each in self.table.columns if each.label in cells):
+            key = column.label
             found, cell = columns[key], cells[key]
             asked = int(found.common.sum())
             if found.own:
@@ -226,18 +226,18 @@ class _Part:
         """The cells of one method. numbers: column -> ``(cases,)``."""
         cells: dict[str, Cell] = {}
         for column in self.table.columns:
-            mine = numbers.get(column.column)
+            mine = numbers.get(column.label)
             if mine is None or np.isnan(mine).all():
                 continue
             (mean,) = means_over_clips(mine[None], self.clips)
             assert mean is not None
             value, interval = mean.value, mean.interval
             if parts := self._parts(column):  # the mean of means, as the papers take it
-                values = (cells[part.column].value for part in parts if part.column in cells)
+                values = (cells[part.label].value for part in parts if part.label in cells)
                 value, interval = float(np.mean([each for each in values if each is not None])), None
-            spread = float(np.nanstd(mine)) if self.table.has_spread(column.column) else None
-            cell = number_cell(value, spread, self.table.decimals(column.column))
-            cells[column.column] = replace(cell, interval=interval, n=mean.n, clips=mean.clips)
+            spread = float(np.nanstd(mine)) if self.table.has_spread(column.label) else None
+            cell = number_cell(value, spread, self.table.decimals(column.label))
+            cells[column.label] = replace(cell, interval=interval, n=mean.n, clips=mean.clips)
         return cells
 
     def _on_the_same(self, at: int, label: str, columns: Mapping[str, _Numbers]) -> list[str]:
@@ -264,15 +264,15 @@ class _Part:
         over: dict[str, list[str]] = {}
         whole = True
         for column in self.table.columns:
-            if column.column not in common or column.chosen_by == "mean":
+            if column.label not in common or column.chosen_by == "mean":
                 continue
-            there = [self.infos[int(at)] for at in np.flatnonzero(common[column.column])]
+            there = [self.infos[int(at)] for at in np.flatnonzero(common[column.label])]
             pairs, clips = (f"{len({getattr(info, of) for info in there})}" for of in ("pair", "clip"))
             if column.pairs:
                 whole &= (pairs, clips) == (f"{len(column.pairs)}", f"{self.table.clips}")
                 pairs, clips = f"{pairs} of {len(column.pairs)}", f"{clips} of {self.table.clips}"
             over.setdefault(f"{count(len(there), 'case')}, pairs {pairs}, clips {clips}", []).append(
-                column.column
+                column.label
             )
         notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
         fewer = (

@@ -28,7 +28,7 @@ _FOLDER = files("retarget_bench.tables.published")
 class Column:
     """A column of a published table, or one that we add to it.
 
-    column:   its label. protocol: of the printed numbers, in words.
+    protocol: of the printed numbers, in words.
     value_id: of our value of the same meaning; "": there is none, and ``missing`` says why.
     cases:    what ours is a mean over: ``A>B`` pairs of the papers' data set (``A|B>C`` are two); splits,
               or ``all others`` than self, of whatever data; ``mean``: the columns of pairs; ``seen``,
@@ -38,7 +38,7 @@ class Column:
     repeats:  the paper's column of the same meaning, where this one is over other cases; or "".
     """
 
-    column: str
+    label: str
     unit: str
     protocol: str
     value_id: str
@@ -152,11 +152,11 @@ def published(name: str) -> PublishedTable:
     columns: dict[Column, None] = {}
     rows: dict[str, dict[str, Number]] = {}
     for line in (line for file in PAPERS for line in _lines(file) if line["table"] == name):
-        column = Column(**{each.name: line[each.name] for each in fields(Column)})
+        column = Column(line["column"], *(line[each.name] for each in fields(Column)[1:]))
         columns[column] = None
         if line["row"]:
             facts = (line[key] for key in ("value", "spread", "origin", "method", "note"))
-            rows.setdefault(line["row"], {})[column.column] = Number(*facts)
+            rows.setdefault(line["row"], {})[column.label] = Number(*facts)
     return PublishedTable(
         name=name,
         title=about[name]["title"],
@@ -184,8 +184,8 @@ def of_rows(
                 continue
             columns.append(replace(column, block="", repeats=""))
             for row in found:
-                if number := table.rows.get(row, {}).get(column.repeats or column.column):
-                    found[row][column.column] = number
+                if number := table.rows.get(row, {}).get(column.repeats or column.label):
+                    found[row][column.label] = number
     source = ", ".join(published(table).source for table in tables)
     return PublishedTable(
         " ".join(tables), title, source, tuple(columns), found, tuple(notes), digits=digits
