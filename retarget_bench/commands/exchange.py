@@ -146,6 +146,7 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     type=options.FILE,
     help="With --board: the page, or a .md, .tex or .csv file.",
 )
+@options.root_option
 @options.plugin_option
 def submit(
     folder: Path,
@@ -155,6 +156,7 @@ def submit(
     results: Path,
     dataset: str | None,
     output: Path,
+    root: str | None,
 ) -> int:
     """Make (--make), check (--check) or show (--board) submissions to a leaderboard.
 
@@ -165,7 +167,7 @@ def submit(
         raise BenchError("say one of --make METHOD, --check and --board")
     if make is not None:
         return _make(folder, options.results([results], dataset), make)
-    return _check(folder) if checked else _board(folder, output)
+    return _check(folder, root) if checked else _board(folder, output, root)
 
 
 def _make(folder: Path, places: "list[ResultPaths]", name: str) -> int:
@@ -190,10 +192,10 @@ def _make(folder: Path, places: "list[ResultPaths]", name: str) -> int:
     return 0
 
 
-def _check(folder: Path) -> int:
+def _check(folder: Path, root: str | None) -> int:
     from retarget_bench.exchange.checking import check
 
-    errors, warnings = check(folder)
+    errors, warnings = check(folder, root)
     for level, sentences in (("error", errors), ("warning", warnings)):
         for sentence in sentences:
             echo(f"{level}: {sentence}")
@@ -201,14 +203,14 @@ def _check(folder: Path) -> int:
     return int(bool(errors))
 
 
-def _board(folder: Path, output: Path) -> int:
+def _board(folder: Path, output: Path, root: str | None) -> int:
     from retarget_bench.exchange.leaderboard import leaderboard
     from retarget_bench.tables.rendering import WITH_INTERVALS
 
     form = output.suffix.lower().lstrip(".")
     if form not in ("html", "md", "tex", "csv"):
         raise BenchError(f"{output}: name a page that ends in .html, .md, .tex or .csv")
-    tables, left_out = leaderboard(folder)
+    tables, left_out = leaderboard(folder, root)
     for sentence in left_out:
         echo(sentence, err=True)
     options.write_out(WITH_INTERVALS[form](tables), output)

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from retarget_bench.api import MethodCard, optional
 from retarget_bench.errors import FileError
@@ -19,13 +19,7 @@ FILL_IN = "TO BE FILLED IN"
 """What stands where only the authors know."""
 
 
-def _filled_in(text: str) -> str:
-    if FILL_IN in text:
-        raise ValueError("is still to be filled in")
-    return text
-
-
-Text = Annotated[str, Field(min_length=1, max_length=10_000), AfterValidator(_filled_in)]
+Text = Annotated[str, Field(min_length=1, max_length=10_000)]
 Optional = Annotated[str, Field(max_length=1000)]
 Number = Annotated[float, Field(ge=0, le=1e12, strict=False)]
 
@@ -67,38 +61,34 @@ def read(folder: Path) -> Card:
     path = folder / CARD
     if not path.exists():
         raise FileError(path, "is missing; bench submit --make writes one")
+    facts = read_toml(path, LARGEST)
+    if left := [name for name, fact in facts.items() if fact in (FILL_IN, [FILL_IN])]:
+        raise FileError(path, f"is still to be filled in: {', '.join(left)}")
     try:
-        return Card.model_validate(read_toml(path, LARGEST))
+        return Card.model_validate(facts)
     except ValidationError as error:
         mistakes = [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()]
         raise FileError(path, f"is not the card of a submission: {'; '.join(mistakes)}") from error
 
 
 def write(folder: Path, about: MethodInfo, rate: float | None) -> None:
-    """Write a card with what results say of a method, to be filled in.
+    """Write a card with what results say of a method; the rest is to be filled in.
 
     rate: frames per second; None where the results have no times.
     """
     built = None if about.external else bound.method(Spec.parse(about.label).here).built
     said = optional.method_card(built) if built else MethodCard("", "", "")
-    facts = {
-        "version": about.version or FILL_IN,
+    known = {
+        "version": about.version,
         "authors": [FILL_IN],
-        "licence": said.licence or FILL_IN,
-        "summary": about.summary or FILL_IN,
-        "training": FILL_IN,
-        "limits": FILL_IN,
-        "contact": "",
+        "licence": said.licence,
+        "summary": about.summary,
         "paper": said.paper,
-        "code": "",
-        "trained_on": [],
-        "parameters": 0,
-        "training_hours": 0.0,
-        "hardware": "",
-        "peak_memory_mb": FILL_IN,
-        "lookahead_frames": "clip",
-        "frames_per_second": float(f"{rate:.3g}") if rate else FILL_IN,
+        "frames_per_second": rate and float(f"{rate:.3g}"),
     }
-    # JSON's texts, numbers and lists are TOML's, too
-    lines = [f"{name} = {json.dumps(fact, ensure_ascii=False)}\n" for name, fact in facts.items()]
+    lines = []
+    for name, field in Card.model_fields.items():
+        fact = known.get(name) or (FILL_IN if field.is_required() else field.default)
+        # JSON's texts, numbers and lists are TOML's, too
+        lines.append(f"{name} = {json.dumps(fact, ensure_ascii=False)}\n")
     write_text(folder / CARD, "".join(lines))

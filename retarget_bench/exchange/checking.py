@@ -33,16 +33,17 @@ LARGEST = 1_000_000_000
 MOST, DEEPEST = 200_000, 6
 
 
-def check(folder: Path) -> tuple[list[str], list[str]]:
+def check(folder: Path, root: str | None = None) -> tuple[list[str], list[str]]:
     """(Errors, which keep a submission out, warnings), each in a line; both empty where nothing is wrong.
 
+    root: where the files of the data set lie here, if it has any.
     Nothing is opened where a file is none to open: a link, a device, or too large. Raises FileError where
     there is no folder.
     """
     if not folder.is_dir() or folder.is_symlink():
         raise FileError(folder, "is no folder; a submission is one (bench submit --make writes it)")
     warnings: list[str] = []
-    errors = sorted(unsafe(folder)) or list(_wrong(folder, warnings))
+    errors = sorted(unsafe(folder)) or list(_wrong(folder, root, warnings))
     if not errors:
         try:
             builder.tables(split_summaries(store.find_results(folder)))
@@ -66,11 +67,11 @@ def unsafe(folder: Path) -> Iterator[str]:
             yield f"{path} is of {found.st_size:,} bytes, more than the {LARGEST:,} that it may have"
 
 
-def _wrong(folder: Path, warnings: list[str]) -> Iterator[str]:
+def _wrong(folder: Path, root: str | None, warnings: list[str]) -> Iterator[str]:
     try:
         card.read(folder)
         headers = {place: store.read_header(place.any_header) for place in store.find_results(folder)}
-        data = _data(folder, list(headers.values()))
+        data = _data(folder, list(headers.values()), root)
     except BenchError as error:
         yield str(error)
         return
@@ -94,16 +95,18 @@ def _wrong(folder: Path, warnings: list[str]) -> Iterator[str]:
         warnings.append(f"no rows of {', '.join(missing)}: the data set has such cases")
 
 
-def _data(folder: Path, headers: list[ResultHeader]) -> Dataset:
+def _data(folder: Path, headers: list[ResultHeader], root: str | None) -> Dataset:
     """The data set, as it is here, that all results are on. Raises BenchError where there is none."""
     if not headers:
         raise BenchError(f"{folder} holds no results beside its {card.CARD}")
-    if len(labels := {header.method.label for header in headers}) > 1:
-        raise BenchError(f"the rows are of {', '.join(sorted(labels))}; a submission is of one method")
     specs = {str(Spec(header.dataset.name, header.dataset.parameters)) for header in headers}
-    if len(specs) > 1:
-        raise BenchError(f"the rows are on {', '.join(sorted(specs))}; a submission is on one data set")
-    return bound.dataset(specs.pop()).built
+    labels = {header.method.label for header in headers}
+    if len(specs) > 1 or len(labels) > 1:
+        several = f"{', '.join(sorted(labels))} on {', '.join(sorted(specs))}"
+        raise BenchError(f"the rows are of {several}; a submission is of one method on one data set")
+    named = bound.dataset(specs.pop())
+    spec = Spec(named.spec.name, named.parameters)  # no submission says where files lie
+    return bound.dataset(spec if root is None else spec.with_parameters(root=root)).built
 
 
 def _wrong_in(place: ResultPaths, header: ResultHeader, data: Dataset) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -38,18 +38,18 @@ CONVENTIONS = (
 
 @dataclass
 class _Folder:
-    """The folder that is written.
+    """The folder that is written, the manifest and then ``SHA256SUMS`` last.
 
-    ``SHA256SUMS`` gets a line for every file as soon as it is there, so that an interrupted export goes on
-    from it. Until all are there, the manifest says only which export they are of.
+    Files appear when they are whole, so that an interrupted export goes on with those that are not there.
+    Until all are, the manifest says only which export they are of.
 
-    form: the ending of motion files.
-    sums: check sum of every file that is there as it was written, by its name.
+    form:    the ending of motion files.
+    damaged: files of a finished export that are no longer what they were.
     """
 
     path: Path
     form: str
-    sums: dict[str, str]
+    damaged: set[str]
 
     @classmethod
     def open(cls, path: Path, head: str, form: str) -> _Folder:
@@ -61,39 +61,36 @@ class _Folder:
                 raise BenchError(f"{path} holds another export ({known}); name a new folder")
         elif path.exists() and any(path.iterdir()):
             raise BenchError(f"{path} is not empty and holds no export; name a new or empty folder")
-        write_text(path / MANIFEST, json.dumps({"export": head}) + "\n")
+        else:
+            write_text(path / MANIFEST, json.dumps({"export": head}) + "\n")
         lines = (path / SUMS).read_text(encoding="utf-8").splitlines() if (path / SUMS).exists() else []
         listed = ((name, total) for total, _, name in (line.partition("  ") for line in lines))
-        kept = {name: total for name, total in listed if _checksum(path / name) == total}
-        folder = cls(path, form, kept)
-        folder.write_sums()
-        return folder
+        return cls(path, form, {name for name, total in listed if _checksum(path / name) != total})
+
+    def has(self, name: str) -> bool:
+        """Whether a file is there, as it was written."""
+        return name not in self.damaged and (self.path / name).exists()
 
     def add(self, name: str, content: Prediction | str) -> None:
-        """Write a motion or a text that is not there yet, and note its check sum."""
-        if name in self.sums:
+        """Write a motion or a text that is not there yet."""
+        if self.has(name):
             return
-        file = self.path / name
         if isinstance(content, str):
-            write_text(file, content)
+            write_text(self.path / name, content)
         elif not isinstance(content, Motion):
             known = f"{content.character.name} is known by joint positions only"
             raise NotSupported(f"{known}; motion files need rotations")
         elif self.form == "bvh":
-            bvh.write(file, content, scale=SCALE)
+            bvh.write(self.path / name, content, scale=SCALE)
         else:
-            gltf.write(file, content)
-        self.sums[name] = _checksum(file)
-        try:
-            with (self.path / SUMS).open("a", encoding="utf-8", newline="\n") as sums:
-                sums.write(f"{self.sums[name]}  {name}\n")
-        except OSError as error:
-            raise FileError(self.path / SUMS, f"cannot be written ({error.strerror})") from error
+            gltf.write(self.path / name, content)
+        self.damaged.discard(name)
 
-    def write_sums(self) -> None:
-        """Write all check sums anew, sorted."""
-        lines = [f"{total}  {name}\n" for name, total in sorted(self.sums.items())]
-        write_text(self.path / SUMS, "".join(lines))
+    def finish(self, manifest: Mapping[str, Any], names: Iterable[str]) -> None:
+        """Write the manifest, and the check sums of these files and of it."""
+        write_text(self.path / MANIFEST, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
+        sums = [f"{_checksum(self.path / name)}  {name}\n" for name in (*sorted(set(names)), MANIFEST)]
+        write_text(self.path / SUMS, "".join(sums))
 
 
 def _head(path: Path) -> str:
@@ -145,7 +142,7 @@ def export(data: Dataset, name: str, folder: Path, form: str = "bvh") -> Iterato
     for count, (structure, character, clips, number) in enumerate(training, len(listed) + 1):
         clip = clips.names[number]
         file = f"training/{slug(structure)}/{slug(character)}/{slug(clip)}.{form}"
-        if file not in target.sums:
+        if not target.has(file):
             target.add(file, clips[number])
         trained.append({"structure": structure, "character": character, "clip": clip, "file": file})
         yield count, total
@@ -158,8 +155,8 @@ def export(data: Dataset, name: str, folder: Path, form: str = "bvh") -> Iterato
         "cases": cases,
         "training": trained,
     }
-    target.add(MANIFEST, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
-    target.write_sums()
+    rows = (*characters, *cases, *trained)
+    target.finish(manifest, (row[key] for row in rows for key in row if key.endswith("file")))
 
 
 def _characters(target: _Folder, data: Dataset) -> list[dict[str, Any]]:
@@ -181,14 +178,14 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
         "alternative_file": f"alternatives/{stem}.{target.form}",
         "labels_file": f"labels/{stem}.json",
     }
-    if not set(files.values()) <= set(target.sums):
+    if not all(map(target.has, files.values())):
         case = data.load(info)
         for kind in ("source", "reference", "alternative"):
             if (motion := getattr(case, kind)) is not None:
                 target.add(files[f"{kind}_file"], motion)
         if known := _labels(data, info, case.contacts):
             target.add(files["labels_file"], json.dumps(known) + "\n")
-    present = {key: file for key, file in files.items() if file in target.sums}
+    present = {key: file for key, file in files.items() if target.has(file)}
     row = {**asdict(info), **present}
     if isinstance(data, optional.OffersUnseen):
         row["not_in_training"] = sorted(data.unseen(info))

@@ -28,11 +28,11 @@ LAST = "9999"
 """After every date."""
 
 
-def leaderboard(folder: Path) -> tuple[list[Table], list[str]]:
+def leaderboard(folder: Path, root: str | None = None) -> tuple[list[Table], list[str]]:
     """Tables of every sound submission in a folder, and sentences about those left out.
 
-    Of two that are equal, or of one method, the older one is shown, by the dates of their rows. Raises
-    BenchError where the folder has none.
+    Of two that are equal, or of one method, the older one is shown, by the dates of their rows. root: see
+    ``check``. Raises BenchError where the folder has none.
     """
     found = sorted((path.parent for path in folder.glob(f"*/{CARD}")), key=_age)
     if not found:
@@ -42,7 +42,7 @@ def leaderboard(folder: Path) -> tuple[list[Table], list[str]]:
     places: list[ResultPaths] = []
     for each in found:
         try:
-            mine = _sound(each, places)
+            mine = _sound(each, root, places)
             label = store.read_header(mine[0].header).method.label
             if label in cards:
                 raise BenchError(f"{label} is submitted twice")
@@ -57,9 +57,9 @@ def leaderboard(folder: Path) -> tuple[list[Table], list[str]]:
     return [*builder.tables(split_summaries(places)), _costs(cards, left_out)], left_out
 
 
-def _sound(folder: Path, others: Sequence[ResultPaths]) -> list[ResultPaths]:
+def _sound(folder: Path, root: str | None, others: Sequence[ResultPaths]) -> list[ResultPaths]:
     """The results of a submission. Raises BenchError where it has errors, or the very rows of another."""
-    errors, _ = check(folder)
+    errors, _ = check(folder, root)
     if errors:
         raise BenchError(errors[0])
     mine = store.find_results(folder)

@@ -37,10 +37,13 @@ def make(folder: Path, runs: Path, name: str, *options: str) -> Path:
     return folder
 
 
+COSTS = {"parameters": "0", "training_hours": "0", "peak_memory_mb": "12.5", "lookahead_frames": '"clip"'}
+
+
 def filled_in(folder: Path) -> Path:
     text = (folder / CARD).read_text(encoding="utf-8")
-    text = text.replace(f'peak_memory_mb = "{FILL_IN}"', "peak_memory_mb = 12.5")
-    text = text.replace(f'frames_per_second = "{FILL_IN}"', "frames_per_second = 100")
+    for name, number in {**COSTS, "frames_per_second": "100"}.items():
+        text = text.replace(f'{name} = "{FILL_IN}"', f"{name} = {number}")
     (folder / CARD).write_text(text.replace(FILL_IN, "A. Author"), encoding="utf-8")
     return folder
 
