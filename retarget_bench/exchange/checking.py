@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from retarget_bench.analysis.summary import split_summaries
-from retarget_bench.api import Dataset
 from retarget_bench.errors import BenchError, FileError, printable
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
@@ -20,6 +19,7 @@ from retarget_bench.evaluation.timing import spread
 from retarget_bench.exchange import card, numbers
 from retarget_bench.exchange.numbers import Rows
 from retarget_bench.plugins import bound
+from retarget_bench.plugins.bound import BoundDataset
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.header import ResultHeader
@@ -91,11 +91,13 @@ def _wrong(folder: Path, root: str | None, warnings: list[str]) -> Iterator[str]
         if moved := sorted(numbers.other_versions(header)):
             told = f"scored by other versions of {', '.join(moved)} than are installed here"
             warnings.append(f"{where}: {told}; tables show such numbers apart")
-    if missing := [split for split in data.card.splits if split not in {place.split for place in headers}]:
+    if missing := [
+        split for split in data.built.card.splits if split not in {place.split for place in headers}
+    ]:
         warnings.append(f"no rows of {', '.join(missing)}: the data set has such cases")
 
 
-def _data(folder: Path, headers: list[ResultHeader], root: str | None) -> Dataset:
+def _data(folder: Path, headers: list[ResultHeader], root: str | None) -> BoundDataset:
     """The data set, as it is here, that all results are on. Raises BenchError where there is none."""
     if not headers:
         raise BenchError(f"{folder} holds no results beside its {card.CARD}")
@@ -106,15 +108,21 @@ def _data(folder: Path, headers: list[ResultHeader], root: str | None) -> Datase
         raise BenchError(f"the rows are of {several}; a submission is of one method on one data set")
     named = bound.dataset(specs.pop())
     spec = Spec(named.spec.name, named.parameters)  # no submission says where files lie
-    return bound.dataset(spec if root is None else spec.with_parameters(root=root)).built
+    return bound.dataset(spec if root is None else spec.with_parameters(root=root))
 
 
-def _wrong_in(place: ResultPaths, header: ResultHeader, data: Dataset) -> Iterator[str]:
+def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -> Iterator[str]:
     """What is wrong with the results on one split. Raises BenchError where the rest cannot be checked."""
+    data = dataset.built
     if not place.complete:
         raise BenchError(f"the results are not complete: {place.begun.name} is what a run began with")
     if header.task not in ("", place.task) or header.split not in ("", place.split):
         yield f"the rows are of {header.task} {header.split}"
+    if (place.dataset, header.dataset.label) != (dataset.slug, data.label):
+        called = f"{header.dataset.label} in {place.dataset}/"
+        yield f"the data set is called {called}; it is {data.label} in {dataset.slug}/"
+    if newer := sorted(numbers.newer_versions(header)):
+        yield f"scored by newer versions of {', '.join(newer)} than are installed; upgrade retarget-bench"
     if header.method.control:
         yield "a control is no submission"
     if unlisted := store.unlisted(place, header):

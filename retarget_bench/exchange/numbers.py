@@ -16,7 +16,7 @@ from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.bound import BoundMetrics
 from retarget_bench.results import columns, store
 from retarget_bench.results.columns import Columns
-from retarget_bench.results.compatibility import newest
+from retarget_bench.results.compatibility import metric_versions, newest
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.store import ResultPaths
 
@@ -67,6 +67,13 @@ def installed(header: ResultHeader) -> BoundMetrics:
 def other_versions(header: ResultHeader) -> set[str]:
     """The metrics of a result that are installed here in another version."""
     return {name for name, ours in installed(header).versions.items() if header.metrics[name] != ours}
+
+
+def newer_versions(header: ResultHeader) -> set[str]:
+    """The metrics of a result that are installed here in an earlier version."""
+    said = metric_versions(header)
+    here = {metric.card.name: str(metric.card.version) for metric in installed(header).built}
+    return {name for name, ours in here.items() if (len(said[name]), said[name]) > (len(ours), ours)}
 
 
 def same(one: float, other: Any) -> bool:

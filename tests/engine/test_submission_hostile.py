@@ -110,6 +110,24 @@ def other_root(sound: Path) -> None:
         path.write_text(json.dumps(facts), encoding="utf-8")
 
 
+def own_table(sound: Path) -> None:
+    """A label of its own, under which nobody else stands."""
+    for path in sound.glob("*/retarget/*/*.json"):
+        rewrite(path, '"label": "toy_cases"', '"label": "toy_cases, corrected"')
+
+
+def own_folder(sound: Path) -> None:
+    some(sound, "intra", ".json").parents[2].rename(sound / "corrected")
+
+
+def newest_of_all(sound: Path) -> None:
+    """A version of a metric beside which the numbers of all others are outdated."""
+    for path in sound.glob("*/retarget/*/*.json"):
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts["metrics"]["position"] = "99+0"
+        path.write_text(json.dumps(facts), encoding="utf-8")
+
+
 def direction(sound: Path) -> None:
     rewrite(some(sound, "intra", ".json"), '"better": "lower"', '"better": "higher"')
 
@@ -210,6 +228,11 @@ HOSTILE = [
     *((deep_toml, "is not TOML"), (many_digits, "is not TOML"), (endless, "training_hours: ")),
     (deep_header, "is not a result header"),
     (other_root, "folder needs your files: give --root DIR"),
+    *(
+        (own_table, "is called toy_cases, corrected in toy_cases/"),
+        (own_folder, "is called toy_cases in corrected/"),
+    ),
+    (newest_of_all, "newer versions of position than are installed"),
     *((direction, "declares another better"), (other_split, "the rows are of retarget self")),
     *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "cases.csv is not what")),
     *((row_gone, "has no mpjpe_h.world"), (value_gone, "has no ee_h.world")),
