@@ -1,6 +1,7 @@
 """Files for others (``bench data export``, ``bench export-cases``, ``bench submit``) and training data."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,6 +11,9 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
+
+if TYPE_CHECKING:
+    from retarget_bench.results.paths import ResultPaths
 
 dataset_argument = click.argument(
     "dataset", metavar="DATASET", shell_complete=options.plugin_names("datasets")
@@ -131,7 +135,6 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     "-d",
     "--dataset",
     metavar="DATASET",
-    default="",
     help="With --make: the data set, where the method has results on several.",
 )
 @click.option(
@@ -143,47 +146,71 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     type=options.FILE,
     help="With --board: the page, or a .md, .tex or .csv file.",
 )
+@options.root_option
 @options.plugin_option
 def submit(
-    folder: Path, make: str | None, checked: bool, board: bool, results: Path, dataset: str, output: Path
+    folder: Path,
+    make: str | None,
+    checked: bool,
+    board: bool,
+    results: Path,
+    dataset: str | None,
+    output: Path,
+    root: str | None,
 ) -> int:
     """Make (--make), check (--check) or show (--board) submissions to a leaderboard.
 
-    A submission is a folder with submission.toml (who, what data, what cost), CARD.md, and the rows under
-    results/, or motions under predictions/ that --check scores. --check exits 1 where something is wrong.
+    A submission is a folder of results, as `bench run` and `bench score` write them, with a card.toml: who
+    made the method, how it was trained, what it costs. --check exits 1 where something is wrong.
     """
     if (make is not None) + checked + board != 1:
         raise BenchError("say one of --make METHOD, --check and --board")
     if make is not None:
-        from retarget_bench.exchange.submission import making
-
-        left = making.make(folder, results, make, dataset)
-        echo(f"wrote {folder}. To be filled in, then checked with bench submit --check {folder}:")
-        for each in left:
-            echo(f"  {each}")
-        return 0
-    return _check(folder) if checked else _board(folder, output)
+        return _make(folder, options.results([results], dataset), make)
+    return _check(folder, root) if checked else _board(folder, output, root)
 
 
-def _check(folder: Path) -> int:
-    from retarget_bench.exchange.submission.checking import check
+def _make(folder: Path, places: "list[ResultPaths]", name: str) -> int:
+    from retarget_bench.evaluation import timing
+    from retarget_bench.exchange import card
+    from retarget_bench.python.results import Results
+    from retarget_bench.results import dataset_names
 
-    found = check(folder)
-    for finding in found:
-        echo(str(finding))
-    wrong = sum(finding.level == "error" for finding in found)
-    echo(f"{folder}: " + (f"{wrong} errors" if wrong else "can be submitted"))
-    return int(wrong > 0)
+    mine = Results(places).only(name)
+    headers = dataset_names.headers(mine.places)
+    about = headers[mine.places[0]].method
+    if len(names := dataset_names.listed(headers)) > 1:
+        raise BenchError(
+            f"there are results of {about.label} on several data sets: {', '.join(names)}. A submission is "
+            "of one; name it: -d"
+        )
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise BenchError(f"{folder} is not an empty folder; name a new one")
+    mine.save(folder)
+    card.write(folder, about, timing.rate(timing.read(mine.places[-1])))
+    echo(f"wrote {folder}. Fill in {folder / card.CARD}, then: bench submit {folder} --check")
+    return 0
 
 
-def _board(folder: Path, output: Path) -> int:
-    from retarget_bench.exchange.submission.board import board
+def _check(folder: Path, root: str | None) -> int:
+    from retarget_bench.exchange.checking import check
+
+    errors, warnings = check(folder, root)
+    for level, sentences in (("error", errors), ("warning", warnings)):
+        for sentence in sentences:
+            echo(f"{level}: {sentence}")
+    echo(f"{folder}: " + (f"{len(errors)} errors" if errors else "can be submitted"))
+    return int(bool(errors))
+
+
+def _board(folder: Path, output: Path, root: str | None) -> int:
+    from retarget_bench.exchange.leaderboard import leaderboard
     from retarget_bench.tables.rendering import WITH_INTERVALS
 
     form = output.suffix.lower().lstrip(".")
     if form not in ("html", "md", "tex", "csv"):
         raise BenchError(f"{output}: name a page that ends in .html, .md, .tex or .csv")
-    tables, left_out = board(folder)
+    tables, left_out = leaderboard(folder, root)
     for sentence in left_out:
         echo(sentence, err=True)
     options.write_out(WITH_INTERVALS[form](tables), output)

@@ -10,7 +10,6 @@ import numpy as np
 
 from retarget_bench import __version__
 from retarget_bench.api import CaseInfo, Dataset, PointSets, Source
-from retarget_bench.exchange.dataset_export import standing
 from retarget_bench.files import atomic, slug, write_text
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
@@ -37,29 +36,40 @@ def export(data: Dataset, name: str, infos: Sequence[CaseInfo], folder: Path) ->
     targets: dict[str, str] = {}
     cases = []
     for done, info in enumerate(infos, 1):
-        if (info.source, info.clip) not in sources or info.target not in targets:
+        played = (info.source, info.clip)
+        if played not in sources or info.target not in targets:
             case = data.load(info)
-            if (info.source, info.clip) not in sources:
-                named = f"{info.source}--{info.clip}"
-                sources[info.source, info.clip] = write_source(folder, named, case.source)
+            if played not in sources:
+                sources[played] = write_source(folder, f"{info.source}--{info.clip}", case.source)
             if info.target not in targets:
                 targets[info.target] = write_target(folder, case.target.name, case.target)
-        source = sources[info.source, info.clip]
-        length = {"frames": source["frames"], "fps": source["fps"]}
-        names = {"source_file": source["file"], "target_file": targets[info.target]}
-        cases.append({**asdict(info), **length, **names, "prediction": store.case_file(info.id)})
+        source = sources[played]
+        cases.append(
+            {
+                **asdict(info),
+                "frames": source["frames"],
+                "fps": source["fps"],
+                "source_file": source["file"],
+                "target_file": targets[info.target],
+                "prediction": store.case_file(info.id),
+            }
+        )
         yield done
-    manifest = {
+    facts = manifest_facts(data, name, CONVENTIONS) | {"cases": cases}
+    write_text(folder / MANIFEST, json.dumps(facts, indent=1, ensure_ascii=False) + "\n")
+
+
+def manifest_facts(data: Dataset, name: str, conventions: str) -> dict[str, Any]:
+    """What every manifest of an export says of its data set. name: the data set's spec."""
+    return {
         "schema": SCHEMA,
         "made_by": f"retarget-bench {__version__}",
         "dataset": name,
         "version": data.card.version,
         "licence": data.card.licence,
         "content": data.content,
-        "conventions": CONVENTIONS,
-        "cases": cases,
+        "conventions": conventions,
     }
-    write_text(folder / MANIFEST, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
 
 
 def write_source(folder: Path, name: str, source: Source) -> dict[str, Any]:
@@ -95,3 +105,9 @@ def _save(path: Path, body: Character, **data: Any) -> None:
     }
     with atomic(path) as temporary, temporary.open("wb") as file:
         np.savez(file, **common, **data)  # type: ignore[arg-type]
+
+
+def standing(body: Character) -> Motion:
+    """A frame of the reference pose on the floor."""
+    root = np.array([[0.0, body.measures.hip_height, 0.0]])
+    return body.motion(body.reference_pose[None], root, fps=30.0)

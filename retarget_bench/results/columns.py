@@ -121,7 +121,7 @@ def _fast_cases(path: Path, task: str, split: str) -> tuple[CaseInfo, ...] | Non
         rows = pd.read_csv(path, dtype=text, na_filter=False, encoding="utf-8")
     except (OSError, ValueError):
         return None
-    if tuple(rows.columns) != store.CASE_FIELDS or (rows["frames"] < 0).any():
+    if tuple(rows.columns) != store.CASE_FIELDS or (rows["frames"] < 0).any() or not rows["case"].is_unique:
         return None
     case, *names, frames = (rows[name].astype(object).tolist() for name in store.CASE_FIELDS)
     return tuple(map(CaseInfo, case, repeat(task), repeat(split), *names, frames))
@@ -174,4 +174,5 @@ def _fast(paths: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]
     value_of, index_of = np.divmod(pairs, len(names["index"]))
     keys = [(names["value_id"][v], names["index"][i]) for v, i in zip(value_of, index_of, strict=True)]
     both = {v for v, i in keys if i} & {v for v, i in keys if not i}
-    return None if both else dict(zip(keys, table, strict=True))
+    twice = len(rows) - np.count_nonzero(~np.isnan(table))
+    return None if both or twice else dict(zip(keys, table, strict=True))

@@ -44,7 +44,7 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
     check_ordinary(path, LARGEST)
     if path.suffix.lower() == ".bvh":
         return _from_bvh(path, target)
-    data = read_npz(path, "is not a readable .npz file")
+    data = read_npz(path, "is not a readable .npz file", LARGEST)
     try:
         fps = float(data.get("fps", fps))
     except (TypeError, ValueError):

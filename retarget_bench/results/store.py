@@ -26,7 +26,15 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, check_ordinary, digest, read_json, write_csv, write_text
+from retarget_bench.files import (
+    LARGEST,
+    atomic,
+    check_ordinary,
+    digest,
+    read_json,
+    write_csv,
+    write_text,
+)
 from retarget_bench.results import checksums, large_rows
 from retarget_bench.results.header import (
     SCHEMA,
@@ -341,7 +349,7 @@ def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
             for value in rows.per_index()
             for name, array in zip(("cases", "index", "values"), rows.pairs(value), strict=True)
         }
-    return read_npz(paths.arrays, "cannot be read; run the method again")
+    return read_npz(paths.arrays, "cannot be read; run the method again", LARGEST)
 
 
 def write_npz(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
@@ -350,11 +358,14 @@ def write_npz(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -
         (np.savez_compressed if compressed else np.savez)(stream, **arrays)
 
 
-def read_npz(path: Path, problem: str) -> dict[str, np.ndarray]:
-    """All arrays of a file. Raises FileError that states the problem where it is none."""
+def read_npz(path: Path, problem: str, most: float = math.inf) -> dict[str, np.ndarray]:
+    """All arrays of a file. Raises FileError that states the problem where it is none, or where it unpacks
+    to more than ``most`` bytes."""
     check_ordinary(path)
     try:
         with path.open("rb") as opened, np.load(opened) as file:
+            if (size := sum(each.file_size for each in file.zip.infolist())) > most:
+                raise ValueError(f"it unpacks to {size:,} bytes, more than the {most:,} that are read")
             return {name: file[name] for name in file.files}
     except Exception as error:  # an archive from elsewhere makes its readers raise all kinds
         raise FileError(path, f"{problem} ({error})") from error

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.cli import main
-from retarget_bench.exchange.submission.checking import check
-from retarget_bench.exchange.submission.making import FILL_IN, make
+from retarget_bench.exchange.card import CARD, FILL_IN
+from retarget_bench.exchange.checking import check
 from tests.in_process import without_processes
 
 TOYS = Path(__file__).parent / "toys"
@@ -31,10 +31,20 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+def make(folder: Path, runs: Path, name: str, *options: str) -> Path:
+    """A submission of one method by the command."""
+    assert bench("submit", str(folder), "--make", name, "--results", str(runs), *options) == 0
+    return folder
+
+
+COSTS = {"parameters": "0", "training_hours": "0", "peak_memory_mb": "12.5", "lookahead_frames": '"clip"'}
+
+
 def filled_in(folder: Path) -> Path:
-    for name in ("submission.toml", "CARD.md"):
-        text = (folder / name).read_text(encoding="utf-8")
-        (folder / name).write_text(text.replace(FILL_IN, "A. Author"), encoding="utf-8")
+    text = (folder / CARD).read_text(encoding="utf-8")
+    for name, number in {**COSTS, "frames_per_second": "100"}.items():
+        text = text.replace(f'{name} = "{FILL_IN}"', f"{name} = {number}")
+    (folder / CARD).write_text(text.replace(FILL_IN, "A. Author"), encoding="utf-8")
     return folder
 
 
@@ -42,8 +52,7 @@ def filled_in(folder: Path) -> Path:
 def made(tmp_path_factory: pytest.TempPathFactory, runs: Path) -> Path:
     """A submission of ik, with what is left to fill in."""
     folder = tmp_path_factory.mktemp("made") / "ik"
-    make(folder, runs, "ik")
-    return folder
+    return without_predictions(make(folder, runs, "ik"))
 
 
 @pytest.fixture
@@ -51,8 +60,15 @@ def sound(tmp_path: Path, made: Path) -> Path:
     return filled_in(shutil.copytree(made, tmp_path / "all" / "ik"))
 
 
+def without_predictions(folder: Path) -> Path:
+    """The submission with its rows alone."""
+    for path in folder.glob("*/retarget/*/*/"):
+        shutil.rmtree(path)
+    return folder
+
+
 def errors(folder: Path) -> list[str]:
-    return [finding.text for finding in check(folder) if finding.level == "error"]
+    return check(folder)[0]
 
 
 def rewrite(path: Path, old: str, new: str) -> None:
@@ -62,12 +78,11 @@ def rewrite(path: Path, old: str, new: str) -> None:
 
 
 def some(folder: Path, split: str, suffix: str) -> Path:
-    (path,) = folder.glob(f"results/*/retarget/{split}/ik{suffix}")
+    (path,) = folder.glob(f"*/retarget/{split}/ik{suffix}")
     return path
 
 
 def predictions(runs: Path, folder: Path) -> None:
     """The stored predictions of ik, as a submission has them."""
-    (folder / "predictions").mkdir()
-    for path in runs.glob("*/retarget/*/ik/*.npz"):
-        shutil.copy(path, folder / "predictions")
+    for path in runs.glob("*/retarget/*/ik/"):
+        shutil.copytree(path, folder / path.relative_to(runs))

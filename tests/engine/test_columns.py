@@ -63,3 +63,14 @@ def test_faults_are_named_whoever_reads(place, monkeypatch, large, old, new, mes
     place.rows.write_text(place.rows.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     with pytest.raises(FileError, match=message):
         read(place, monkeypatch, large)
+
+
+@pytest.mark.parametrize("large", [0, 10**9], ids=["fast", "careful"])
+@pytest.mark.parametrize("file", ["rows", "cases"])
+def test_what_stands_twice_is_named_whoever_reads(place, monkeypatch, large, file):
+    unchecked(place.root)
+    path = getattr(place, file)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text + text.splitlines(keepends=True)[1], encoding="utf-8")
+    with pytest.raises(FileError, match="stands twice"):
+        read(place, monkeypatch, large)

@@ -1,5 +1,6 @@
 """Scoring motions that somebody else produced, as .npz or .bvh."""
 
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -150,3 +151,13 @@ def test_another_body_is_refused(tmp_path, cases):
     long_leg = replace(tall, skeleton=replace(tall.skeleton, offsets=offsets))
     with pytest.raises(FileError, match="the bone of 'LeftLeg' differs"):
         predictions.read_prediction(tmp_path / "small.bvh", long_leg, 30.0)
+
+
+def test_an_archive_that_unpacks_to_more_than_any_motion_is_not_read(tmp_path, cases):
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("positions.npy", b"")
+        archive.infolist()[0].file_size = 5_000_000_000
+    assert path.stat().st_size < 1000
+    with pytest.raises(FileError, match="unpacks to 5,000,000,000 bytes, more than"):
+        predictions.read_prediction(path, cases[0].target, 30.0)

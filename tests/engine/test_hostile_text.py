@@ -14,7 +14,7 @@ from stored import store as made_up
 
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.errors import FileError
-from retarget_bench.exchange.submission import manifest
+from retarget_bench.exchange import card as submission_card
 from retarget_bench.files import check_ordinary
 from retarget_bench.motion.files import role_file
 from retarget_bench.plugins import suite
@@ -30,11 +30,11 @@ def card(path: Path) -> object:
 
 
 def of_submission(path: Path) -> object:
-    shutil.move(path, path.parent / manifest.MANIFEST)
+    shutil.move(path, path.parent / submission_card.CARD)
     try:
-        return manifest.read(path.parent)
+        return submission_card.read(path.parent)
     finally:
-        shutil.move(path.parent / manifest.MANIFEST, path)
+        shutil.move(path.parent / submission_card.CARD, path)
 
 
 READERS = [

@@ -11,13 +11,14 @@ from collections.abc import Callable
 from dataclasses import asdict, fields
 from pathlib import Path
 
+import numpy as np
 import pytest
-from submitted import errors, filled_in, rewrite, some
+from submitted import errors, filled_in, make, rewrite, some
 
-from retarget_bench.analysis import summary
-from retarget_bench.exchange.submission.board import board
-from retarget_bench.exchange.submission.checking import check, mistakes
-from retarget_bench.exchange.submission.making import make
+from retarget_bench.exchange import checking
+from retarget_bench.exchange.card import CARD
+from retarget_bench.exchange.checking import check
+from retarget_bench.exchange.leaderboard import leaderboard
 from retarget_bench.results import checksums, store
 from retarget_bench.results.header import ResultHeader
 
@@ -29,61 +30,102 @@ def link(sound: Path) -> None:
     (sound / "secret.txt").symlink_to("/etc/hostname")
 
 
-def linked_manifest(sound: Path) -> None:
-    (sound / "submission.toml").unlink()
-    (sound / "submission.toml").symlink_to("/etc/passwd")
+def linked_card(sound: Path) -> None:
+    (sound / CARD).unlink()
+    (sound / CARD).symlink_to("/etc/passwd")
 
 
 def linked_folder(sound: Path) -> None:
-    (sound / "predictions").symlink_to("/etc", target_is_directory=True)
+    some(sound, "intra", ".csv").with_suffix("").symlink_to("/etc", target_is_directory=True)
 
 
 def fifo(sound: Path) -> None:
-    (sound / "CARD.md").unlink()
-    os.mkfifo(sound / "CARD.md")
+    (sound / CARD).unlink()
+    os.mkfifo(sound / CARD)
 
 
 def listening(sound: Path) -> None:
     where = Path.cwd()
     os.chdir(sound)  # the path of a socket has to be short
     with socket.socket(socket.AF_UNIX) as one:
-        one.bind("results/a.json")
+        one.bind("a.json")
     os.chdir(where)
 
 
-def large_manifest(sound: Path) -> None:
-    (sound / "submission.toml").write_text("# " + "x" * 1_000_000)
+def large_card(sound: Path) -> None:
+    (sound / CARD).write_text("# " + "x" * 1_000_000)
+
+
+def large_file(sound: Path) -> None:
+    path = some(sound, "intra", ".csv").with_name("ik.parquet")
+    path.touch()
+    os.truncate(path, 2_000_000_000)
 
 
 def bomb(sound: Path) -> None:
-    with zipfile.ZipFile(sound / "results" / "bomb.npz", "w") as archive:
-        archive.writestr("a.npy", b"")
-        archive.infolist()[0].file_size = 2_000_000_000
+    """An archive of few bytes that unpacks to five thousand million."""
+    path = some(sound, "intra", ".npz")
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("bomb.npy", b"")
+        archive.infolist()[-1].file_size = 5_000_000_000
+
+
+def pickled(sound: Path) -> None:
+    """An array whose reading would run what somebody wrote."""
+    path = some(sound, "intra", ".npz")
+    arrays = store.read_npz(path, "")
+    np.savez(path, **arrays | {"mpjpe_h.joint:values": np.array([Exploding()], dtype=object)})
+
+
+class Exploding:
+    def __reduce__(self) -> tuple[Callable[..., int], tuple[str]]:
+        return os.system, ("touch exploded",)
 
 
 def deep_folders(sound: Path) -> None:
-    (sound / "a/b/c/d/e/f/g").mkdir(parents=True)
-    (sound / "a/b/c/d/e/f/g/h.txt").write_text("")
+    (sound / Path(*"abcdefg", "h")).mkdir(parents=True)
 
 
 def deep_toml(sound: Path) -> None:
-    rewrite(sound / "submission.toml", "trained_on = []", "trained_on = " + "[" * 9999 + "]" * 9999)
+    rewrite(sound / CARD, "trained_on = []", "trained_on = " + "[" * 9999 + "]" * 9999)
 
 
 def many_digits(sound: Path) -> None:
-    rewrite(sound / "submission.toml", "parameters = 0", "parameters = " + "9" * 5000)
+    rewrite(sound / CARD, "parameters = 0", "parameters = " + "9" * 5000)
 
 
 def endless(sound: Path) -> None:
-    rewrite(sound / "submission.toml", "training_hours = 0.0", "training_hours = inf")
+    rewrite(sound / CARD, "training_hours = 0", "training_hours = inf")
 
 
 def deep_header(sound: Path) -> None:
     rewrite(some(sound, "intra", ".json"), '"notes": []', '"notes": ' + "[" * 99999 + "]" * 99999)
 
 
-def header_field(sound: Path) -> None:
-    rewrite(some(sound, "intra", ".json"), '"schema"', '"own": 1, "schema"')
+def other_root(sound: Path) -> None:
+    """Results on files that lie where the submission says."""
+    for path in sound.glob("*/retarget/*/*.json"):
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts["dataset"] |= {"name": "folder", "parameters": {"root": str(sound)}}
+        path.write_text(json.dumps(facts), encoding="utf-8")
+
+
+def own_table(sound: Path) -> None:
+    """A label of its own, under which nobody else stands."""
+    for path in sound.glob("*/retarget/*/*.json"):
+        rewrite(path, '"label": "toy_cases"', '"label": "toy_cases, corrected"')
+
+
+def own_folder(sound: Path) -> None:
+    some(sound, "intra", ".json").parents[2].rename(sound / "corrected")
+
+
+def newest_of_all(sound: Path) -> None:
+    """A version of a metric beside which the numbers of all others are outdated."""
+    for path in sound.glob("*/retarget/*/*.json"):
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts["metrics"]["position"] = "99+0"
+        path.write_text(json.dumps(facts), encoding="utf-8")
 
 
 def direction(sound: Path) -> None:
@@ -92,12 +134,6 @@ def direction(sound: Path) -> None:
 
 def other_split(sound: Path) -> None:
     rewrite(some(sound, "intra", ".json"), '"split": "intra"', '"split": "self"')
-
-
-def other_name(sound: Path) -> None:
-    for suffix in (".csv", ".json", ".npz"):
-        path = some(sound, "intra", suffix)
-        path.rename(path.with_name(f"copy_rotations{suffix}"))
 
 
 def huge_cell(sound: Path) -> None:
@@ -160,7 +196,8 @@ def other_parts(sound: Path) -> None:
 
 
 def no_sets(sound: Path) -> None:
-    some(sound, "intra", ".sets.csv").unlink()
+    path = some(sound, "intra", ".sets.csv")
+    path.write_text(path.read_text().splitlines(keepends=True)[0])
 
 
 def no_checksums(sound: Path) -> None:
@@ -184,25 +221,29 @@ def all_zero(sound: Path) -> None:
 
 
 HOSTILE = [
-    *((link, "secret.txt is a link"), (linked_manifest, "is a link"), (linked_folder, "is a link")),
+    *((link, "secret.txt is a link"), (linked_card, "is a link"), (linked_folder, "is a link")),
     *((fifo, "is no ordinary file"), (listening, "is no ordinary file")),
-    *((large_manifest, "more than the 1,000,000"), (bomb, "more than the 1,000,000,000")),
-    (deep_folders, "folders deep"),
-    *((deep_toml, "is not TOML"), (many_digits, "is not TOML"), (endless, "cost.training_hours")),
-    *((deep_header, "is not a result header"), (header_field, "own: no field of a header")),
+    *((large_card, "files of up to 0.001 GB are read"), (large_file, "more than the 1,000,000,000")),
+    *((bomb, "it unpacks to 5,000,"), (pickled, "allow_pickle=False"), (deep_folders, "folders deep")),
+    *((deep_toml, "is not TOML"), (many_digits, "is not TOML"), (endless, "training_hours: ")),
+    (deep_header, "is not a result header"),
+    (other_root, "folder needs your files: give --root DIR"),
+    *(
+        (own_table, "is called toy_cases, corrected in toy_cases/"),
+        (own_folder, "is called toy_cases in corrected/"),
+    ),
+    (newest_of_all, "newer versions of position than are installed"),
     *((direction, "declares another better"), (other_split, "the rows are of retarget self")),
-    (other_name, "copy_rotations.csv is no file of ik"),
-    *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "stands twice")),
+    *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "cases.csv is not what")),
     *((row_gone, "has no mpjpe_h.world"), (value_gone, "has no ee_h.world")),
     *((metric_gone, "no values of ground"), (no_sets, "are left out")),
-    *((other_clip, "told otherwise"), (other_parts, "cases.structures.csv is not what")),
+    *((other_clip, "cases.csv is not what"), (other_parts, "cases.structures.csv is not what")),
     *((number("mpjpe_h.world", "-3"), "is -3"), (number("plant_recall", "7"), "is 7, which is not")),
     (number("mpjpe_h.world", "1e308"), "is 1e+308"),
     (no_checksums, "its header has no checksum of ik.csv, ik.npz"),
     (arrays_anew, "mpjpe_h.joint and mpjpe_h.root of"),
     (all_zero, "mpjpe_h.world and root_path"),
     (number("mpjpe_h.root", "0.001"), "mpjpe_h.root of"),
-    (number("mpjpe_m", "1"), "mpjpe_m and mpjpe_h.world of"),
     (number("ee_h.world", "5000"), "ee_h.world and"),
 ]
 
@@ -224,16 +265,22 @@ def sealed(sound: Path) -> None:
 def test_hostile_files_are_findings(sound: Path, change: Callable[[Path], None], told: str) -> None:
     change(sound)
     sealed(sound)
-    found = check(sound)
-    assert any(told in finding.text for finding in found if finding.level == "error"), found
-    assert all(str(finding).isprintable() and "root:" not in str(finding) for finding in found)
+    found, warnings = check(sound)
+    assert any(told in error for error in found), found
+    assert all(said.isprintable() and "root:" not in said for said in (*found, *warnings))
+    assert not Path("exploded").exists()
+
+
+def test_more_files_than_anybody_needs_are_not_gone_through(sound: Path, monkeypatch) -> None:
+    monkeypatch.setattr(checking, "MOST", 5)
+    (told,) = errors(sound)
+    assert "holds more than 5 files" in told
 
 
 def twin(sound: Path) -> Path:
     """The same submission under another name, with the rows of its table in another order."""
     other = filled_in(shutil.copytree(sound, sound.with_name("twin")))
-    rewrite(other / "submission.toml", 'label = "ik"', 'label = "mine"')
-    for header in other.glob("results/*/retarget/*/ik.json"):
+    for header in other.glob("*/retarget/*/ik.json"):
         rewrite(header, '"label": "ik"', '"label": "mine"')
         rows = header.with_suffix(".csv")
         head, *lines = rows.read_text().splitlines()
@@ -246,38 +293,37 @@ def twin(sound: Path) -> Path:
 
 @pytest.mark.parametrize(("year", "shown"), [("1999", "mine"), ("2999", "ik")])
 def test_of_two_equal_submissions_the_older_is_shown(sound: Path, year: str, shown: str) -> None:
-    for header in twin(sound).glob("results/*/retarget/*/mine.json"):
+    for header in twin(sound).glob("*/retarget/*/mine.json"):
         facts = json.loads(header.read_text(encoding="utf-8"))
         header.write_text(json.dumps(facts | {"date": year + facts["date"][4:]}), encoding="utf-8")
-    (made,), left_out = board(sound.parent)
+    (made, _), left_out = leaderboard(sound.parent)
     assert {row.label for group in made.groups for row in group.rows} == {shown}
     assert len(left_out) == 1
 
 
-def test_a_bad_submission_never_stops_the_board(sound: Path, runs: Path, monkeypatch) -> None:
+def test_a_bad_submission_never_stops_the_leaderboard(sound: Path, runs: Path, monkeypatch) -> None:
     root = sound.parent
     for change in (fifo, deep_header, row_twice):
         change(shutil.copytree(sound, root / change.__name__))
     (root / "linked").symlink_to(sound, target_is_directory=True)
     twin(sound)
-    (made,), left_out = board(root)
+    (made, _), left_out = leaderboard(root)
     assert {row.label for group in made.groups for row in group.rows} == {"ik"}
     assert [text.partition(" is left out: ")[0] for text in left_out] == [
         "deep_header", "fifo", "linked", "row_twice", "twin",
     ]  # fmt: skip
     assert "its rows are those of ik" in left_out[-1]
-    make(root / "zz", runs, "copy_rotations")
-    filled_in(root / "zz")
-    drawn = summary.split_summaries
+    filled_in(make(root / "zz", runs, "copy_rotations"))
+    drawn = checking.split_summaries
 
     def breaks(places):
         if "zz" in str(places[0].root):
             raise ZeroDivisionError
         return drawn(places)
 
-    monkeypatch.setattr("retarget_bench.exchange.submission.board.summary.split_summaries", breaks)
-    (made,), left_out = board(root)
-    assert left_out[-1] == "zz is left out: ZeroDivisionError"
+    monkeypatch.setattr("retarget_bench.exchange.checking.split_summaries", breaks)
+    (made, _), left_out = leaderboard(root)
+    assert left_out[-1].startswith("zz is left out: no table can be made of it: ZeroDivisionError")
 
 
 FIELDS = [each.name for each in fields(ResultHeader) if each.name != "extra"]
@@ -291,18 +337,15 @@ def test_a_header_of_any_shape_is_a_finding_and_no_traceback(sound: Path, shapes
     header = some(sound, "intra", ".json")
     facts = json.loads(header.read_text(encoding="utf-8"))
     learned = {**facts["method"], "trained_on": {"characters": ["small"]}, "stochastic": True}
-    assert mistakes({**facts, "method": learned}) == []
-    odd = {"status": "fine", "message": "", "cases": ["a"]}
-    assert "problems.0.status" in mistakes({**facts, "problems": [odd]})[0]
+    header.write_text(json.dumps({**facts, "method": learned}), encoding="utf-8")
+    assert errors(sound) == []
     drawn = 0
     for name in FIELDS:
         for wrong in shapes:
-            changed = {**facts, name: wrong}
-            if not mistakes(changed):
-                header.write_text(json.dumps(changed), encoding="utf-8")
-                if not errors(sound):
-                    board(sound.parent)
-                    drawn += 1
+            header.write_text(json.dumps({**facts, name: wrong}), encoding="utf-8")
+            if not errors(sound):
+                leaderboard(sound.parent)
+                drawn += 1
     assert 0 < drawn < 0.5 * len(FIELDS) * len(shapes)
     header.write_text(json.dumps({**facts, "counts": None}), encoding="utf-8")
-    assert any("the header is not one: counts" in text for text in errors(sound))
+    assert any("is not a result header (counts" in text for text in errors(sound))
