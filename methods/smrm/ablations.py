@@ -3,13 +3,13 @@
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 _COLUMNS = (
-    AblationColumn("MPJPE", "m", "mpjpe_m"),
-    AblationColumn("PA-MPJPE", "m", "pa_mpjpe_m"),
+    AblationColumn("MPJPE", "m", "mpjpe_h.world"),
+    AblationColumn("PA-MPJPE", "m", "pa_mpjpe.rigid"),
     AblationColumn("Acc", "m/frame^2", "acc"),
     AblationColumn("PA-Acc", "m/frame^2", "pa_acc.rigid"),
-    AblationColumn("MPVD", "m", "mpvd_m"),
-    AblationColumn("PA-MPVD", "m", "pa_mpvd_m.rigid"),
-    AblationColumn("MEDL", "m", "medl_m"),
+    AblationColumn("MPVD", "m", "mpvd_h"),
+    AblationColumn("PA-MPVD", "m", "pa_mpvd.rigid"),
+    AblationColumn("MEDL", "m", "medl_h"),
 )
 _NOTES = (
     "Printed numbers are on 4 SMPL bodies x 4 Mixamo motions; the whole pipeline made them, with skeletons "

@@ -308,7 +308,7 @@ def ablate(
         trained = ablation_runner.train_rows(ablation, asked, out, reporter)
     wanted = ablation_runner.plan_of(ablation, trained, tested, out / "results", jobs)
     run.carry_out(wanted, "bench ablate")
-    found = ablation_runner.numbers_of(wanted, trained)
+    found = ablation_runner.numbers_of(ablation, wanted, trained)
     on, by = (bound.dataset(each).built.label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
     made = ablation_runner.table(ablation, trained, found, on, by, recipe)

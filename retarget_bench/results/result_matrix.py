@@ -289,6 +289,6 @@ def set_values(headers: Iterable[ResultHeader]) -> dict[str, DeclaredValue]:
 
 def _values_of(metric: str) -> tuple[Any, ...]:
     try:
-        return tuple(registry.create("metrics", metric).card.values) if metric else ()
+        return tuple(registry.create("metrics", metric).card.computed) if metric else ()
     except BenchError:
         return ()

@@ -16,7 +16,8 @@ class AblationColumn:
     """One column as printed.
 
     label, unit: its heading. value: the id of our value of the same meaning; "": there is none, and
-    ``missing`` says why, as a sentence.
+    ``missing`` says why, as a sentence. Where the unit is ``m`` and the value's is per cent of the height,
+    it is shown in metres.
     splits: of the cases that ours is a mean over.
     """
 

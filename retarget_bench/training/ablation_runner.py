@@ -12,7 +12,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import columns, compatibility, store
+from retarget_bench.results import columns, compatibility, metres, store
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.model import EMPTY, FAILED, Cell, Footnotes, Group, Table, count
 from retarget_bench.tables.model import Column as Heading
@@ -123,22 +123,25 @@ def _metrics(ablation: Ablation) -> tuple[str, ...]:
     return tuple(sorted({names[value] for value in wanted}))
 
 
-def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]:
-    """Scores of every row, from the results of a plan that was carried out."""
+def numbers_of(ablation: Ablation, asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]:
+    """Scores of every row in the units of the columns, from the results of a plan that was carried out."""
     places: dict[Spec, list[ResultPaths]] = {}
     for unit in plan.evaluation_units(asked):
         places.setdefault(unit.known_as, []).append(unit.paths)
-    return [_numbers(places[bound.method(each.ready).known_as]) for each in trained]
+    return [_numbers(places[bound.method(each.ready).known_as], ablation) for each in trained]
 
 
-def _numbers(places: Sequence[ResultPaths]) -> Numbers:
+def _numbers(places: Sequence[ResultPaths], ablation: Ablation) -> Numbers:
+    units = {column.value: column.unit for column in ablation.columns}
     headers = [store.read_header(place.header) for place in places]
     newest = compatibility.newest(headers)
     found: dict[str, dict[CaseInfo, float]] = {}
     for place, header in zip(places, headers, strict=True):
         part = columns.read(place, header, newest)
         for (value, index), column in part.numbers.items():
-            if not index:
+            if value in units and not index:
+                if metres.UNITS.get(header.values[value].unit) == units[value]:
+                    column = column * metres.per_cent([place], part.cases)
                 there = zip(part.cases, column.tolist(), strict=True)
                 found.setdefault(value, {}).update({c: x for c, x in there if not np.isnan(x)})
     return found

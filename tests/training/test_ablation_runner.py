@@ -15,6 +15,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import ablation_runner, train
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
@@ -25,8 +26,8 @@ TOY = Ablation(
     title="Toys: what picking does",
     paper="A paper, Table 1",
     columns=(
-        AblationColumn("Error", "m", "mpjpe_m"),
-        AblationColumn("Within", "m", "mpjpe_m", splits=("intra",)),
+        AblationColumn("Error", "m", "mpjpe_h.world"),
+        AblationColumn("Within", "m", "mpjpe_h.world", splits=("intra",)),
         AblationColumn("Skin", "m", missing="nobody has one"),
     ),
     rows=(
@@ -94,13 +95,19 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     assert wanted.splits == ("intra", "cross")
     assert len(wanted.methods) == 2
     places = runner.run(wanted, lambda done, total: None)
-    found = ablation_runner.numbers_of(wanted, trained)
+    found = ablation_runner.numbers_of(TOY, wanted, trained)
     table = ablation_runner.table(TOY, trained, found, "walks", "walks", "preset quick")
     names = [row.label for row in table.groups[0].rows]
     assert names == ["plain (printed)", "plain", "slow (printed)", "slow"]
     ours = table.groups[0].rows[1].cells
     rows = [line.split(",") for place in places for line in place.rows.read_text().splitlines()[1:]]
-    mine = {case: float(value) for case, name, _, value in rows if name == "mpjpe_m"}
+    height = {name: body.height for name, body in bound.dataset(DATA).built.characters().items()}
+    targets = {info.id: info.target for place in places for info in store.read_cases(place.cases, "", "")}
+    mine = {
+        case: float(value) / 100.0 * height[targets[case]]
+        for case, name, _, value in rows
+        if name == "mpjpe_h.world"
+    }
     assert ours[0].n == len(mine) == 12
     assert ours[0].value == pytest.approx(
         np.mean(list(mine.values())), rel=1e-6
@@ -119,7 +126,9 @@ def test_ours_are_means_per_clip_over_common_cases():
     numbers = dict(zip(cases, (1.0, 5.0, 3.0, 100.0), strict=True))
     other = dict.fromkeys(cases[:3], 2.0)
     trained: Any = [ablation_runner.TrainedRow(row, SPEC, SPEC) for row in TOY.rows]
-    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], *HERE)
+    table = ablation_runner.table(
+        TOY, trained, [{"mpjpe_h.world": numbers}, {"mpjpe_h.world": other}], *HERE
+    )
     cell = table.groups[0].rows[1].cells[0]
     assert (cell.value, cell.n, cell.clips) == (pytest.approx(((1 + 3) / 2 + 5) / 2), 3, 2)
     assert table.groups[0].rows[1].cells[1].value is None  # no intra pair
@@ -130,7 +139,7 @@ def test_many_clips_have_an_interval():
     cases = [info("a>b", f"clip {k}", "cross") for k in range(20)]
     numbers = {case: 1.0 + 0.1 * (k % 5) for k, case in enumerate(cases)}
     trained: Any = [ablation_runner.TrainedRow(row, SPEC, SPEC) for row in TOY.rows]
-    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, *HERE)
+    table = ablation_runner.table(TOY, trained, [{"mpjpe_h.world": numbers}] * 2, *HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert cell.interval.low < cell.value < cell.interval.high
 
@@ -198,7 +207,7 @@ def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
 
 
 def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monkeypatch, tmp_path):
-    between = replace(TOY, columns=(AblationColumn("Between", "m", "mpjpe_m", splits=("cross",)),))
+    between = replace(TOY, columns=(AblationColumn("Between", "m", "mpjpe_h.world", splits=("cross",)),))
     monkeypatch.setattr(type(bound.method(SPEC).built), "ablations", {"table1": between})
     status, _, err = bench("--test", "toy_walks[kind=near]")
     assert (status, err) == (

@@ -30,7 +30,7 @@ FACTS = ("unit", "better", "goal", "index", "with_self")
 def checks(results: Results, data: Dataset) -> Iterator[str]:
     """Everything that is wrong with the numbers of one split, as sentences."""
     working = registry.working("metrics")[0]
-    declared = {value.id: value for metric in working.values() for value in metric.card.values}
+    declared = {value.id: value for metric in working.values() for value in metric.card.computed}
     yield from _metrics(results, working)
     yield from _declarations({**results.header.values, **results.header.set_values}, declared)
     yield from _bounds(results, declared)
@@ -54,7 +54,7 @@ def _metrics(results: Results, working: Mapping[str, Any]) -> Iterator[str]:
             continue
         said = header.set_values if optional.is_set_metric(metric) else header.values
         same = header.metrics[name] == bound.metrics((name,)).versions[name]
-        if same and (lacking := {value.id for value in metric.card.values} - said.keys()):
+        if same and (lacking := {value.id for value in metric.card.computed} - said.keys()):
             yield f"the header lacks {', '.join(sorted(lacking)[:3])} of {name}"
 
 
@@ -136,7 +136,7 @@ def _left_out(
     wanted = {
         value.id
         for metric in ours
-        for value in metric.card.values
+        for value in metric.card.computed
         if value.index not in ARRAY_INDICES and (turned or "rotations" not in value.needs)
     }
     for info, lacking in _suspects(answered, infos, wanted & results.header.values.keys()):

@@ -13,7 +13,7 @@ from retarget_bench.results.store import Results
 
 CLOSE = 1e-6
 """Relative difference up to which numbers of nine digits agree."""
-WORLD, ROOT, JOINT, METRES = "mpjpe_h.world", "mpjpe_h.root", "mpjpe_h.joint", "mpjpe_m"
+WORLD, ROOT, JOINT = "mpjpe_h.world", "mpjpe_h.root", "mpjpe_h.joint"
 ENDS_WORLD, ENDS_ROOT = "ee_h.world", "ee_h.root"
 ALONG, UP = "root_path.horizontal", "root_path.vertical"
 
@@ -24,7 +24,6 @@ def impossible(results: Results) -> Iterator[str]:
     Rows of large results have no curves in entries; those are read beside them.
     """
     joints = _means(store.read_arrays(results.paths))
-    heights: dict[str, float] = {}
     broken: dict[str, str] = {}
     for entry in results.entries:
         values = {name: value for name, value in entry.values.items() if isinstance(value, float)}
@@ -33,8 +32,7 @@ def impossible(results: Results) -> Iterator[str]:
         if entry.case not in joints:
             broken.setdefault(JOINT, f"{entry.case} has {ROOT} and no {JOINT}")
             continue
-        target = results.cases[entry.case].target
-        for rule in (*_by_joints(values, *joints[entry.case]), *_by_height(values, target, heights)):
+        for rule in _by_joints(values, *joints[entry.case]):
             broken.setdefault(rule, f"{rule} of {entry.case} cannot be true together")
     yield from broken.values()
 
@@ -67,20 +65,6 @@ def _by_joints(values: Mapping[str, float], mean: float, count: int) -> Iterator
     for ends, whole in ((ENDS_WORLD, WORLD), (ENDS_ROOT, ROOT)):
         if values.get(ends, 0.0) > values[whole] * count + near(values[whole]):
             yield f"{ends} and {whole}"
-
-
-def _by_height(values: Mapping[str, float], target: str, heights: dict[str, float]) -> Iterator[str]:
-    """heights: target -> that of another case of it, per cent of metres."""
-    if METRES not in values:
-        return
-    if not values[METRES] or not values[WORLD]:
-        if values[METRES] != values[WORLD]:
-            yield f"{METRES} and {WORLD}"
-        return
-    height = values[WORLD] / values[METRES]
-    known = heights.setdefault(target, height)
-    if abs(height - known) > near(height, known):
-        yield f"{METRES} and {WORLD}"
 
 
 def near(*numbers: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from retarget_bench import defaults
 from retarget_bench.analysis.summary import common_cases, means_over_clips, never_ranked
 from retarget_bench.api import SELF, CaseInfo
-from retarget_bench.results import case_metadata
+from retarget_bench.results import case_metadata, metres
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.tables.model import count
@@ -78,11 +78,17 @@ class _Pool:
             ],
         )
 
-    def numbers(self, value: str) -> np.ndarray:
-        """``(methods, cases)``; nan where there is none."""
+    def numbers(self, column: PublishedColumn) -> np.ndarray:
+        """``(methods, cases)`` of a column's value, in metres where the column is; nan where there is none.
+
+        Raises BenchError where metres are asked for and results do not say how tall their targets are.
+        """
         found = np.full((len(self.methods), len(self.infos)), np.nan)
         for matrix, (rows, columns, own) in zip(self.matrices, self.spots, strict=True):
-            found[np.ix_(rows, columns)] = matrix.numbers((value, ""))[:, own]
+            declared = matrix.values.get(column.value)
+            if declared is not None and metres.UNITS.get(declared.unit) == column.unit:
+                matrix = metres.in_metres(matrix)
+            found[np.ix_(rows, columns)] = matrix.numbers((column.value, ""))[:, own]
         return found
 
     def unanswered(self) -> np.ndarray:
@@ -250,7 +256,7 @@ def _compared(column: PublishedColumn, pool: _Pool) -> _Column:
     asked = np.array(
         [[_asked(column, pool, n, each) for n in range(len(pool.infos))] for each in _who(column, pool)]
     )
-    answered = np.where(asked, pool.numbers(column.value), np.nan)
+    answered = np.where(asked, pool.numbers(column), np.nan)
     compared = np.array([not never_ranked(each) for each in pool.methods.values()])
     having = compared & ~np.isnan(answered).all(axis=1)
     if column.seen and len(np.unique(asked[having], axis=0)) > 1:
