@@ -17,7 +17,8 @@ from retarget_bench.tables.set_groups import FLOOR
 
 FID = {
     "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
-    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "metric": "fid", "needs": [],
+    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
+    "metric": "fid",
 }  # fmt: skip
 WHOLE = SetValue("fid", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
 
