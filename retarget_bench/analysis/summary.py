@@ -200,8 +200,7 @@ def split_summaries(
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
     Raises BenchError where results lack the metadata of the breakdown, heights, or the durations of cases.
     """
-    found = result_matrices(places)
-    found = [in_metres(matrix) for matrix in found] if metres else found
+    found = [in_metres(matrix) if metres else matrix for matrix in result_matrices(places)]
     if at_least is not None:
         found = [matrix for matrix in (lasting(each, at_least) for each in found) if len(matrix.cases)]
         if not found:
