@@ -2,27 +2,10 @@
 
 from collections.abc import Mapping
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import MetricCard, Value, against_source
 from retarget_bench.api.comparison import Comparison, ContactLabels
 from retarget_bench.motion.contact import CONTACT_SPEED
 
-KINDS = {
-    "recall": (
-        "contact recall, by speed",
-        "share of {who}'s contact frames in which the foot is slow enough to be in contact",
-        "true contacts found / true contacts",
-    ),
-    "precision": (
-        "contact precision, by speed",
-        "share of the contact frames found that {who} has too",
-        "true contacts found / contacts found (0 where none is found)",
-    ),
-    "f1": (
-        "contact F1, by speed",
-        "harmonic mean of contact recall and precision, against {who}",
-        "2 * true contacts found / (contacts found + true contacts)",
-    ),
-}
 RULE = (
     f"found: |p(t) - p(t-1)| * fps / 30 < {CONTACT_SPEED:g} h; pooled over frames and joints, without the "
     "first frame, which has no speed; joints: foot and toe of both sides, where present, and the fore "
@@ -36,18 +19,17 @@ SOURCE_LABELS = (
 )
 
 
-def _value(kind: str, *, source: bool) -> Value:
-    label, meaning, share = KINDS[kind]
+def _value(id_: str, label: str, meaning: str, share: str) -> Value:
     return Value(
-        id=f"contact_{kind}_src" if source else f"contact_{kind}",
-        label=f"{label}, source" if source else label,
-        meaning=meaning.format(who="the source" if source else "the reference"),
+        id=id_,
+        label=label,
+        meaning=meaning,
         unit="1",
         better="higher",
-        formula=f"{share}; {SOURCE_LABELS if source else LABELS}; {RULE}",
-        source="the project's contact protocol; speed rule of SAN's foot fixing (0.003 heights per frame)",
+        formula=f"{share}; {LABELS}; {RULE}",
+        source_formula=f"{share}; {SOURCE_LABELS}; {RULE}",
+        source="the project's contact protocol by speed, as in SAN's foot fixing (0.003 heights per frame)",
         tolerance=1e-3,
-        needs=("source",) if source else ("reference",),
     )
 
 
@@ -58,33 +40,49 @@ class Contact:
         name="contact",
         summary="foot contacts found by speed: recall, precision and F1",
         version="1",
-        values=tuple(_value(kind, source=source) for source in (False, True) for kind in KINDS),
+        values=(
+            _value(
+                "contact_recall",
+                "contact recall, by speed",
+                "share of the reference's contact frames in which the foot is slow enough to be in contact",
+                "true contacts found / true contacts",
+            ),
+            _value(
+                "contact_precision",
+                "contact precision, by speed",
+                "share of the contact frames found that the reference has too",
+                "true contacts found / contacts found (0 where none is found)",
+            ),
+            _value(
+                "contact_f1",
+                "contact F1, by speed",
+                "harmonic mean of contact recall and precision, against the reference",
+                "2 * true contacts found / (contacts found + true contacts)",
+            ),
+        ),
     )
 
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out where the target has no feet or nothing is labelled a contact."""
         values: dict[str, float] = {}
-        for suffix, schedule in (
-            ("", comparison.contact_labels),
-            ("_src", comparison.source_contact_labels),
-        ):
-            if schedule is not None:
-                found = agreement(schedule)
-                values |= {f"contact_{kind}{suffix}": value for kind, value in found.items()}
+        if (labels := comparison.contact_labels) is not None:
+            values |= agreement(labels)
+        if (labels := comparison.source_contact_labels) is not None:
+            values |= {against_source(id_): number for id_, number in agreement(labels).items()}
         return values
 
 
-def agreement(schedule: ContactLabels) -> dict[str, float]:
+def agreement(labels: ContactLabels) -> dict[str, float]:
     """Recall, precision and F1 of the labels found, first frame left out; empty without true contacts."""
-    wanted, found = schedule.planted[1:], schedule.found[1:]
+    wanted, found = labels.planted[1:], labels.found[1:]
     true, claimed = int(wanted.sum()), int(found.sum())
     hits = int((wanted & found).sum())
     if true == 0:
         return {}
     return {
-        "recall": hits / true,
-        "precision": hits / claimed if claimed else 0.0,
-        "f1": 2 * hits / (claimed + true),
+        "contact_recall": hits / true,
+        "contact_precision": hits / claimed if claimed else 0.0,
+        "contact_f1": 2 * hits / (claimed + true),
     }
 
 

@@ -44,13 +44,13 @@ DEPTH = "depth: how far the lowest vertex of the body is below the ground under 
 GAP = (
     "gap: height over the ground of the lowest vertex of a foot (fore paws of dogs too; vertices that foot "
     "and toes move for the most part), 0 where it is below; pooled over feet and the frames in which a "
-    "contact joint of the foot is labelled planted (labels as contact_recall); left out where there is none"
+    "contact joint of the foot is labelled planted (labels as contact_recall); left out where "
+    "there is none"
 )
 PROJECT = "the project's definition: touch, penetration and floating of joints, measured on the skin"
 
 _value = partial(Value, better="lower", source=PROJECT, needs=("mesh",), tolerance=1e-2)
 _contact = partial(_value, needs=("reference", "mesh"))
-_metres = partial(_value, unit="m", tolerance=1e-4)
 
 
 class MeshContact:
@@ -68,13 +68,6 @@ class MeshContact:
                 "mean distance of the hand's skin from the skin that the reference's hand touches",
                 "% of height",
                 formula=f"100 * mean of gap / h; {PLACE}",
-            ),
-            _metres(
-                "mesh_contact_gap_m",
-                "mesh self-contact error, metres",
-                "mean distance of the hand's skin from the skin that the reference's hand touches, metres",
-                formula="as mesh_contact_gap_h in metres: not divided by h",
-                needs=("reference", "mesh"),
             ),
             _contact(
                 "mesh_contact_recall",
@@ -108,24 +101,12 @@ class MeshContact:
                 "% of height",
                 formula=f"100 * mean over frames of depth / h; {DEPTH}",
             ),
-            _metres(
-                "mesh_ground_penetration.mean_m",
-                "mesh ground penetration, metres",
-                "depth of the skin below the ground, mean over all frames, metres",
-                formula=f"mean over frames of depth; {DEPTH}",
-            ),
             _value(
                 "mesh_floating.mean_h",
                 "floating of soles",
                 "height of the sole over the ground while the foot should stand, mean",
                 "% of height",
                 formula=f"100 * mean of gap / h; {GAP}",
-            ),
-            _metres(
-                "mesh_floating.mean_m",
-                "floating of soles, metres",
-                "height of the sole over the ground while the foot should stand, mean, metres",
-                formula=f"mean of gap; {GAP}",
             ),
         ),
     )
@@ -137,7 +118,6 @@ class MeshContact:
         found = _touches(comparison) | _depths(comparison)
         gaps = _floating(comparison)
         if gaps.size:
-            found["mesh_floating.mean_m"] = float(gaps.mean())
             found["mesh_floating.mean_h"] = 100.0 * float(gaps.mean()) / comparison.height
         return found
 
@@ -156,7 +136,6 @@ def _depths(comparison: Comparison) -> dict[str, float]:
     return {
         "mesh_ground_penetration.rate": 100.0 * float((depth > LIMIT).mean()),
         "mesh_ground_penetration.mean_h": 100.0 * float(depth.mean()) / comparison.height,
-        "mesh_ground_penetration.mean_m": float(depth.mean()),
     }
 
 
@@ -242,7 +221,6 @@ def _touches(comparison: Comparison) -> dict[str, float]:
         ]
     )
     if gaps.size:
-        values["mesh_contact_gap_m"] = float(gaps.mean())
         values["mesh_contact_gap_h"] = 100.0 * float(gaps.mean()) / comparison.height
         values["mesh_contact_recall"] = float((gaps <= KEPT * comparison.height).mean())
     found = patches(comparison.target, predicted, NEAR * comparison.height)

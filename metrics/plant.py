@@ -1,15 +1,14 @@
 """Foot contacts by position: whether a foot in contact stays at its place and height.
 
-``contact`` tests the speed alone, so a foot that slides slowly counts as in contact there.
+Contacts by speed, by which a foot that slides slowly counts as in contact, are a metric of their own.
 """
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Direction, MetricCard, Value, against_source
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import runs
@@ -57,53 +56,73 @@ JOINTS = (
     "the fore paws of four-legged targets"
 )
 SOURCE = (
-    f"the project's plant protocol; why {RADIUS:g} h: the circle measures one per cent of the height, 17 "
+    f"the project's contact protocol; why {RADIUS:g} h: the circle measures one per cent of the height, 17 "
     "mm on an adult, and viewers noticed feet that slid by less than 21 mm (Pražák, Hoyet and O'Sullivan "
     "2011); up and down it is about the centimetre that the ground values let pass"
 )
 
 
-def _values(who: str) -> tuple[Value, ...]:
-    """The four values against the reference or the source."""
-    suffix, label = ("_src", ", source") if who == "source" else ("", "")
-    rule = f"{PLANT}; {LABELS[who]}; {STAYS}{HEIGHTS[who]}"
-    value = partial(Value, source=SOURCE, needs=(who, "ground"))
-    share = partial(value, unit="1", better="higher", tolerance=1e-3)
-    return (
-        share(
-            f"plant_recall{suffix}",
-            f"contact recall{label}",
-            f"share of the {who}'s contact frames in which the foot stays in place, too, and as high",
-            formula=f"frames kept / frames of all plants; {rule}; kept of a plant: the most frames that "
-            f"lie within {RADIUS:g} h of the place in one of them and have their {OVER}, within "
-            f"{LEVEL:g} h of the {who}'s in that frame; {JOINTS}",
-        ),
-        share(
-            f"plant_precision{suffix}",
-            f"contact precision{label}",
-            f"share of the frames with a foot at rest in which the {who}'s foot is, too",
-            formula="right contacts / contacts (0 where there is none, left out where nothing of the "
-            f"{who} is one either); contact: the joint stays, and its {OVER}, is at most {LEVEL:g} h more "
-            f"than the {who} has the same joint, of either side, anywhere planted; right: the label says "
-            f"planted or pivoting, or it is a contact of the {who} itself; {rule}; {JOINTS}",
-        ),
-        share(
-            f"plant_f1{suffix}",
-            f"contact F1{label}",
-            f"harmonic mean of contact recall and precision, against the {who}",
-            formula="2 * recall * precision / (recall + precision), 0 where both are 0; left out where "
-            f"plant_precision{suffix} is",
-        ),
-        value(
-            f"plant_drift{suffix}",
-            f"contact drift{label}",
-            f"horizontal distance that a foot travels while the {who}'s stays in contact",
-            unit="% of height",
-            better="lower",
-            formula=f"100 / h * mean over plants of the largest distance between two places; {rule}",
-            tolerance=1e-4,
-        ),
+def _value(
+    id_: str,
+    label: str,
+    meaning: str,
+    formula: str,
+    unit: str = "1",
+    better: Direction = "higher",
+    tolerance: float = 1e-3,
+) -> Value:
+    """A value against the reference and against the source. In its formula ``{who}`` is the one that the
+    answer is compared with, ``{rule}`` the words used, ``{_src}`` the end of ids against the source."""
+    rules = {who: f"{PLANT}; {LABELS[who]}; {STAYS}{HEIGHTS[who]}" for who in LABELS}
+    return Value(
+        id_,
+        label,
+        meaning,
+        unit,
+        better,
+        formula=formula.format(who="reference", rule=rules["reference"], _src=""),
+        source_formula=formula.format(who="source", rule=rules["source"], _src=against_source("")),
+        source=SOURCE,
+        tolerance=tolerance,
+        needs=("reference", "ground"),
     )
+
+
+VALUES = (
+    _value(
+        "plant_recall",
+        "contact recall",
+        "share of the reference's contact frames in which the foot stays in place, too, and as high",
+        "frames kept / frames of all plants; {rule}; kept of a plant: the most frames that "
+        f"lie within {RADIUS:g} h of the place in one of them and have their {OVER}, within "
+        f"{LEVEL:g} h of the {{who}}'s in that frame; {JOINTS}",
+    ),
+    _value(
+        "plant_precision",
+        "contact precision",
+        "share of the frames with a foot at rest in which the reference's foot is, too",
+        "right contacts / contacts (0 where there is none, left out where nothing of the "
+        f"{{who}} is one either); contact: the joint stays, and its {OVER}, is at most {LEVEL:g} h more "
+        "than the {who} has the same joint, of either side, anywhere planted; right: the label says "
+        f"planted or pivoting, or it is a contact of the {{who}} itself; {{rule}}; {JOINTS}",
+    ),
+    _value(
+        "plant_f1",
+        "contact F1",
+        "harmonic mean of contact recall and precision, against the reference",
+        "2 * recall * precision / (recall + precision), 0 where both are 0; left out where "
+        "plant_precision{_src} is",
+    ),
+    _value(
+        "plant_drift",
+        "contact drift",
+        "horizontal distance that a foot travels while the reference's stays in contact",
+        "100 / h * mean over plants of the largest distance between two places; {rule}",
+        unit="% of height",
+        better="lower",
+        tolerance=1e-4,
+    ),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,16 +152,17 @@ class Plant:
         name="plant",
         summary="foot contacts by position: recall, precision, F1 and drift",
         version="2",
-        values=(*_values("reference"), *_values("source")),
+        values=VALUES,
     )
 
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out where the target has no feet and where nothing is planted."""
         values: dict[str, float] = {}
-        for suffix, wanted in (("", of_reference(comparison)), ("_src", of_source(comparison))):
-            if wanted is not None and wanted.plants:
-                found = _agreement(comparison, wanted)
-                values |= {f"plant_{name}{suffix}": number for name, number in found.items()}
+        if (wanted := of_reference(comparison)) is not None and wanted.plants:
+            values |= _agreement(comparison, wanted)
+        if (wanted := of_source(comparison)) is not None and wanted.plants:
+            found = _agreement(comparison, wanted)
+            values |= {against_source(id_): number for id_, number in found.items()}
         return values
 
 
@@ -157,16 +177,19 @@ def _agreement(comparison: Comparison, wanted: Wanted) -> dict[str, float]:
         kept += most
         extents.append(extent)
     recall = kept / int(wanted.planted.sum())
-    values = {"recall": recall, "drift": 100.0 * float(np.mean(extents))}
+    values = {"plant_recall": recall, "plant_drift": 100.0 * float(np.mean(extents))}
     planted = np.where(wanted.planted, wanted.over, -np.inf)
     highest = _of_like_joints(comparison.target, wanted.joints, planted, np.max)
     found = _stays(mine, comparison.fps) & (over <= highest + LEVEL)
     right = wanted.stays & (wanted.over <= highest + LEVEL)
     if found.any() or right.any():
         hits = int((found & (wanted.planted | wanted.pivoting | right)).sum())
-        values["precision"] = hits / max(int(found.sum()), 1)
-        both = recall + values["precision"]
-        values["f1"] = 2.0 * recall * values["precision"] / both if both else 0.0
+        precision = hits / max(int(found.sum()), 1)
+        both = recall + precision
+        values |= {
+            "plant_precision": precision,
+            "plant_f1": 2.0 * recall * precision / both if both else 0.0,
+        }
     return values
 
 

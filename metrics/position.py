@@ -55,15 +55,6 @@ class Position:
                 index="joint",
             ),
             _value(
-                "mpjpe_m",
-                "MPJPE in metres",
-                "mean joint position error in metres, with root translation",
-                unit="m",
-                formula="mean over frames and joints of |p - g|; no alignment; joints as mpjpe_h.world",
-                source="mpjpe_m as printed for SMPL bodies: global, not aligned",
-                protocol=protocol(divided_by="1"),
-            ),
-            _value(
                 "ee_h.world",
                 "end-effector error",
                 "mean position error of head, hands, feet and toes, with root translation",
@@ -109,12 +100,10 @@ class Position:
         joints, names = comparison.joints, comparison.target.skeleton.names
         scale = 100.0 / comparison.height
         by_joint = centred[:, joints].mean(axis=0) * scale
-        metres = float(world[:, joints].mean())
         values: dict[str, float | Mapping[str, float]] = {
-            "mpjpe_h.world": metres * scale,
+            "mpjpe_h.world": float(world[:, joints].mean()) * scale,
             "mpjpe_h.root": float(by_joint.mean()),
             "mpjpe_h.joint": {names[j]: float(v) for j, v in zip(joints, by_joint, strict=True)},
-            "mpjpe_m": metres,
         }
         if ends := comparison.target.joints(END_EFFECTORS):
             values["ee_h.world"] = float(world[:, ends].mean()) * scale

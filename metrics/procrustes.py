@@ -65,16 +65,6 @@ class Procrustes:
                 f"as pa_mpjpe.similarity with one fit for all frames of the clip; {SIMILAR}",
             ),
             Value(
-                id="pa_mpjpe_m",
-                label="PA-MPJPE in metres",
-                meaning="mean joint position error in metres after a rigid alignment of each frame",
-                unit="m",
-                better="lower",
-                formula="pa_mpjpe.rigid in metres: not divided by h",
-                source=f"{SOURCE}; printed for SMPL bodies, where rigid or similar is not said",
-                protocol=protocol(divided_by="1", placed=FITS["rigid"]),
-            ),
-            Value(
                 id="pa_acc",
                 label="PA acceleration error",
                 meaning="mean difference of joint accelerations after one rigid alignment of the clip",
@@ -120,7 +110,6 @@ class Procrustes:
             "pa_mpjpe.similarity": frames[1] * scale,
             "pa_mpjpe.rigid_clip": clip[0] * scale,
             "pa_mpjpe.similarity_clip": clip[1] * scale,
-            "pa_mpjpe_m": frames[0],
         }
         if comparison.frames > 2:
             turn = fits(*whole)[0][0]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import MetricCard, Value, against_source
 from retarget_bench.api.comparison import RATE, Comparison, ContactLabels, steps
 
 DEFINITION = (
@@ -21,25 +21,23 @@ SCALES = {
 }
 
 
-def _value(suffix: str, *, source: bool) -> Value:
+def _value(suffix: str) -> Value:
     unit, scale = SCALES[suffix]
-    labels = "contact_recall_src" if source else "contact_recall"
+    rule = f"{DEFINITION} {scale}; joints and true labels as"
+    end = f"{FIRST}; left out where no joint is labelled planted in two frames in a row"
     return Value(
-        id=f"foot_slide{suffix}_src" if source else f"foot_slide{suffix}",
-        label="foot skating" + (", by height" if suffix else "") + (", source" if source else ""),
+        id=f"foot_slide{suffix}",
+        label="foot skating" + (", by height" if suffix else ""),
         meaning=(
             f"mean horizontal speed of the feet{', in heights,' if suffix else ''} during contacts of the "
-            f"{'source' if source else 'reference'}"
+            "reference"
         ),
         unit=unit,
         better="lower",
-        formula=(
-            f"{DEFINITION} {scale}; joints and true labels as {labels}; {FIRST}; left out where no joint "
-            "is labelled planted in two frames in a row"
-        ),
+        formula=f"{rule} contact_recall; {end}",
+        source_formula=f"{rule} contact_recall_src; {end}",
         source="mean horizontal displacement during true contacts, per frame as animation papers state it",
         tolerance=1e-4,
-        needs=("source",) if source else ("reference",),
     )
 
 
@@ -50,28 +48,29 @@ class Slide:
         name="slide",
         summary="foot skating: speed of the feet during contacts",
         version="1",
-        values=tuple(_value(suffix, source=source) for source in (False, True) for suffix in SCALES),
+        values=tuple(map(_value, SCALES)),
     )
 
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out where the target has no feet or no contact lasts two frames."""
-        values: dict[str, float] = {}
-        for suffix, schedule in (
-            ("", comparison.contact_labels),
-            ("_src", comparison.source_contact_labels),
-        ):
-            if schedule is not None and (slide := _slide(comparison, schedule)) is not None:
-                values[f"foot_slide{suffix}"] = 100.0 * slide
-                values[f"foot_slide_h{suffix}"] = 100.0 * RATE * slide / comparison.height
-        return values
+        values = _scaled(comparison, comparison.contact_labels)
+        against = _scaled(comparison, comparison.source_contact_labels)
+        return values | {against_source(id_): number for id_, number in against.items()}
 
 
-def _slide(comparison: Comparison, schedule: ContactLabels) -> float | None:
+def _scaled(comparison: Comparison, labels: ContactLabels | None) -> dict[str, float]:
+    """Both values with these labels; empty where there is none."""
+    if labels is None or (slide := _slide(comparison, labels)) is None:
+        return {}
+    return {"foot_slide": 100.0 * slide, "foot_slide_h": 100.0 * RATE * slide / comparison.height}
+
+
+def _slide(comparison: Comparison, labels: ContactLabels) -> float | None:
     """Metres per frame of 30 per second; None where no contact lasts two frames."""
-    stands = schedule.planted[1:] & schedule.planted[:-1]
+    stands = labels.planted[1:] & labels.planted[:-1]
     if not stands.any():
         return None
-    moved = steps(comparison.predicted[:, schedule.joints], comparison.fps)[stands]
+    moved = steps(comparison.predicted[:, labels.joints], comparison.fps)[stands]
     return float(np.hypot(moved[:, 0], moved[:, 2]).mean())
 
 

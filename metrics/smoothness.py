@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import MetricCard, Value, against_source
 from retarget_bench.api.comparison import RATE, Comparison, squared_length
 
 STILL = 0.1
@@ -35,29 +35,25 @@ def _size(order: int) -> Value:
     )
 
 
-def _ratio(order: int, *, source: bool) -> Value:
+def _ratio(order: int) -> Value:
     name, letter = NAMES[order], SIZES[order][0]
-    other = "source" if source else "reference"
-    if source:
-        ratio = (
-            f"{letter}/h of the prediction / {letter}/h of the source, over joints "
-            "with one role in both, each with its own h"
-        )
-    else:
-        ratio = f"{letter} of the prediction / {letter} of the reference, {JOINTS}"
+    short = f"{SIZES[order]}; {SHORT[order]} and where the"
+    still = f"'s is below {STILL:g} heights/s^{order} (a still clip)"
     return Value(
-        id=f"{name}_ratio_src" if source else f"{name}_ratio",
-        label=f"{name} ratio, source" if source else f"{name} ratio",
-        meaning=f"mean {name} over the {other}'s: above 1 is jittery, below 1 is over-smoothed",
+        id=f"{name}_ratio",
+        label=f"{name} ratio",
+        meaning=f"mean {name} over the reference's: above 1 is jittery, below 1 is over-smoothed",
         unit="1",
         better="target",
         formula=(
-            f"{ratio}; {SIZES[order]}; {SHORT[order]} and where the {other}'s is below {STILL:g} "
-            f"heights/s^{order} (a still clip)"
+            f"{letter} of the prediction / {letter} of the reference, {JOINTS}; {short} reference{still}"
+        ),
+        source_formula=(
+            f"{letter}/h of the prediction / {letter}/h of the source, over joints with one role in both, "
+            f"each with its own h; {short} source{still}"
         ),
         source=FIELD,
         tolerance=1e-3,
-        needs=("source",) if source else ("reference",),
     )
 
 
@@ -81,10 +77,8 @@ class Smoothness:
                 ),
                 source="acc as printed for SMPL bodies: second finite differences, global, not aligned",
             ),
-            _ratio(3, source=False),
-            _ratio(2, source=False),
-            _ratio(3, source=True),
-            _ratio(2, source=True),
+            _ratio(3),
+            _ratio(2),
             _size(3),
             _size(2),
             Value(
@@ -115,12 +109,13 @@ class Smoothness:
                 error = np.diff(comparison.offsets[:, joints], n=2, axis=0)
                 values["acc"] = float(np.sqrt(squared_length(error)).mean()) * (fps / RATE) ** 2
             true = _sizes(comparison.expected[:, joints], fps)
-            values |= _ratios(own, joints, height, true, height, "_ratio")
+            values |= _ratios(own, joints, height, true, height)
         source, roles = comparison.case.source, comparison.target.roles
         at_source, at_target = comparison.shared([role for j in joints if (role := roles[j]) is not None])
         if at_source and (source_height := float(source.character.height)) > 0:
             theirs = _sizes(source.positions[:, at_source], fps)
-            values |= _ratios(own, at_target, height, theirs, source_height, "_ratio_src")
+            found = _ratios(own, at_target, height, theirs, source_height)
+            values |= {against_source(id_): number for id_, number in found.items()}
         return values
 
 
@@ -130,14 +125,13 @@ def _ratios(
     height: float,
     other: Mapping[int, np.ndarray],
     other_height: float,
-    suffix: str,
 ) -> dict[str, float]:
     """Ratios of the means over joints, in heights; left out where the other side is still."""
     found = {}
     for order, size in other.items():
         below = float((size / other_height).mean())
         if below >= STILL:
-            found[NAMES[order] + suffix] = float((own[order][joints] / height).mean()) / below
+            found[f"{NAMES[order]}_ratio"] = float((own[order][joints] / height).mean()) / below
     return found
 
 

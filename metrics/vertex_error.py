@@ -29,23 +29,9 @@ PAPER = "Correspondence-free online human motion retargeting (2023), section 4"
 _value = partial(Value, better="lower", needs=("reference", "mesh"))
 
 
-def _distance(id_: str, label: str, meaning: str, mean: str, why: str) -> tuple[Value, Value]:
-    """A mean distance in per cent of the height and in metres."""
-    stem, _, variant = id_.partition(".")
-    named = f"{stem}_m.{variant}" if variant else f"{stem}_m"
-    return (
-        _value(
-            id_ if variant else f"{stem}_h",
-            label,
-            meaning,
-            "% of height",
-            formula=f"100 * {mean} / h; {POINTS}",
-            source=why,
-        ),
-        _value(
-            named, f"{label}, metres", f"{meaning}, in metres", "m", formula=f"{mean}; {POINTS}", source=why
-        ),
-    )
+def _distance(id_: str, label: str, meaning: str, mean: str, why: str) -> Value:
+    """A mean distance in per cent of the height."""
+    return _value(id_, label, meaning, "% of height", formula=f"100 * {mean} / h; {POINTS}", source=why)
 
 
 class VertexError:
@@ -57,14 +43,14 @@ class VertexError:
         version="1",
         tasks=("points",),
         values=(
-            *_distance(
-                "mpvd",
+            _distance(
+                "mpvd_h",
                 "MPVD",
                 "mean distance of the mesh's vertices from the reference's, with root translation",
                 "mean over frames and vertices of |p - g|",
                 f"MPVD: {PAPER}",
             ),
-            *_distance(
+            _distance(
                 "pa_mpvd.rigid",
                 "PA-MPVD, rigid",
                 "mean vertex distance after a rigid alignment of each frame",
@@ -72,7 +58,7 @@ class VertexError:
                 "least sum of squares",
                 f"PA-MPVD: {PAPER}, where rigid or similar is not said",
             ),
-            *_distance(
+            _distance(
                 "pa_mpvd.similarity",
                 "PA-MPVD",
                 "mean vertex distance after a similarity alignment (with scale) of each frame",
@@ -80,8 +66,8 @@ class VertexError:
                 "the least sum of squares",
                 f"PA-MPVD: {PAPER}, where rigid or similar is not said",
             ),
-            *_distance(
-                "medl",
+            _distance(
+                "medl_h",
                 "MEDL",
                 "mean difference of the distances between neighbouring vertices from the reference's",
                 f"mean over frames t and (i, j) in E(t) of ||p_i - p_j| - |g_i - g_j||; {EDGES}",
@@ -117,29 +103,19 @@ class VertexError:
             return {}
         rigid, similar = residuals(predicted, expected)
         metres = {
-            "mpvd": _mean_length(predicted - expected),
+            "mpvd_h": _mean_length(predicted - expected),
             "pa_mpvd.rigid": rigid,
             "pa_mpvd.similarity": similar,
         }
         reference = comparison.case.reference
         if predicted.shape[1] > NEIGHBOURS and reference is not None:
-            metres["medl"] = _edge_difference(predicted, expected, _neighbours(reference, expected))
-        values = _in_both_units(metres, comparison.height)
+            metres["medl_h"] = _edge_difference(predicted, expected, _neighbours(reference, expected))
+        values = {id_: 100.0 * distance / comparison.height for id_, distance in metres.items()}
         if comparison.frames > 2:
             scale = (comparison.fps / RATE) ** 2
             values["vertex_acc"] = _acceleration(predicted - expected) * scale
             values["pa_vertex_acc.rigid"] = _acceleration(_fitted(predicted, expected) - expected) * scale
         return values
-
-
-def _in_both_units(metres: Mapping[str, float], height: float) -> dict[str, float]:
-    """``mpvd`` as ``mpvd_h`` and ``mpvd_m``, ``pa_mpvd.rigid`` as itself and ``pa_mpvd_m.rigid``."""
-    found = {}
-    for id_, value in metres.items():
-        stem, dot, variant = id_.partition(".")
-        found[id_ if dot else f"{stem}_h"] = 100.0 * value / height
-        found[f"{stem}_m{dot}{variant}"] = value
-    return found
 
 
 def _mean_length(vectors: np.ndarray) -> float:

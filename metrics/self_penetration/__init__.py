@@ -89,15 +89,6 @@ class SelfPenetration:
                 source=WINDING,
             ),
             _value(
-                "self_penetration.depth_m",
-                "self-penetration depth, metres",
-                "depth of the deepest limb vertex in the rest of the body, mean over frames, in metres",
-                unit="m",
-                formula="as self_penetration.depth_h in metres: not divided by h",
-                source=WINDING,
-                tolerance=1e-4,
-            ),
-            _value(
                 "star_penetration",
                 "penetration rate by normals",
                 "share of limb vertices behind the nearest body vertex's tangent plane; wrong at rest",
@@ -139,7 +130,6 @@ class SelfPenetration:
             "self_penetration": float(share.mean()),
             "self_penetration.over_rest": float(_shares(parts, beyond).mean()),
             "self_penetration.depth_h": 100.0 * depth / comparison.height,
-            "self_penetration.depth_m": depth,
         }
         true = _reference_shares(comparison, step)
         if true is not None:

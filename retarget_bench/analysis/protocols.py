@@ -34,6 +34,10 @@ only under the same id.
   – a description that is not ranked.
 - A value that is undefined for a case is left out for that case, never set to 0 or infinity. The formula
   says when.
+- *Against the source* some values exist, too, for data without references: a table shows those that have no
+  number against a reference by themselves, and all of them under `--against source`.
+- In metres values in per cent of the height are shown by `--unit m`: the number of a case times the height
+  of its target, then means as ever.
 - *Tolerance*: the change of a value that a comparison of two runs ignores.
 """
 _MARKUP = re.compile(r"[`<\[\]\\]|\*(?=\S)")
@@ -73,6 +77,7 @@ def _definition(value: Value) -> str:
         "",
         f"- Column: {value.label}; unit: {value.unit}; best: {_best(value)}",
         *_formula(value.formula),
+        *_against_source(value),
         f"- Source: {value.source}",
         f"- Needs: {', '.join(value.needs) or 'the prediction alone'}",
         f"- Tolerance: {value.tolerance:g}",
@@ -82,6 +87,12 @@ def _definition(value: Value) -> str:
     if value.with_self:
         facts.append("- In the intra group this value counts the pairs of a character with itself too")
     return f"### {value.id}\n\n" + "\n".join(facts)
+
+
+def _against_source(value: Value) -> list[str]:
+    """The line of a value that also exists against the source."""
+    formula = _MARKUP.sub(r"\\\g<0>", value.source_formula)
+    return [f"- Against the source (`bench table --against source`): {formula}"] if formula else []
 
 
 def _best(value: Value) -> str:

@@ -17,6 +17,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics, timing
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.metres import in_metres
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
 
@@ -133,6 +134,7 @@ def split_summaries(
     at_least: int | None = None,
     *,
     select: Selection | None = None,
+    metres: bool = False,
 ) -> list[SplitSummary]:
     """The results at these places, by data set and split, in the order of the data set.
 
@@ -141,10 +143,11 @@ def split_summaries(
         point of curves over it: ``second``, ``threshold``.
     at_least: only of the cases that last so many seconds.
     select: only some methods; one section per group of bodies.
+    metres: values in per cent of the height in metres, see ``results.metres``.
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
-    Raises BenchError where results lack the metadata of the breakdown, or the durations of cases.
+    Raises BenchError where results lack the metadata of the breakdown, heights, or the durations of cases.
     """
-    found = result_matrices(places)
+    found = [in_metres(matrix) if metres else matrix for matrix in result_matrices(places)]
     if at_least is not None:
         found = [matrix for matrix in (lasting(each, at_least) for each in found) if len(matrix.cases)]
         if not found:

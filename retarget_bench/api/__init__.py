@@ -48,6 +48,7 @@ from retarget_bench.api.metrics import Sample as Sample
 from retarget_bench.api.metrics import SetMetric as SetMetric
 from retarget_bench.api.metrics import Stretches as Stretches
 from retarget_bench.api.metrics import Value as Value
+from retarget_bench.api.metrics import against_source as against_source
 from retarget_bench.api.metrics import protocol as protocol
 from retarget_bench.motion.ground import Ground as Ground
 from retarget_bench.motion.motion import Motion as Motion

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,6 +17,11 @@ Direction = Literal["lower", "higher", "target", "none"]
 LARGEST_OF = {"% of frames": 100.0, "% of clips": 100.0, "degrees": 180.0}
 """Unit -> the largest number that it allows."""
 ROUNDING = 1e-6
+
+
+def against_source(value_id: str) -> str:
+    """The id under which a value against the source is stored, beside that against the reference."""
+    return f"{value_id}_src"
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,8 @@ class Value:
     doubt:     the id of a value, in per cent, that says in how many cases the reference itself is beyond
                what this value allows; where these are too many, nobody is ranked by it. "": none.
     least, most: what no number can be below or above; None: what unit and direction say (``bounds``).
+    source_formula: of a value that also exists against the source, which needs no reference: its formula
+               there; "": there is none. It is computed and stored beside this one (``from_source``).
     """
 
     id: str
@@ -58,6 +65,22 @@ class Value:
     doubt: str = ""
     least: float | None = None
     most: float | None = None
+    source_formula: str = ""
+
+    @property
+    def from_source(self) -> Value | None:
+        """The same value with the source in the reference's place; None where there is none."""
+        if not self.source_formula:
+            return None
+        return replace(
+            self,
+            id=against_source(self.id),
+            label=f"{self.label}, source",
+            meaning=self.meaning.replace("reference", "source"),
+            formula=self.source_formula,
+            needs=tuple("source" if need == "reference" else need for need in self.needs),
+            source_formula="",
+        )
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -94,6 +117,7 @@ def protocol(
 class MetricCard:
     """A family of values that are computed together; ``version`` moves when any number does.
 
+    values: as they are declared and listed. ``computed`` has those against the source, too.
     tasks: those whose plain runs it takes part in.
     kind:  ``case`` (a ``Metric``) or ``set`` (a ``SetMetric``); "": what its methods say.
     """
@@ -104,6 +128,12 @@ class MetricCard:
     values: tuple[Value, ...]
     tasks: tuple[str, ...] = TASKS[:1]
     kind: Literal["", "case", "set"] = ""
+
+    @property
+    def computed(self) -> tuple[Value, ...]:
+        """Every value that results may hold a number of: those declared, then those against the source."""
+        twins = (value.from_source for value in self.values)
+        return (*self.values, *(twin for twin in twins if twin is not None))
 
 
 class Metric(Protocol):

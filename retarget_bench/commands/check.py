@@ -137,8 +137,7 @@ def _criteria(columns: str | None, worse_only: bool, tolerances: tuple[str, ...]
             )
         number = float(found["number"])
         tolerance = Tolerance(0.0, number / 100) if found["share"] else Tolerance(number, 0.0)
-        values = names.meant(found["name"], known) if found["name"] else [""]
-        allowed |= dict.fromkeys(values, tolerance)
+        allowed[names.value_id(found["name"], known) if found["name"] else ""] = tolerance
     values = [] if columns is None else names.value_ids(options.ids(columns), known)
     if columns is not None and not values:
         raise BenchError("--columns names no value; leave it out for all of them")

@@ -98,7 +98,6 @@ def info(name: str | None, protocols: bool) -> None:
 def _described(name: str) -> list[list[str]]:
     """The lines about what a name stands for: plug-ins, or else values of metrics, by id, label or family.
 
-    Before a plug-in stand the values of others that have its name as their label (``FID``).
     Raises BenchError where it stands for nothing.
     """
     from retarget_bench.tables import names
@@ -119,9 +118,7 @@ def _described(name: str) -> list[list[str]]:
     asked = [(kind, spec.alone) for kind in kinds]
     if spec.posts:
         asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
-    values = [key for key in names.labelled(name, known) if known[key].metric != spec.name]
-    described = [_value_of(known[key].metric, key) for key in values]
-    return [*described, *(description(kind, each) for kind, each in asked)]
+    return [description(kind, each) for kind, each in asked]
 
 
 def _value_of(metric: str, value_id: str) -> list[str]:
@@ -221,6 +218,7 @@ def _value(value: Any) -> list[str]:
         f"unit {value.unit}; {better if value.better != 'none' else 'a description, never ranked'}{curve}",
         f"needs {', '.join(value.needs) or 'nothing but the prediction'}",
         f"formula: {value.formula}",
+        *([f"against the source (--against source): {value.source_formula}"] * bool(value.source_formula)),
         f"source: {value.source}",
     ]
     return ["", *_wrapped(value.meaning, f"{value.id}: "), *(x for f in facts for x in _wrapped(f, "  "))]

@@ -41,6 +41,14 @@ BREAKDOWNS = (
 @click.option("--columns", metavar="ID,ID", help="Value ids to show (bench info METRIC lists them).")
 @click.option("--all", "everything", is_flag=True, help="Show every value.")
 @click.option(
+    "--against",
+    type=click.Choice(["source"]),
+    help="Show the values against the source instead of those against the reference.",
+)
+@click.option(
+    "--unit", type=click.Choice(["m"]), help="Show metres instead of per cent of the target's height."
+)
+@click.option(
     "--by",
     type=click.Choice(BREAKDOWNS),
     help="Break values down: a line per pair, clip, kind of performance, structure, level of a task, "
@@ -76,6 +84,8 @@ def command(
     roots: tuple[Path, ...],
     columns: str | None,
     everything: bool,
+    against: Any,
+    unit: Any,
     by: Any,
     task: str,
     at_least: int | None,
@@ -93,9 +103,11 @@ def command(
     MPJPE, contact recall and FID on all splits, for people; -s SPLIT has more columns of one. While
     a run is going on, the cases that all methods have done.
     """
-    if paper is not None and (columns is not None or everything or by or at_least or choice["splits"]):
+    own = everything or by or at_least or choice["splits"] or against or unit
+    if paper is not None and (columns is not None or own):
         raise BenchError(
-            "--paper has columns and splits of its own; leave --columns, --all, --by, --at-least and -s"
+            "--paper has columns and splits of its own; leave --columns, --all, --against, --unit, --by, "
+            "--at-least and -s"
         )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
@@ -109,7 +121,8 @@ def command(
         what = "results of probes" if probes else "results"
         places = options.results(roots or (Path("runs"),), dataset, task, maker, what)
         everything = everything or (probes and columns is None)
-        made = requested.tables(places, _request(task, columns, everything, by, at_least, **choice), form)
+        asked = _request(task, columns, everything, by, at_least, against=against, unit=unit, **choice)
+        made = requested.tables(places, asked, form)
     options.write_out(_drawn(made, form, intervals, notes, output is None), output)
 
 
@@ -149,6 +162,8 @@ def _request(
     by: Any,
     at_least: int | None,
     *,
+    against: Any,
+    unit: Any,
     splits: tuple[str, ...],
     methods: tuple[str, ...],
     variants: bool,
@@ -166,6 +181,8 @@ def _request(
         splits=splits,
         bodies=bodies or "",
         select=_selection(methods, variants=variants or not plain, controls=controls, apart=plain),
+        against=against or "",
+        unit=unit or "",
     )
 
 

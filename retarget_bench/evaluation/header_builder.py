@@ -111,7 +111,7 @@ def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, Declared
     return {
         value.id: DeclaredValue.of(value, metric.card.name)
         for metric in asked
-        for value in metric.card.values
+        for value in metric.card.computed
     }
 
 

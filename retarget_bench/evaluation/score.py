@@ -67,7 +67,7 @@ def score(
     comparison = compared(case, prediction)
     found = Scored()
     for metric in metrics:
-        applicable = {value.id for value in metric.card.values if not missing(value, case, prediction)}
+        applicable = {value.id for value in metric.card.computed if not missing(value, case, prediction)}
         if not applicable:
             continue
         try:
@@ -127,7 +127,7 @@ def _values(metric: Metric, comparison: Comparison, applicable: Collection[str])
     found = metric.compute(comparison)
     if not isinstance(found, Mapping):
         raise BenchError(f"gave {kind(found)} instead of numbers by the ids of values")
-    declared = {value.id: value for value in metric.card.values}
+    declared = {value.id: value for value in metric.card.computed}
     if unknown := [key for key in found if key not in declared]:
         raise BenchError(f"gave {unknown[0]!r}, a value that its card does not declare")
     wanted = {declared[key].id: each for key, each in found.items() if key in applicable}

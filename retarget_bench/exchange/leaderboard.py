@@ -88,7 +88,7 @@ def _costs(cards: Mapping[str, Card], left_out: Sequence[str]) -> Table:
         for label, each in named
     ]
     notes = (*(_credit(label, each) for label, each in named), *left_out)
-    return Table("cost, as submitted", (Group("", "", COSTS, (), tuple(rows)),), notes)
+    return Table("cost, as submitted", (Group("", "", COSTS, (), tuple(rows)),), notes=notes)
 
 
 def _cell(number: float | str) -> Cell:

@@ -99,7 +99,7 @@ def _declarations(header: ResultHeader, task: str) -> Iterator[str]:
             if usual and task in optional.metric_tasks(metric):
                 yield f"there are no values of {name}; score all metrics"
             continue
-        for value in metric.card.values:
+        for value in metric.card.computed:
             said, ours = header.declared.get(value.id), DeclaredValue.of(value, name)
             if said is None and name not in others:
                 yield f"the header lacks {value.id} of {name}"
@@ -110,7 +110,7 @@ def _declarations(header: ResultHeader, task: str) -> Iterator[str]:
 # ------------------------------------------------------------------------------------------- possible
 def _allowed(metric: Metric | SetMetric, name: str, number: float) -> bool:
     """Whether a metric can give such a number of a value."""
-    return abs(number) < LARGEST and all(v.allows(number) for v in metric.card.values if v.id == name)
+    return abs(number) < LARGEST and all(v.allows(number) for v in metric.card.computed if v.id == name)
 
 
 def _impossible(rows: Rows) -> Iterator[str]:

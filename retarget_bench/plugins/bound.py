@@ -222,7 +222,7 @@ def declared_values(found: Iterable[Metric | SetMetric]) -> dict[str, Value]:
     """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
     declared: dict[str, tuple[str, Value]] = {}
     for metric in found:
-        for value in metric.card.values:
+        for value in metric.card.computed:
             if value.id in declared:
                 raise BenchError(
                     f"metrics {declared[value.id][0]!r} and {metric.card.name!r} both declare {value.id!r}"

@@ -12,7 +12,7 @@ from retarget_bench.analysis.pairwise import PairwiseComparison
 from retarget_bench.errors import BenchError
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
 from retarget_bench.tables import names
-from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, stand_in
+from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries, stand_in
 from retarget_bench.tables.groups import failed, lacking_beside
 
 Pair = tuple[MethodRow | None, MethodRow | None]
@@ -89,10 +89,8 @@ def _values(matrix: ResultMatrix, wanted: Sequence[str] | None, everything: bool
     """Value ids to compare on a split: those asked for, all, or the columns of a table."""
     there = list(dict.fromkeys(value for value, index in matrix.keys if not index))
     if everything:
-        return there
-    if wanted is not None:
-        return [key for key in wanted if key in matrix.values]
-    shown = (stand_in(key, there) for key in DEFAULT_COLUMNS)
+        wanted = entries(there)
+    shown = (stand_in(key, there) for key in (DEFAULT_COLUMNS if wanted is None else wanted))
     return [key for key in shown if key in there]
 
 

@@ -100,8 +100,7 @@ def default_metrics(task: str, tell: Tell) -> tuple[str, ...]:
 def metric_names(asked: Sequence[str]) -> tuple[str, ...]:
     """The metrics of these names: their own, or labels, ids and families of their values (``MPJPE``).
 
-    A name that is a metric's own and the label of another one's value means both. What is neither is given
-    back: the registry answers it.
+    What is neither is given back: the registry answers it.
     """
     if not asked:
         return ()
@@ -110,10 +109,8 @@ def metric_names(asked: Sequence[str]) -> tuple[str, ...]:
     for each in asked:
         plug_in = registry.spelled(each, ("metrics",))
         own = plug_in.partition("[")[0] in plug_ins
-        values = names.labelled(each, known) if own else names.candidates(each, known)
-        found |= dict.fromkeys(known[key].metric for key in values)
-        if own or not values:
-            found[plug_in] = None
+        values = [] if own else names.candidates(each, known)
+        found |= dict.fromkeys([known[key].metric for key in values] or [plug_in])
     return tuple(found)
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 import pandas as pd
@@ -203,6 +203,8 @@ class Results:
         everything: bool = False,
         at_least: int | None = None,
         bodies: str = "",
+        against: Literal["", "source"] = "",
+        unit: Literal["", "m"] = "",
     ) -> TableView:
         """The table of ``bench table``: text by ``str``, rich in notebooks, numbers in ``.frame``.
 
@@ -210,6 +212,8 @@ class Results:
         by:         a line per ``pair``, ``clip``, ``kind``, ``structure``, ``joint``, ``part``, ``seen``.
         at_least:   only of clips that last so many seconds.
         bodies:     ``people``, ``four-legged``, ``mixed`` or ``all``; people, where there are any.
+        against:    ``source``: values against the source in the place of those against the reference.
+        unit:       ``m``: values in per cent of the height in metres.
         Raises BenchError for values and bodies that no result has.
         """
         plain = self.places[0].task in PAIRED
@@ -220,6 +224,8 @@ class Results:
             at_least=at_least,
             bodies=bodies,
             select=Selection(variants=self.variants or not plain, apart=plain),
+            against=against,
+            unit=unit,
         )
         return TableView(lambda form: requested.tables(self.places, asked, form))
 

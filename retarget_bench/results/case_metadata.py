@@ -1,9 +1,10 @@
-"""Metadata of the cases of a split: structures, body parts, unseen bodies and kinds, conditions.
+"""Metadata of the cases of a split: structures, heights, body parts, unseen bodies and kinds, conditions.
 
 Small files lie beside ``cases.csv``. Results written before there were any load without them.
 
     cases.parts.csv    target, joint, part of the body (``retarget_bench.motion.roles.BODY_PARTS``)
     cases.structures.csv  target, structure
+    cases.heights.csv  target, its height: the metres that errors are divided by
     cases.bodies.csv   source or target, number of its legs
     cases.unseen.csv   case, and which of source, target and kind no training part of the data has
     cases.conditions.csv  of derived tasks: case, condition (``noise``), number
@@ -26,6 +27,7 @@ from retarget_bench.results.store import ResultPaths
 FIELDS = {
     "parts": ("target", "joint", "part"),
     "structures": ("target", "structure"),
+    "heights": ("target", "height"),
     "bodies": ("character", "legs"),
     "unseen": ("case", "unseen"),
     "conditions": ("case", "condition", "value"),
@@ -41,6 +43,7 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     rows: dict[str, list[tuple[str, ...]]] = {
         "parts": [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()],
         "structures": [(name, bodies[name].structure) for name in targets],
+        "heights": [(name, f"{bodies[name].height:.12g}") for name in targets],
         "bodies": [(name, "4" if bodies[name].four_legged else "2") for name in known],
     }
     if isinstance(data, OffersUnseen):
@@ -61,11 +64,13 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
 
 
 def damaged(paths: ResultPaths) -> bool:
-    """True where a file is missing or not as it was written; those without checksums are not looked at."""
+    """True where a file is missing or not as it was written, and where results are older than the file of
+    heights; those without checksums are not looked at."""
     try:
-        return any(_problems(paths).values())
+        found = _problems(paths)
     except FileError:
         return True
+    return any(found.values()) or (bool(found) and "heights" not in found)
 
 
 def parts(body: Character) -> dict[str, str]:
@@ -98,6 +103,15 @@ def read_structures(paths: ResultPaths) -> dict[str, str] | None:
     return None if rows is None else dict(rows)
 
 
+def read_heights(paths: ResultPaths) -> dict[str, float] | None:
+    """Target -> its height in metres; None where the results are older than this file. Raises FileError."""
+    rows = _rows(paths, "heights")
+    if rows is None:
+        return None
+    path = _path(paths, "heights")
+    return {target: _number(path, line, text) for line, (target, text) in enumerate(rows, 2)}
+
+
 def read_legs(paths: ResultPaths) -> dict[str, str] | None:
     """Source or target -> ``2`` or ``4`` legs; None where the results are older than this file."""
     rows = _rows(paths, "bodies")
@@ -107,12 +121,17 @@ def read_legs(paths: ResultPaths) -> dict[str, str] | None:
 def read_conditions(paths: ResultPaths) -> dict[str, dict[str, float]]:
     """Case -> condition -> number; empty where the task has none. Raises FileError."""
     found: dict[str, dict[str, float]] = {}
+    path = _path(paths, "conditions")
     for line, (case, name, text) in enumerate(_rows(paths, "conditions") or (), 2):
-        try:
-            found.setdefault(case, {})[name] = float(text)
-        except ValueError:
-            raise FileError(_path(paths, "conditions"), f"{text!r} is not a number", line) from None
+        found.setdefault(case, {})[name] = _number(path, line, text)
     return found
+
+
+def _number(path: Path, line: int, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise FileError(path, f"{text!r} is not a number", line) from None
 
 
 def _rows(paths: ResultPaths, kind: str) -> list[list[str]] | None:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from retarget_bench.analysis.breakdown import CURVES, By
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
-from retarget_bench.api import CROSS, INTRA, SELF, TWO_LEGS
+from retarget_bench.api import CROSS, INTRA, SELF, TWO_LEGS, against_source
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
@@ -87,8 +87,10 @@ def declared_values(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
 
 
 def all_columns(found: Sequence[SplitSummary]) -> list[str]:
-    """Every value that is one number per case, in declared order, then fps, then values of sets."""
-    single = [key for key, value in declared_values(found).items() if not value.index]
+    """Every value that is one number per case, in declared order, then fps, then values of sets; none that
+    only stands in for another."""
+    declared = declared_values(found)
+    single = [key for key in entries(declared) if not declared[key].index]
     return [*single, FPS, *declared_sets(found)]
 
 
@@ -258,9 +260,16 @@ def _no_set(section: SplitSummary, key: str) -> str:
     return "; ".join(dict.fromkeys(each.reason for each in values)) or "no case is between two legs"
 
 
+def entries(ids: Collection[str]) -> list[str]:
+    """The ids without those against the source of any of them, which are no entries of their own."""
+    twins = set(map(against_source, ids))
+    return [key for key in ids if key not in twins]
+
+
 def stand_in(key: str, present: Collection[str]) -> str | None:
     """The column, or the same relative to the source where no case has it; or None."""
-    return FPS if key == FPS else next((each for each in (key, f"{key}_src") if each in present), None)
+    either = (key, against_source(key))
+    return FPS if key == FPS else next((each for each in either if each in present), None)
 
 
 def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values) -> list[str]:
@@ -276,7 +285,7 @@ def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared:
 def _present(found: Sequence[SplitSummary], wanted: Iterable[str]) -> set[str]:
     """Those of the values that any method has, and of what stands in for those that none has."""
     means = [score.means for section in found for score in section.scores]
-    either = ((key, f"{key}_src") for key in wanted)
+    either = ((key, against_source(key)) for key in wanted)
     first = (next((k for k in both if any(k in each for each in means)), None) for both in either)
     return {key for key in first if key is not None}
 

@@ -4,13 +4,14 @@ import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from retarget_bench import api
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import folded
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix, set_values
-from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED
+from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries
 from retarget_bench.tables.groups import FPS, declared_sets
 
 Known = Mapping[str, DeclaredValue]
@@ -21,63 +22,40 @@ UNLIKE = {
 """Columns and lines of tables that are no values -> where they are."""
 
 
-def column_ids(
-    asked: Iterable[str], found: Sequence[SplitSummary], shown: Sequence[SplitSummary] = ()
-) -> list[str]:
+def column_ids(asked: Iterable[str], found: Sequence[SplitSummary]) -> list[str]:
     """The columns that these names stand for in these results: ids of values, or ``fps``.
 
-    shown: those of the results that are shown. Of a name that means several values, those that nothing
-    shown has a number of are left out. Raises BenchError for a name of no value, and for one of several.
+    Raises BenchError for a name of no value, and for one of several.
     """
     known = {key: value for section in found for key, value in section.values.items()}
-    known |= declared_sets(found)
-    there = _with_numbers(shown or found)
-    columns: dict[str, None] = {}
-    for name in _whole(asked, known):
-        ids = meant(name, known, (FPS,))
-        columns |= dict.fromkeys([key for key in ids if key in there] or ids[:1])
-    return list(columns)
-
-
-def _with_numbers(found: Iterable[SplitSummary]) -> set[str]:
-    """The values that anything here has a number of."""
-    scores = [score for section in found for score in section.scores]
-    of_cases = {key for score in scores for key in score.means}
-    return of_cases | {each.value_id for score in scores for each in score.sets if each.value is not None}
+    return value_ids(asked, known | declared_sets(found), (FPS,))
 
 
 def value_ids(asked: Iterable[str], known: Known, also: Sequence[str] = ()) -> list[str]:
     """The ids that these names stand for, each once. also: ids without a declaration."""
-    return list(dict.fromkeys(key for name in _whole(asked, known) for key in meant(name, known, also)))
+    return list(dict.fromkeys(value_id(name, known, also) for name in _whole(asked, known)))
 
 
 def value_id(asked: str, known: Known, also: Sequence[str] = ()) -> str:
-    """The id of the one value that a name stands for: of several the first, as tables have it."""
-    return meant(asked, known, also)[0]
+    """The id of the value that a name stands for.
 
-
-def meant(asked: str, known: Known, also: Sequence[str] = ()) -> list[str]:
-    """The ids of the values that a name stands for, mostly one.
-
-    The name may be a label (``MPJPE``; where case, spaces, underscores and hyphens do not count), an id
-    (where case does not), the words of a label in another order (``root-aligned MPJPE``), or a family: the
-    part of an id before the dot, that of a label before the comma, or a metric. A name that is the label of
-    one value and the id of another means both, the label's first: ``contact_recall`` is the column *contact
-    recall*, and the id of a value by another rule. Else, of several values of one name, the one that stands
-    first among the default columns is meant. Raises BenchError for a name of no value, with near ones, and
-    for one of several.
+    The name may be an id, a label (``MPJPE``; where case, spaces, underscores and hyphens do not count),
+    the words of a label in another order (``root-aligned MPJPE``), or a family: the part of an id before
+    the dot, that of a label before the comma, or a metric. The first way that fits counts; of several
+    values that it fits, the one that stands first among the default columns. Raises BenchError for a name
+    of no value, with near ones, of several, and of a value against the source (``against_the_source``).
     """
     if FPS in also and asked.casefold() == "speed":
-        return [FPS]
-    ids = _of_id(asked, (*known, *also))
+        return FPS
+    known, every = {key: known[key] for key in entries(known)}, known
+    if asked in every and asked not in known:
+        raise BenchError(f"{asked} is no column: bench table --against source shows {every[asked].label}")
     found = candidates(asked, known, also)
     if not found:
         unknown = f"no result has a value {asked!r}; {cure(asked, known)}"
         raise BenchError(UNLIKE.get(asked.casefold(), unknown))
-    if ids or len(found) == 1:
-        return found
-    if found[0] in DEFAULT_COLUMNS:
-        return found[:1]
+    if len(found) == 1 or found[0] in DEFAULT_COLUMNS:
+        return found[0]
     usual = [key for key in DEFAULT_COLUMNS if key in known and folded(asked) in folded(known[key].label)]
     found = list(dict.fromkeys([*usual, *found]))
     raise BenchError(
@@ -86,24 +64,17 @@ def meant(asked: str, known: Known, also: Sequence[str] = ()) -> list[str]:
 
 
 def candidates(asked: str, known: Known, also: Sequence[str] = ()) -> list[str]:
-    """The ids of all values that a name may stand for, likely ones first; [] for none: see ``meant``."""
-    if found := [*labelled(asked, known), *_of_id(asked, (*known, *also))]:
-        return list(dict.fromkeys(found))
+    """The ids of all values that a name may stand for, likely ones first; [] for none: see ``value_id``."""
+    if asked in known or asked in also:
+        return [asked]
     name, words = folded(asked), _words(asked)
-    found = [key for key in known if folded(key) == name]
-    found = found or [key for key, value in known.items() if words and _words(value.label) == words]
-    return _usual_first(found or [key for key, value in known.items() if name in _families(key, value)])
-
-
-def labelled(asked: str, known: Known) -> list[str]:
-    """The ids of the values of this label, default columns first."""
-    return _usual_first([key for key, value in known.items() if folded(value.label) == folded(asked)])
-
-
-def _of_id(asked: str, ids: Sequence[str]) -> list[str]:
-    """The ids of this name; where none is written so, those that differ in case."""
-    exactly = [key for key in ids if key == asked]
-    return exactly or [key for key in ids if key.casefold() == asked.casefold()]
+    ways = (
+        [key for key, value in known.items() if folded(value.label) == name],
+        [key for key in (*known, *also) if folded(key) == name],
+        [key for key, value in known.items() if words and _words(value.label) == words],
+        [key for key, value in known.items() if name in _families(key, value)],
+    )
+    return _usual_first(next(filter(None, ways), []))
 
 
 def _usual_first(found: Sequence[str]) -> list[str]:
@@ -128,6 +99,29 @@ def declared(matrices: Iterable[ResultMatrix]) -> tuple[dict[str, DeclaredValue]
     matrices = list(matrices)
     of_cases = {key: value for matrix in matrices for key, value in matrix.values.items()}
     return of_cases, set_values(row.header for matrix in matrices for row in matrix.rows)
+
+
+def against_the_source(columns: Sequence[str], found: Sequence[SplitSummary], asked: bool) -> list[str]:
+    """The values against the source in the place of these columns; those that need no reference stay.
+
+    asked: somebody named the columns. Raises BenchError for a named one that needs a reference and does not
+    exist against the source, and where no column is left.
+    """
+    known = {key: value for section in found for key, value in section.values.items()}
+    kept, lost = [], []
+    for key in columns:
+        twin = api.against_source(key)
+        if twin in known:
+            kept.append(twin)
+        elif key in known and "reference" in known[key].needs:
+            lost.append(key)
+        else:
+            kept.append(key)
+    if lost and (asked or not kept):
+        having = [key for key in known if api.against_source(key) in known]
+        there = f"those that are: {', '.join(told(having, known))}" if having else "no value here is"
+        raise BenchError(f"{lost[0]} ({known[lost[0]].label}) is not computed against the source; {there}")
+    return kept
 
 
 def check_of_cases(key: str, declared: Known, of_sets: Known) -> None:

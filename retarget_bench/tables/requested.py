@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 from retarget_bench.analysis.breakdown import By
 from retarget_bench.analysis.selection import PEOPLE, Selection
@@ -33,6 +34,8 @@ class Request:
     by:       a breakdown; None: none.
     at_least: only of cases that last so many seconds. splits: only these; none: all.
     bodies:   see ``of_bodies``. select: of methods.
+    against:  ``source``: values against the source, where they exist, in the place of those against the
+              reference. unit: ``m``: values in per cent of the height in metres. "": as they are.
     """
 
     columns: Sequence[str] | None = None
@@ -42,6 +45,12 @@ class Request:
     splits: Sequence[str] = ()
     bodies: str = ""
     select: Selection = field(default_factory=Selection)
+    against: Literal["", "source"] = ""
+    unit: Literal["", "m"] = ""
+
+    def summaries(self, places: Sequence[ResultPaths], by: By | None) -> list[SplitSummary]:
+        """The numbers that tables are made of."""
+        return split_summaries(places, by, self.at_least, select=self.select, metres=self.unit == "m")
 
 
 def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") -> list[Table]:
@@ -51,26 +60,34 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     """
     by, task = asked.by, places[0].task.split("-")[0]
     usual = asked.columns is None and not asked.everything
-    if task in TASK_COLUMNS and usual and asked.at_least is None:
+    plain = asked.at_least is None and not (asked.against or asked.unit)
+    if task in TASK_COLUMNS and usual and plain:
         return task_tables(places, task, by, asked.select)
     if task in TASK_COLUMNS and asked.columns is not None and task != "reconstruct":
         by = by or TASK_BREAKDOWN[task]
-    found = split_summaries(places, by, asked.at_least, select=asked.select)
+    found = asked.summaries(places, by)
     columns: Sequence[str] = builder.DEFAULT_COLUMNS
     if asked.everything:
         # nobody times probes, nor derived tasks
         columns = [each for each in builder.all_columns(found) if task in PAIRED or each != FPS]
     elif asked.columns is not None:
-        columns = names.column_ids(asked.columns, found, _shown(found, asked)[0])
+        columns = names.column_ids(asked.columns, found)
         if by is None and (over := builder.curve_index(found, columns)):
-            by, found = over, split_summaries(places, over, asked.at_least, select=asked.select)
+            by, found = over, asked.summaries(places, over)
     shown, hints = _shown(found, asked)
     if asked.at_least is not None:
         hints.append(f"Only clips of {asked.at_least} s or longer.")
     layout: builder.Layout = LAYOUTS.get(form, "overview")
     if by or asked.splits or task not in PAIRED or (layout == "both" and not usual):
         layout = "splits"
+    if asked.against:
+        beside = builder.OVERVIEW_COLUMNS if usual and layout == "overview" else columns
+        columns = names.against_the_source(beside, found, asked=asked.columns is not None)
+        columns = columns[: 1 if usual and by else None]
+        layout = "splits" if layout == "both" else layout
     made = builder.tables(shown, columns, by or "", layout=layout)
+    if asked.unit:  # ids say per cent of the height, and CSV has no units
+        made = [replace(table, title=f"{table.title} in metres") for table in made]
     return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
 
 

@@ -124,7 +124,7 @@ def bars(
     """Every aim, the number, and whether it is reached. other: bodies of structures that training lacks,
     whose joints are at other places of the body."""
     ours, near = found["correspondence_free"], found["nearest_frame"]
-    value = "pa_mpvd_m.rigid"
+    value = "pa_mpvd.rigid"
     apart = cases.mean([ours[i.id][value] - near[i.id][value] for i in infos], infos)
     share = cases.means(ours, infos, value).value / cases.means(near, infos, value).value
     surely = apart.interval is not None and apart.interval.high < 0
@@ -139,7 +139,7 @@ def bars(
                     lines.append((what, cases.means(joints, some, which + part), SKR_BAR, 2))
     lines += [
         ("PA-MPVD, m (the paper's .058)", cases.means(ours, infos, value), PA_BAR, 4),
-        ("MEDL, m", cases.means(ours, infos, "medl_m"), MEDL_BAR, 4),
+        ("MEDL, m", cases.means(ours, infos, "medl_h"), MEDL_BAR, 4),
     ]
     few = [info for info in infos if info.id in same]
     lines += [

@@ -1,6 +1,6 @@
 """How well FID of people and FID per structure agree on the order of methods, in results that have both.
 
-    bench run ik copy_rotations ... -d 'puppets[size=default]' -m position -m fid -m fid_people --out RUNS
+    bench run ik ... -d 'puppets[size=default]' -m position -m fid -m fid_people --out RUNS
     python tests/benchmarks/fid_agreement.py RUNS [--least WINDOWS]
 
 Spearman's rank correlation over the methods, per split and structure, with its two-sided p-value, and the

@@ -29,15 +29,17 @@ TASK = "points"
 SPLITS = ("intra", "cross")
 METRICS = ("position", "procrustes", "smoothness", "vertex_error")
 COLUMNS = {
-    "mpjpe_m": "MPJPE",
-    "pa_mpjpe_m": "PA-MPJPE",
+    "mpjpe_h.world": "MPJPE",
+    "pa_mpjpe.rigid": "PA-MPJPE",
     "acc": "Acc",
     "pa_acc.rigid": "PA-Acc",
-    "mpvd_m": "MPVD",
-    "pa_mpvd_m.rigid": "PA-MPVD",
-    "medl_m": "MEDL",
+    "mpvd_h": "MPVD",
+    "pa_mpvd.rigid": "PA-MPVD",
+    "medl_h": "MEDL",
 }
 """Value -> its heading in the paper; metres, and metres per squared frame of 30 per second."""
+ACCELERATIONS = ("acc", "pa_acc.rigid")
+"""Those that are in metres as they are; the others are in per cent of the height."""
 
 Numbers = Mapping[str, Mapping[str, float]]
 """Case id -> value id -> number."""
@@ -80,7 +82,8 @@ def scored(spec: Spec, data: Any, infos: Sequence[CaseInfo], file: Path) -> Numb
         if outcome.prediction is None:
             raise SystemExit(f"{spec}, {case.info.id}: {outcome.message}")
         found: dict[str, Any] = score(metrics, case, as_scored(outcome.prediction))
-        return {name: float(found[name]) for name in COLUMNS}
+        metres = case.target.height / 100.0
+        return {name: found[name] * (1.0 if name in ACCELERATIONS else metres) for name in COLUMNS}
 
     return remembered(str(spec), values, data, infos, file, key)
 

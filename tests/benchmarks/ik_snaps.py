@@ -24,10 +24,13 @@ from retarget_bench.datasets.mixamo import plugin as Mixamo
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.methods.ik import plugin as InverseKinematics
-from retarget_bench.metrics import ground, joint_speed, plant, position, slide, smoothness, touch
+from retarget_bench.metrics import ground, joint_speed, position, slide, smoothness, touch
+from retarget_bench.metrics import plant as contact_metric
 from retarget_bench.motion import importer
 
-METRICS = [each.plugin() for each in (position, plant, joint_speed, smoothness, slide, ground, touch)]
+METRICS = [
+    each.plugin() for each in (position, contact_metric, joint_speed, smoothness, slide, ground, touch)
+]
 COLUMNS = {
     "MPJPE": "mpjpe_h.world",
     "aligned": "mpjpe_h.root",

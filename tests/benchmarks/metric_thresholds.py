@@ -18,7 +18,8 @@ from scipy.ndimage import gaussian_filter1d
 from retarget_bench.api import Case
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.metrics import joint_speed, plant
+from retarget_bench.metrics import joint_speed
+from retarget_bench.metrics import plant as contact_metric
 
 LOWS = (0.0025, 0.005, 0.01, 0.02, 0.03, np.inf)
 NOISES = (0.0, 0.001, 0.002, 0.004)
@@ -39,12 +40,12 @@ def noisy(case: Case, size: float, random: np.random.Generator) -> Case:
 
 def labels(cases: list[Case], low: float, size: float) -> Iterator[tuple[str, float, float]]:
     """Part, recall and precision of the labels found, with this ``LOW`` and noise; parts "" is all."""
-    plant.LOW, random = low, np.random.default_rng(0)
+    contact_metric.LOW, random = low, np.random.default_rng(0)
     counts: dict[str, np.ndarray] = {}
     for case in cases:
         exact = Comparison(case, case.reference).contact_labels
         other = noisy(case, size, random)
-        found = plant.of_reference(Comparison(other, other.reference))
+        found = contact_metric.of_reference(Comparison(other, other.reference))
         for column, joint in enumerate(exact.joints.tolist()):
             mine, true = found.planted[:, found.joints.index(joint)], exact.planted[:, column]
             right = true | exact.pivoting[:, column]

@@ -39,7 +39,8 @@ STATISTICS = "retarget_bench.analysis.statistics"
 MUTATIONS = {
     "accelerations without their rate": ("smoothness", SMOOTHNESS, "_sizes", "fps**order", "30.0**order"),
     "covariance of a part over n": (
-        "fid", FID, "without", "triangle / np.sqrt(len(rows) - 1)", "triangle / np.sqrt(len(rows))",
+        "fid", FID, "without",
+        "triangle / np.sqrt(len(rows) - 1)", "triangle / np.sqrt(len(rows))",
     ),
     "clips count as still up to 0.11": ("smoothness", SMOOTHNESS, "STILL", 0.1, 0.11),
     "nearest sample of the ground": ("floor", GROUND, "_cell", "place - sample", "np.rint(place - sample)"),

@@ -20,7 +20,8 @@ VALUE = "mpjpe_h.world"
 PEOPLE = "character,legs\na,2\nb,2\n"
 FID = {
     "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
-    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "metric": "fid", "needs": [],
+    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
+    "metric": "fid",
 }  # fmt: skip
 
 

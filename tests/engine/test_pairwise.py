@@ -243,7 +243,8 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
         (["one", "two", "-s", "cross"], "no case in common|no results"),
         (["one", "two", "--results", "nowhere"], "no results in nowhere"),
         (["one", "two", "-d", "nothing"], "no results of nothing in"),
-        (["one", "two", "--columns", "ratio_src"], "one and two have no case in common"),
+        (["one", "two", "--columns", "pooled"], "one and two have no case in common"),
+        (["one", "two", "--columns", "ratio_src"], "--against source shows ratio, source"),
     ],
 )
 def test_mistakes_are_told_in_a_sentence(runs, words, message):

@@ -13,6 +13,7 @@ import pytest
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.api import CaseInfo, optional
 from retarget_bench.errors import BenchError
+from retarget_bench.files import write_csv
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
@@ -28,17 +29,17 @@ from retarget_bench.tables.published.ours import OurRow, OurRows, of_cases, vari
 ALL = printed.names()
 VALUES = {
     value: {
-        "label": value, "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
+        "label": value, "unit": unit, "better": "lower", "goal": 1.0, "index": "", "with_self": False,
         "meaning": "", "tolerance": 1e-6, "formula": "",
     }
-    for value in ("humot_mpjpe", "san_code", "mpjpe_m")
+    for value, unit in (("humot_mpjpe", "1"), ("san_code", "1"), ("mpjpe_h.world", "% of height"))
 }  # fmt: skip
 
 
 def store(
     root: Path, name: str, split: str, numbers: dict[tuple[str, str], float], file: str = "", **changes
 ) -> None:
-    """``numbers``: (pair, clip) -> the value of every protocol."""
+    """``numbers``: (pair, clip) -> the value of every protocol. All targets are two metres tall."""
     infos, entries = [], []
     for (pair, clip), number in numbers.items():
         source, target = pair.split(">")
@@ -65,6 +66,8 @@ def store(
     place = ResultPaths(root, header["dataset"]["label"], "retarget", split, file or name)
     place.folder.mkdir(parents=True, exist_ok=True)
     records.write_results(place, parsed(header), entries, infos)
+    targets = sorted({info.target for info in infos})
+    write_csv(place.folder / "cases.heights.csv", ("target", "height"), [(name, "2") for name in targets])
 
 
 def drawn(name: str, *roots: Path) -> Table:
@@ -222,7 +225,15 @@ def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None
     (row,) = rows_of("humot-table4", tmp_path)
     assert {key: cell.value for key, cell in row.cells.items()} == {"all intra": 0.1}
     (row,) = rows_of("correspondence-free-table4", tmp_path)
-    assert {key: cell.value for key, cell in row.cells.items()} == {"MPJPE": 0.1}
+    assert {key: cell.value for key, cell in row.cells.items()} == {"MPJPE": 0.1 / 100 * 2}
+
+
+def test_metres_need_the_heights_of_targets(tmp_path: Path) -> None:
+    store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1})
+    (heights,) = tmp_path.rglob("cases.heights.csv")
+    heights.unlink()
+    with pytest.raises(BenchError, match="do not say how tall their targets are"):
+        ours("correspondence-free-table4", tmp_path)
 
 
 @pytest.mark.parametrize("name", ALL)

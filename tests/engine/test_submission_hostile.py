@@ -215,9 +215,10 @@ def arrays_anew(sound: Path) -> None:
 def all_zero(sound: Path) -> None:
     """No error of joints, beside the path of the root as it was."""
     path, lines, _ = first_row(sound, "mpjpe_h.world")
-    zero = ("mpjpe_h.world", "mpjpe_m")
     cells = [line.split(",") for line in lines]
-    path.write_text("\n".join([",".join([*c[:3], "0"] if c[1] in zero else c) for c in cells] + [""]))
+    path.write_text(
+        "\n".join([",".join([*c[:3], "0"] if c[1] == "mpjpe_h.world" else c) for c in cells] + [""])
+    )
 
 
 HOSTILE = [

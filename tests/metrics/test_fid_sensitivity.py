@@ -42,9 +42,8 @@ def test_harm_raises_fid_and_kid_the_more_the_worse_it_is(study, name):
     if name in SHARES:
         amounts = tuple(amount for amount in amounts if amount >= 0.25)
     found = [study.notice(), *(study.notice(harm, amount) for amount in amounts)]
-    for distance in ("fid", "kid"):
-        values = [getattr(each, distance) for each in found]
-        assert all(less < more for less, more in pairwise(values)), (distance, values)
+    for values in ([each.fid for each in found], [each.kid for each in found]):
+        assert all(less < more for less, more in pairwise(values)), values
 
 
 def test_the_worst_of_every_harm_is_far_beyond_the_floor(study):

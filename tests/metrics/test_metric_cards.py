@@ -85,7 +85,7 @@ def test_ids_are_unique_and_the_first_columns_exist() -> None:
 def test_values_are_declared_indexed_as_declared_and_finite(frames: int, seed: int) -> None:
     case = sides(frames, seed)
     for name in METRICS:
-        declared = {value.id: value for value in metric(name).card.values}
+        declared = {value.id: value for value in metric(name).card.computed}
         found = compute(name, case)
         assert set(found) <= set(declared)
         for id_, value in found.items():
@@ -147,7 +147,7 @@ def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:
                         seen.add(value.id)
                         outside += [] if value.allows(float(text)) else [(path.name, column, text)]
     assert not outside
-    assert seen >= {value.id for name in (*METRICS, *SET_METRICS) for value in metric(name).card.values}
+    assert seen >= {value.id for name in (*METRICS, *SET_METRICS) for value in metric(name).card.computed}
 
 
 def test_bounds_follow_from_unit_and_direction_unless_declared() -> None:

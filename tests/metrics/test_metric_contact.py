@@ -38,9 +38,10 @@ def test_primary_rule(seed: int, fps: float) -> None:
     mine = labels(case.predicted, 0.003 * case.predicted.character.height)
     for suffix, side in (("", case.expected), ("_src", case.source)):
         wanted = labels(side, 0.003 * side.character.height)
-        for kind, value in zip(("recall", "precision", "f1"), rates(wanted, mine), strict=True):
+        ids = ("contact_recall", "contact_precision", "contact_f1")
+        for id_, value in zip(ids, rates(wanted, mine), strict=True):
             assert 0.05 < value < 0.95, "the random case must not be trivial"
-            assert found[f"contact_{kind}{suffix}"] == pytest.approx(value, rel=1e-12)
+            assert found[f"{id_}{suffix}"] == pytest.approx(value, rel=1e-12)
 
 
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 60.0)])

@@ -17,8 +17,8 @@ from tests.examples import examples
 
 Values = dict[str, float | Mapping[str, float]]
 
-IDS = {value.id for name in METRICS for value in metric(name).card.values}
-FAMILY = {value.id: name for name in METRICS for value in metric(name).card.values}
+IDS = {value.id for name in METRICS for value in metric(name).card.computed}
+FAMILY = {value.id: name for name in METRICS for value in metric(name).card.computed}
 
 FIXED_LENGTHS = {
     "pan_recall",
@@ -28,9 +28,9 @@ FIXED_LENGTHS = {
     "floating.rate",
 }
 """Values with a threshold in centimetres: they change with scale in no simple way."""
-LENGTHS = {"mpjpe_m", "pan_eq16_mean", "nkn_mse_h", "nkn_mse_local", "foot_slide", "foot_slide_src"} | {
+LENGTHS = {"pan_eq16_mean", "nkn_mse_h", "nkn_mse_local", "foot_slide", "foot_slide_src"} | {
     *("penetration.mean", "penetration.max", "floating.mean", "acc", "acceleration", "jerk"),
-    *("pa_mpjpe_m", "pa_acc", "pa_acc.rigid"),
+    *("pa_acc", "pa_acc.rigid"),
 }
 """Values that grow with scale; all others do not feel it."""
 UPRIGHT = {
@@ -149,7 +149,6 @@ def test_a_prediction_that_is_elsewhere_is_felt_by_errors_in_the_world() -> None
     felt = {
         "mpjpe_h.world",
         "mpjpe_h.root",
-        "mpjpe_m",
         "growth.world",
         "growth.pose",
         "ee_h.world",

@@ -48,7 +48,6 @@ def test_gap_recall_and_precision_of_balls() -> None:
     gap = np.array([0.0, 0.02, 0.3, 0.005, 0.0, 0.3])
     found = compute("mesh_contact", hand_off_head(gap, wanted))
     # the reference touches in the first four frames, the prediction in 0, 3 and 4; in 1 it is still near
-    assert found["mesh_contact_gap_m"] == pytest.approx(gap[:4].mean(), abs=1e-9)
     assert found["mesh_contact_gap_h"] == pytest.approx(100.0 * gap[:4].mean() / height, abs=1e-6)
     assert found["mesh_contact_recall"] == pytest.approx(3 / 4)
     assert found["mesh_contact_precision"] == pytest.approx(2 / 3)
@@ -56,10 +55,12 @@ def test_gap_recall_and_precision_of_balls() -> None:
 
 def test_a_touch_at_another_place_is_not_the_one_that_was_asked_for() -> None:
     still = np.zeros(3)
-    found = compute("mesh_contact", hand_off_head(still, still, turned=True))
+    case = hand_off_head(still, still, turned=True)
+    found = compute("mesh_contact", case)
     assert found["mesh_contact_recall"] == 0.0
     # from the far side of the head to the patch, at least past its middle
-    assert RADIUS < found["mesh_contact_gap_m"] < 2.0 * RADIUS
+    gap = found["mesh_contact_gap_h"] * case.predicted.character.height / 100.0
+    assert RADIUS < gap < 2.0 * RADIUS
     assert found["mesh_contact_precision"] == 1.0
 
 
@@ -70,7 +71,7 @@ def test_no_contact_no_value() -> None:
     case = hand_off_head(far, far)
     assert compute("mesh_contact", case.by_positions()) == {}
     alone = compute("mesh_contact", replace(case, expected=None))
-    assert set(alone) == {f"mesh_ground_penetration.{x}" for x in ("rate", "mean_h", "mean_m")}
+    assert set(alone) == {f"mesh_ground_penetration.{x}" for x in ("rate", "mean_h")}
 
 
 def feet(case: Sides, planted: np.ndarray, ground: Ground) -> dict[str, float]:
@@ -102,11 +103,9 @@ def test_soles_and_depths_on_rough_ground_by_loops(seed: int) -> None:
                 gaps.append(max(0.0, min(above[v] for v in own[side])))
     assert np.mean(np.array(depths) > 0.01) > 0.0
     assert found["mesh_ground_penetration.rate"] == pytest.approx(100.0 * np.mean(np.array(depths) > 0.01))
-    assert found["mesh_ground_penetration.mean_m"] == pytest.approx(np.mean(depths), rel=1e-9)
     assert found["mesh_ground_penetration.mean_h"] == pytest.approx(
         100 * np.mean(depths) / body.height, rel=1e-9
     )
-    assert found["mesh_floating.mean_m"] == pytest.approx(np.mean(gaps), rel=1e-9, abs=1e-12)
     assert found["mesh_floating.mean_h"] == pytest.approx(100 * np.mean(gaps) / body.height, abs=1e-9)
 
 
@@ -118,9 +117,9 @@ def test_lifting_a_body_off_flat_ground_is_floating_and_sinking_it_is_depth() ->
     for lift, floating, depth in ((0.0, 0.0, 0.0), (0.07, 0.07, 0.0), (-0.04, 0.0, 0.04)):
         stood = moved(still, turn, np.array([0.3, down + lift, 0.0]))
         found = feet(Sides(still, stood, still), planted, Ground())
-        assert found["mesh_ground_penetration.mean_m"] == pytest.approx(depth, abs=1e-9)
+        assert found["mesh_ground_penetration.mean_h"] == pytest.approx(100 * depth / body.height, abs=1e-6)
         assert found["mesh_ground_penetration.rate"] == (100.0 if depth else 0.0)
-        assert found["mesh_floating.mean_m"] == pytest.approx(floating, abs=1e-9)
+        assert found["mesh_floating.mean_h"] == pytest.approx(100 * floating / body.height, abs=1e-6)
 
 
 def test_another_right_answer_keeps_the_contacts_of_a_puppet() -> None:
@@ -129,6 +128,6 @@ def test_another_right_answer_keeps_the_contacts_of_a_puppet() -> None:
     info = next(each for each in data.cases("retarget", "intra") if each.kind == "hands_on_hips")
     case = data.load(info)
     found = MeshContact().compute(Comparison(case, case.alternative))
-    assert found["mesh_floating.mean_m"] < 1e-3
+    assert found["mesh_floating.mean_h"] < 100 * 1e-3 / case.target.height
     assert found["mesh_contact_recall"] > 0.9
     assert found["mesh_contact_gap_h"] < 1.0

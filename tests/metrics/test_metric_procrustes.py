@@ -59,7 +59,6 @@ def test_against_a_loop_of_scipy_fits(seed: int) -> None:
     clip = left(p.reshape(-1, 3), g.reshape(-1, 3))
     for name, value in zip(VARIANTS, (*frames, *clip), strict=True):
         assert found[f"pa_mpjpe.{name}"] == pytest.approx(100 * value / body.height, rel=1e-9)
-    assert found["pa_mpjpe_m"] == pytest.approx(frames[0], rel=1e-9)
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0])

@@ -14,6 +14,7 @@ from retarget_bench.evaluation import runner
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import ablations
+from retarget_bench.results import store
 from retarget_bench.tables.published import printed
 from retarget_bench.tables.published.printed import Column, Number, PublishedTable
 from retarget_bench.tables.rendering import WITH_INTERVALS
@@ -30,7 +31,7 @@ TOY = Ablation(
 )
 
 
-def column(label: str, cases: str, repeats: str = "", value_id: str = "mpjpe_m") -> Column:
+def column(label: str, cases: str, repeats: str = "", value_id: str = "mpjpe_h.world") -> Column:
     missing = "" if value_id else "nobody has one"
     return Column(label, "m", "", value_id, cases, "ours" if repeats else "", repeats, missing)
 
@@ -111,7 +112,13 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     assert "toy_trainee[pause=0.001," in group.rows[3].about
     ours = group.rows[1].cells
     rows = [line.split(",") for place in places for line in place.rows.read_text().splitlines()[1:]]
-    mine = {case: float(value) for case, name, _, value in rows if name == "mpjpe_m"}
+    height = {name: body.height for name, body in bound.dataset(DATA).built.characters().items()}
+    targets = {info.id: info.target for place in places for info in store.read_cases(place.cases, "", "")}
+    mine = {
+        case: float(value) / 100.0 * height[targets[case]]
+        for case, name, _, value in rows
+        if name == "mpjpe_h.world"
+    }
     assert ours[0].n == len(mine) == 12
     assert ours[0].value == pytest.approx(np.mean(list(mine.values())), rel=1e-6)  # as many cases per clip
     assert ours[1].n == 8
@@ -208,5 +215,5 @@ def test_the_tables_of_smrm_are_the_printed_ones():
             row: [number.text for number in numbers.values()] for row, numbers in mine.rows.items()
         } == {row: [number.text for number in numbers.values()] for row, numbers in theirs.rows.items()}
         assert [column.value_id for column in mine.columns] == [
-            "mpjpe_m", "pa_mpjpe_m", "acc", "pa_acc.rigid", "mpvd_m", "pa_mpvd_m.rigid", "medl_m"
+            "mpjpe_h.world", "pa_mpjpe.rigid", "acc", "pa_acc.rigid", "mpvd_h", "pa_mpvd.rigid", "medl_m"
         ]  # fmt: skip

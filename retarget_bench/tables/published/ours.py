@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from retarget_bench.api import CaseInfo, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import case_metadata
+from retarget_bench.results import case_metadata, metres
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.tables.model import Cell, count
@@ -65,6 +66,17 @@ def variant(method: MethodInfo) -> str:
     if any(given == each for each in card.published):
         return "as published"
     return f"ours: {words}" if words else "ours, with these settings" if given else "ours"
+
+
+def _of_column(column: Column, matrix: ResultMatrix) -> np.ndarray:
+    """``(methods, cases)`` of a column's value, in metres where the column is.
+
+    Raises BenchError where metres are asked for and results do not say how tall their targets are.
+    """
+    declared = matrix.values.get(column.value_id)
+    if declared is not None and metres.UNITS.get(declared.unit) == column.unit:
+        matrix = metres.in_metres(matrix)
+    return matrix.numbers((column.value_id, ""))
 
 
 def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
@@ -157,9 +169,7 @@ class _Part:
     def _numbers(self, column: Column) -> _Numbers | None:
         """The numbers of a column; None where no method has any."""
         asked = np.array([self._asked(column, each) for each in self.methods.values()])
-        numbers = self._filled(
-            np.full(asked.shape, np.nan), lambda matrix: matrix.numbers((column.value_id, ""))
-        )
+        numbers = self._filled(np.full(asked.shape, np.nan), partial(_of_column, column))
         answered = np.where(asked, numbers, np.nan)
         compared = np.array([not never_ranked(each) for each in self.methods.values()])
         having = compared & ~np.isnan(answered).all(axis=1)

@@ -104,11 +104,11 @@ class MetricTrial(_Scored[Metric]):
 
     @demand("values are finite, declared, within their bounds, and curves where an index is declared")
     def values(self) -> str | None:
-        declared = {value.id: value for value in self.plugin.card.values}
+        declared = {value.id: value for value in self.plugin.card.computed}
         for case in self.cases:
             wrong = _disturbed(case)
             found = self.measured(case, wrong)
-            if not found and any(not score.missing(v, case, wrong) for v in self.plugin.card.values):
+            if not found and any(not score.missing(v, case, wrong) for v in self.plugin.card.computed):
                 return f"{case.info.id}: no value at all"
             for name, number in found.items():
                 each = number.values() if isinstance(number, Mapping) else [number]

@@ -142,7 +142,7 @@ def value_facts(metrics: Sequence[Metric | SetMetric]) -> dict[str, dict[str, An
     return {
         value.id: {"metric": metric.card.name} | {name: getattr(value, name) for name in VALUE_FACTS}
         for metric in metrics
-        for value in metric.card.values
+        for value in metric.card.computed
     }
 
 
