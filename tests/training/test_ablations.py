@@ -215,5 +215,5 @@ def test_the_tables_of_smrm_are_the_printed_ones():
             row: [number.text for number in numbers.values()] for row, numbers in mine.rows.items()
         } == {row: [number.text for number in numbers.values()] for row, numbers in theirs.rows.items()}
         assert [column.value_id for column in mine.columns] == [
-            "mpjpe_h.world", "pa_mpjpe.rigid", "acc", "pa_acc.rigid", "mpvd_h", "pa_mpvd.rigid", "medl_m"
+            "mpjpe_h.world", "pa_mpjpe.rigid", "acc", "pa_acc.rigid", "mpvd_h", "pa_mpvd.rigid", "medl_h"
         ]  # fmt: skip
