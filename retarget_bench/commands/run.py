@@ -150,7 +150,7 @@ def _show(places: list[Any], root: Path, *, variants: bool, task: str) -> None:
     there = [] if root == Path(defaults.OUT) else [root]
     of = [] if task in ("", options.RUN_TASKS[0]) else ["--task", task]
     columns = [column for table in made for column in table.columns if column.split]
-    split = f"-s {columns[0].split}: more columns; " if columns else ""
+    split = f"-s {columns[0].split}; " if columns else ""
     more = [f"{options.command('bench table', *there, *of)} ({split}--all; --notes)"]
     ranked = [row.label for table in made for group in table.groups for row in group.ranked]
     if len(ranked) > 1 and not of:
