@@ -23,7 +23,7 @@ COSTS = (
     Column("lookahead_frames", "look-ahead", "frames", "none", AHEAD),
     Column("frames_per_second", "speed", "frames/s", "none", "of one process and one thread"),
 )
-"""Fields of cards. Measured on the submitters' machines, so not ranked."""
+"""Fields of cards."""
 LAST = "9999"
 """After every date."""
 
@@ -81,14 +81,15 @@ def _age(folder: Path) -> tuple[str, str]:
 
 
 def _costs(cards: Mapping[str, Card], left_out: Sequence[str]) -> Table:
-    """What every method costs, as submitted; who made it, and what is left out, stands below."""
+    """What every method costs; who made it, and what is left out, stands below."""
     named = sorted(cards.items())
     rows = [
         Row(label, "", tuple(_cell(getattr(each, column.id)) for column in COSTS), "")
         for label, each in named
     ]
     notes = (*(_credit(label, each) for label, each in named), *left_out)
-    return Table("cost, as submitted", (Group("", "", COSTS, (), tuple(rows)),), notes=notes)
+    group = Group("as submitted", "", COSTS, tuple(rows), ())
+    return Table("Cost", (group,), notes=notes, reading="Measured on the submitters' machines, so not ranked.")
 
 
 def _cell(number: float | str) -> Cell:
