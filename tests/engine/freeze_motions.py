@@ -9,7 +9,7 @@ puppets alone is no reason, ``bench check --accept`` is enough for that. Takes a
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
-from retarget_bench.verification.gate import frozen, golden
+from retarget_bench.verification.gate import core, frozen, golden
 
 WINDOW = 64
 """Frames: what feature networks look at."""
@@ -147,16 +147,32 @@ def freeze(folder: Path) -> str:
             answers[fault.__name__] = answer if answer is case.reference else as_scored(answer)
         origin = f"{data.content}: {info.id}, {frames} frames from the middle"
         frozen.write(folder, frozen.FrozenCase(name, replace(case, alternative=None), answers, origin))
-        size = (folder / f"{name}.npz").stat().st_size
-        rows.append(f"| `{name}.npz` | {size // 1024} | {origin} | {', '.join(answers)} |")
-    return "\n".join(rows)
+        rows.append(_row(folder, name, origin, answers))
+    return "\n".join([*rows, freeze_low_hips(folder)])
+
+
+def freeze_low_hips(folder: Path) -> str:
+    """The motion of a frozen input as a case: no body of the puppets has hips below another joint."""
+    motion = core.low_hips(folder.parent)
+    body = motion.character
+    info = CaseInfo("low_hips/self", "retarget", "self", body.name, body.name, "turns", "", motion.frames)
+    answers = {fault.__name__: as_scored(fault(as_scored(motion))) for fault in (turned, shaking, longer)}
+    origin = f"{core.INPUTS}/{core.LOW_HIPS}, all {motion.frames} frames"
+    case = Case(info, as_scored(motion), body, as_scored(motion))
+    frozen.write(folder, frozen.FrozenCase("low_hips", case, answers, origin))
+    return _row(folder, "low_hips", origin, answers)
+
+
+def _row(folder: Path, name: str, origin: str, answers: Mapping[str, Prediction]) -> str:
+    size = (folder / f"{name}.npz").stat().st_size
+    return f"| `{name}.npz` | {size // 1024} | {origin} | {', '.join(answers)} |"
 
 
 README = """# Frozen motions
 
 Written by `tests/engine/freeze_motions.py`; not edited by hand. Each file holds one case (source, target,
 right answer, labels) and wrong answers with known faults, in single precision, so that what `bench check`
-says of metrics hangs on no generator. All motion is from the puppets of this project (CC0 1.0).
+says of metrics hangs on no generator. All motion is made by this project (CC0 1.0), most by its puppets.
 
 | file | KiB | from | predictions |
 |---|---:|---|---|
