@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gates import FOLDER, measured, metrics, only
+from gates import FOLDER, measured, metrics
 
 from retarget_bench.api import CaseFeatures, MetricCard, Value
 from retarget_bench.api.comparison import Comparison

@@ -229,16 +229,23 @@ def table(folder: Path) -> Rows:
                 numbers = {"mean": cell.value, "low": ends[0], "high": ends[1], "place": cell.place, "p": p}
                 columns = {name: float(each) for name, each in numbers.items() if each is not None}
                 yield f"{row.label} {column.id}", {**columns, "mark": float(list(MARKS).index(cell.mark))}
+        yield "floors", _numbered("floor", [" ".join(each) for each in group.floors])
     for each in compared[0].differences:
         numbers = {name: getattr(each, name) for name in ("difference", "p", "adjusted", "cases", "clips")}
         ends = (each.interval.low, each.interval.high) if each.interval else ()
         yield f"best, far {each.value}", {
             **numbers, **_numbered("interval", ends), **_numbered("won", each.won), "verdict": each.verdict
         }  # fmt: skip
-    yield "text", _numbered("line", rendering.text(made, intervals=True).splitlines())
-    yield "comparison", _numbered("line", pairwise_text.text(compared, 100).splitlines())
+    yield "text", _drawn(rendering.text(made, intervals=True))
+    yield "comparison", _drawn(pairwise_text.text(compared, 100))
     yield "default columns", _numbered("id", builder.DEFAULT_COLUMNS)
     yield "first table", _numbered("id", builder.OVERVIEW_COLUMNS)
+
+
+def _drawn(text: str) -> dict[str, float | str]:
+    """The lines of the paragraphs with numbers; sentences around them may change."""
+    paragraphs = (each.splitlines() for each in text.split("\n\n") if "↓" in each)
+    return _numbered("line", [line for each in paragraphs for line in each])
 
 
 def _stored(root: Path, method: str, split: str, listed: Sequence[Mapping[str, str]]) -> ResultPaths:

@@ -94,7 +94,7 @@ def accept(folder: Path, found: Comparison, now: Measured, because: str) -> Path
 
 # -------------------------------------------------------------------------------------------- metrics
 def built_metrics(names: Sequence[str], found: Measured) -> tuple[Metric | SetMetric, ...]:
-    """The metrics that can be built, with the facts that their numbers hang on; the others are missing."""
+    """The metrics that can be built, which are declared; the others are missing."""
     kept: list[Metric | SetMetric] = []
     for name in names:
         try:
@@ -104,15 +104,21 @@ def built_metrics(names: Sequence[str], found: Measured) -> tuple[Metric | SetMe
             found.missing.append(str(error))
             continue
         kept.append(metric)
-        found.facts[f"metric/{name}"] = f"version {metric.card.version}"
-        for value in metric.card.values:
-            pooled = ", with self pairs" if value.with_self else ""
-            index = f", per {value.index}" if value.index else ""
-            found.facts[f"value/{value.id}"] = (
-                f"{name}: unit {value.unit}, better {value.better}, goal {value.goal:g}, tolerance "
-                f"{value.tolerance:g}{index}{pooled}"
-            )
+        declare(found, metric)
     return tuple(kept)
+
+
+def declare(found: Measured, metric: Metric | SetMetric) -> None:
+    """Add what the numbers of a metric hang on: its version, and what it declares of its values."""
+    name = metric.card.name
+    found.facts[f"metric/{name}"] = f"version {metric.card.version}"
+    for value in metric.card.values:
+        pooled = ", with self pairs" if value.with_self else ""
+        index = f", per {value.index}" if value.index else ""
+        found.facts[f"value/{value.id}"] = (
+            f"{name}: unit {value.unit}, better {value.better}, goal {value.goal:g}, tolerance "
+            f"{value.tolerance:g}{index}{pooled}"
+        )
 
 
 def own_metrics() -> list[str]:
