@@ -268,8 +268,10 @@ def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> 
     typical = _typical(before.values())
     for known, (spec, learned) in methods.items():
         label = str(known)
-        rows = [pairwise.find(matrix, label) for matrix in after.values()]
-        if not any(row and row.header.counts.ok for row in rows):
+        rows, earlier_rows = (
+            [pairwise.find(matrix, label) for matrix in each.values()] for each in (after, before)
+        )
+        if not any(row and row.header.counts.ok for row in (*rows, *earlier_rows)):
             why = next((each.message for row in rows if row for each in row.header.problems), "no case")
             yield Change(Status.UNMEASURED, label, why=f"it answers nothing: {why}")
         if stale.data or spec in stale.methods:

@@ -17,7 +17,7 @@ from retarget_bench.results import store
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.paths import ARRAY_INDICES
 from retarget_bench.results.store import CaseResult
-from retarget_bench.verification.gate.golden import Measured
+from retarget_bench.verification.gate.golden import FACTS, Measured
 
 TASK = "retarget"
 CASES = 5
@@ -109,13 +109,15 @@ def measure(
     if not any(asked.values()):
         found.missing.append(f"{data.spec} has no case to ask methods")
     methods: dict[str, BoundMethod] = {}
+    known = golden.under("weights") if golden else {}
     for label in labels:
         try:
             method = bound.method(registry.canonical("methods", label))
             found.facts[f"weights/{method.spec}"] = optional.weights_hash(method.built)
             methods[str(method.spec)] = method
         except BenchError as error:
-            found.missing.append(str(error))
+            gone = "; if it is gone for good, remove its line from " + FACTS
+            found.missing.append(f"{error}{gone if label in known else ''}")
     for done, (split, infos) in enumerate(asked.items(), 1):
         cases = _loaded(found, data.built, infos)
         for method in methods.values():

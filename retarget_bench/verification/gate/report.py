@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
-from retarget_bench.verification.gate.compare import Change, Comparison
+from retarget_bench.tables.builder import DEFAULT_COLUMNS
+from retarget_bench.verification.gate.compare import Change, Comparison, Status
 
-MOST = 40
-"""Lines that are written out."""
+MOST = 6
+"""Lines that are written out of one subject."""
 HEADS = ("", "of", "value", "in", "golden", "now", "")
 CURE = 'If it is meant: the same command with --accept --because "...".'
 VERDICTS = (
@@ -46,16 +47,20 @@ def _rows(found: Comparison, everything: bool = False) -> tuple[list[Sequence[st
     """The cells of the lines that are shown, and a sentence about the others.
 
     A change moves many values that say the same, so a line is a family of values (the part of the id before
-    the dot) of one subject; shown is the value that moved most.
+    the dot) of one subject: the value that moved most. Default columns come first.
     """
-    families: dict[tuple[str, ...], list[Change]] = {}
-    for number, each in enumerate(found.changes):
-        key = (str(number),) if everything else (each.status, each.subject, each.value.split(".")[0])
-        families.setdefault(key if each.subject else (str(number),), []).append(each)
-    rows = [_cells(changes) for changes in families.values()]
-    shown = rows if everything else rows[:MOST]
-    left = [f"and {len(rows) - MOST} more lines (--all shows them)"] if len(shown) < len(rows) else []
-    return shown, left
+    if everything:
+        return [_cells([each]) for each in found.changes], []
+    subjects: dict[tuple[Status, str], dict[str, list[Change]]] = {}
+    for each in found.changes:
+        families = subjects.setdefault((each.status, each.subject), {})
+        families.setdefault(each.value.split(".")[0] or each.why, []).append(each)
+    rows, left = [], 0
+    for families in subjects.values():
+        ordered = sorted(families.values(), key=lambda changes: changes[0].value not in DEFAULT_COLUMNS)
+        rows += [_cells(changes) for changes in ordered[:MOST]]
+        left += sum(map(len, ordered[MOST:]))
+    return rows, [f"and {left} more (--all shows them)"] if left else []
 
 
 def _cells(changes: Sequence[Change]) -> Sequence[str]:

@@ -68,16 +68,23 @@ def measure(
     metrics = built_metrics(before.under("metric") if before and known else own_metrics(), found)
     if complete and everything:
         # the frozen motions beside the golden rows where these have some, else those of the package
-        beside = folder if (folder / golden.MOTIONS).is_dir() else golden.built_in()
-        try:
-            frozen.measure(found, beside, metrics, progress)
-            core.measure(found, beside)
-        except BenchError as error:
-            found.missing.append(str(error))
+        own = (folder / golden.MOTIONS).is_dir()
+        measure_frozen(found, folder if own else golden.built_in(), metrics, progress)
     data = bound.dataset(dataset or Spec.parse(before.facts["dataset/spec"] if before else defaults.DATASET))
     scoring = tuple(metric.card.name for metric in metrics if not is_set_metric(metric))
     method_rows.measure(found, before, data, list(dict.fromkeys(labels)), scoring, progress)
     return found
+
+
+def measure_frozen(
+    found: Measured, folder: Path, metrics: Sequence[Metric | SetMetric], progress: Progress
+) -> None:
+    """Add what metrics say of frozen motions, and the core of frozen inputs."""
+    try:
+        frozen.measure(found, folder, metrics, progress)
+        core.measure(found, folder)
+    except BenchError as error:
+        found.missing.append(str(error))
 
 
 def accept(folder: Path, found: Comparison, now: Measured, because: str) -> Path:
