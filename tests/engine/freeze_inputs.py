@@ -93,7 +93,9 @@ def low_hips(random: np.random.Generator) -> str:
     body = LIMBS | {
         f"Left{name[5:]}": (
             mirrored(offset),
-            mirrored(below) if isinstance(below, tuple) else [each.replace("Right", "Left") for each in below],
+            mirrored(below)
+            if isinstance(below, tuple)
+            else [each.replace("Right", "Left") for each in below],
         )
         for name, (offset, below) in LIMBS.items()
         if name.startswith("Right")

@@ -20,7 +20,9 @@ def metrics():
 def kept(ours, test):
     """The golden facts that pass a test, and no method."""
     facts = {name: text for name, text in ours.facts.items() if test(*golden.parsed(name))}
-    return Measured(ours.rows, {name: text for name, text in facts.items() if not name.startswith("weights/")})
+    return Measured(
+        ours.rows, {name: text for name, text in facts.items() if not name.startswith("weights/")}
+    )
 
 
 def measured(ours, built=None, folder=FOLDER):

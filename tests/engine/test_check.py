@@ -74,7 +74,9 @@ def test_a_method_that_moves_is_seen_for_better_or_worse(baseline, bench, monkey
     monkeypatch.setenv("TOY_OFF", off)
     status, said = bench("--baseline", baseline)
     assert status == 1
-    assert re.search(rf"^{mark} +toy_learner +mpjpe_h\.world +(intra|cross) +\d\.\d+ +\d\.\d+", said, re.MULTILINE)
+    assert re.search(
+        rf"^{mark} +toy_learner +mpjpe_h\.world +(intra|cross) +\d\.\d+ +\d\.\d+", said, re.MULTILINE
+    )
 
 
 @pytest.mark.parametrize(
@@ -151,7 +153,9 @@ def test_a_case_that_fails_now_is_newly_failing_and_the_other_way_round_is_bette
     monkeypatch.setenv("TOY_FAILS", angle)
     status, said = bench("--baseline", baseline)
     assert status == 1
-    assert re.search(r"newly failing +toy_learner +answered cases +intra +5 +3 .*RuntimeError: no idea", said)
+    assert re.search(
+        r"newly failing +toy_learner +answered cases +intra +5 +3 .*RuntimeError: no idea", said
+    )
     failing = accepted(tmp_path / "failing", bench)
     assert bench("--baseline", failing)[0] == 0
     monkeypatch.delenv("TOY_FAILS")
@@ -175,7 +179,10 @@ def changed_card(monkeypatch, **changes):
     ("changes", "words"),
     [
         ({"version": "7"}, "metric position version 1 version 7"),
-        ({"tolerance": 10.0}, "tolerance 1e-06 position: unit % of height, better lower, goal 1, tolerance 10"),
+        (
+            {"tolerance": 10.0},
+            "tolerance 1e-06 position: unit % of height, better lower, goal 1, tolerance 10",
+        ),
         ({"unit": "heights"}, "1e-06 position: unit heights"),
         ({"better": "higher"}, "1e-06 position: unit % of height, better higher"),
         ({"with_self": True}, "tolerance 1e-06, with self pairs"),
@@ -343,7 +350,11 @@ def edited(folder, name, change):
         ("facts.csv", lambda old: b"", r"facts\.csv: cannot be read as a table"),
         ("facts.csv", lambda old: old.replace(b"fact,", b"fiction,", 1), r"facts\.csv:1: has columns"),
         ("facts.csv", lambda old: old + old.splitlines(True)[-1], r"facts\.csv: says a fact twice"),
-        ("rows/toy_cases/retarget/intra/toy_learner.json", lambda old: old[:100], r"toy_learner\.json: is not"),
+        (
+            "rows/toy_cases/retarget/intra/toy_learner.json",
+            lambda old: old[:100],
+            r"toy_learner\.json: is not",
+        ),
         (
             "rows/toy_cases/retarget/intra/toy_learner.csv",
             lambda old: old.replace(b"1", b"2", 1),

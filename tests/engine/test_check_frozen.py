@@ -4,6 +4,7 @@ import shutil
 from dataclasses import fields, replace
 from pathlib import PurePosixPath
 
+import freeze_motions
 import numpy as np
 import pytest
 from gates import FOLDER, measured, metrics, quiet
@@ -33,11 +34,9 @@ def test_another_frozen_motion_is_told_as_such(copied):
     ours = golden.read(FOLDER)
     held = frozen.read(copied / "frozen" / "stairs.npz")
     moved = {name: replace(each, root=each.root + 1.0) for name, each in held.predictions.items()}
-    frozen.write(copied / "frozen", replace(held, predictions=moved))
+    freeze_motions.write(copied / "frozen", replace(held, predictions=moved))
     found = compare.compare(ours, measured(ours, folder=copied))
-    assert [(each.status, each.subject) for each in found.changes] == [
-        (Status.INCOMPARABLE, "file stairs")
-    ]
+    assert [(each.status, each.subject) for each in found.changes] == [(Status.INCOMPARABLE, "file stairs")]
 
 
 def test_no_frozen_motion_cannot_be_measured(copied, tmp_path):
@@ -50,7 +49,7 @@ def test_no_frozen_motion_cannot_be_measured(copied, tmp_path):
 
 def test_what_is_packed_is_what_is_read(tmp_path):
     held = frozen.read(FOLDER / "frozen" / "stairs.npz")
-    frozen.write(tmp_path, held)
+    freeze_motions.write(tmp_path, held)
     again = frozen.read(tmp_path / "stairs.npz")
     assert again.case.info == held.case.info
     assert again.case.target is again.case.reference.character
@@ -73,4 +72,4 @@ def test_a_file_of_a_newer_version_or_of_something_else_is_refused(tmp_path):
     with pytest.raises(FileError, match=r"none\.npz: is not a file of frozen motions"):
         frozen.read(tmp_path / "none.npz")
     with pytest.raises(BenchError, match="a PurePosixPath cannot be stored"):
-        frozen.write(tmp_path, frozen.FrozenCase("path", PurePosixPath("x"), {}, ""))
+        freeze_motions.write(tmp_path, frozen.FrozenCase("path", PurePosixPath("x"), {}, ""))

@@ -90,7 +90,9 @@ MUTATIONS = {
         "body", MEASURES, "measure", "bones(skeleton, foot, hips) + bones(skeleton, head, hips)",
         "bones(skeleton, foot, 0) + bones(skeleton, head, 0)",
     ),
-    "heights by the reference pose": ("body", CHARACTER, "Character.height", "measures.height", "measures.h4"),
+    "heights by the reference pose": (
+        "body", CHARACTER, "Character.height", "measures.height", "measures.h4",
+    ),
     "the second bone of an A-pose as it rests": (
         "body", POSE, "_straighten", "body.swing(pose, joints[1], joints[2], wanted)", "",
     ),

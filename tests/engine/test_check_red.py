@@ -218,7 +218,10 @@ def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions
     assert "width.features@generated" not in row(before, "motion/self_dog/late")
 
     def moved():
-        return {(x.status, x.value or x.subject) for x in compare.compare(before, measured(ours, [metric])).changes}
+        return {
+            (x.status, x.value or x.subject)
+            for x in compare.compare(before, measured(ours, [metric])).changes
+        }
 
     assert moved() == set()
     metric.bias = 1e-5

@@ -1,6 +1,5 @@
 """The gate has been seen red: methods and data broken on purpose, against our golden rows."""
 
-import re
 from dataclasses import replace
 
 import numpy as np

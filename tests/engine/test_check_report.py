@@ -16,7 +16,17 @@ def test_what_moved_comes_first_the_gravest_foremost_then_counts():
     )
     found = Comparison(changes, 70)
     said = report.text(found)
-    at = [said.index(word) for word in ("could not measure", "newly failing", "v5", "worse", "and 54 more", "70 compared: 7 same")]
+    at = [
+        said.index(word)
+        for word in (
+            "could not measure",
+            "newly failing",
+            "v5",
+            "worse",
+            "and 54 more",
+            "70 compared: 7 same",
+        )
+    ]
     assert at == sorted(at)
     assert "v6" not in said
     whole = report.text(found, everything=True)

@@ -138,7 +138,11 @@ def test_score_takes_every_value_that_applies() -> None:
 def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:
     declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS, *TASK_METRICS))
     seen, outside = set(), []
-    numbers = [(parsed(name)[2], text) for name, text in read(built_in()).facts.items()]
+    numbers = [
+        (parsed(name)[2], text)
+        for name, text in read(built_in()).facts.items()
+        if name.startswith(("motion/", "clouds/"))
+    ]
     for path in (built_in() / "rows").glob("*/*/*/*.csv"):
         with path.open(encoding="utf-8", newline="") as file:
             numbers += [(row.get("value_id"), row.get("value")) for row in csv.DictReader(file)]

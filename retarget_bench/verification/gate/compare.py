@@ -1,4 +1,4 @@
-"""Comparison of what is measured now with golden rows: facts by name, rows of methods by result matrices."""
+"""Comparison of what is measured now with golden rows: facts by name, rows by result matrices."""
 
 import math
 import warnings
@@ -114,7 +114,7 @@ class Comparison:
 
 
 def compare(golden: Measured, now: Measured, asked: Criteria = EVERYTHING) -> Comparison:
-    """Golden rows beside what is measured now; of these only the methods that now holds. Raises FileError."""
+    """Golden rows beside what is measured now, which may hold fewer methods. Raises FileError."""
     stale = Stale.of(golden, now)
     found: list[Change | None] = [Change(Status.UNMEASURED, why=why) for why in now.missing]
     found += [
@@ -238,11 +238,11 @@ class _Pair:
         """``(points, cases)`` golden and now, and the index of every point; of a plain value one point."""
         keys = dict.fromkeys(key for row in (self.old, self.new) for key in row.runs[0] if key[0] == value)
         nothing = np.full(len(self.matrix.cases), np.nan)
-        both = (
+        old, new = (
             np.array([row.number(key) if key in row.runs[0] else nothing for key in keys])
             for row in (self.old, self.new)
         )
-        return *both, [index for _, index in keys]
+        return old, new, [index for _, index in keys]
 
     @property
     def both_answered(self) -> np.ndarray:
@@ -262,34 +262,36 @@ class _Pair:
 
 
 def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> Iterator[Change | None]:
-    methods = {bound.method(spec).known_as: (spec, bool(hash_)) for spec, hash_ in now.under("weights").items()}
-    files = {known.slug for known in methods}
-    before, after = (_matrices(each, files) for each in (golden, now))
+    """A change, or None, for every value of a method on a split that can be compared."""
+    known = {spec: bound.method(spec).known_as for spec in now.under("weights")}
+    before, after = (_matrices(each, {name.slug for name in known.values()}) for each in (golden, now))
     typical = _typical(before.values())
-    for known, (spec, learned) in methods.items():
-        label = str(known)
-        rows, earlier_rows = (
-            [pairwise.find(matrix, label) for matrix in each.values()] for each in (after, before)
-        )
-        if not any(row and row.header.counts.ok for row in (*rows, *earlier_rows)):
-            why = next((each.message for row in rows if row for each in row.header.problems), "no case")
+    for spec, weights in now.under("weights").items():
+        label = str(known[spec])
+        new_rows, old_rows = (_rows_of(label, matrices) for matrices in (after, before))
+        if not any(row.header.counts.ok for row in (*new_rows.values(), *old_rows.values())):
+            problems = (each for row in new_rows.values() for each in row.header.problems)
+            why = next((each.message for each in problems), "no case")
             yield Change(Status.UNMEASURED, label, why=f"it answers nothing: {why}")
         if stale.data or spec in stale.methods:
             continue
-        for (split, matrix), new in zip(after.items(), rows, strict=True):
-            earlier = before.get(split)
-            old = earlier and pairwise.find(earlier, label)
-            if new is None:
-                continue
-            if earlier is None or old is None or earlier.cases != matrix.cases:
+        for split, new in new_rows.items():
+            old = old_rows.get(split)
+            if old is None or before[split].cases != after[split].cases:
                 yield Change(Status.INCOMPARABLE, label, where=split, why="other cases were asked")
                 continue
-            pair = _Pair(matrix, old, new)
+            pair = _Pair(after[split], old, new)
             yield _answered(pair)
             for value in dict.fromkeys(key[0] for row in (old, new) for key in row.runs[0]):
                 if asked.asks(value) and value not in stale.values:
-                    declared = matrix.values.get(value) or earlier.values[value]
-                    yield _value(pair, value, declared, asked, learned, typical.get(value, 0.0))
+                    declared = after[split].values.get(value) or before[split].values[value]
+                    yield _value(pair, value, declared, asked, bool(weights), typical.get(value, 0.0))
+
+
+def _rows_of(label: str, matrices: Mapping[str, ResultMatrix]) -> dict[str, MethodRow]:
+    """Split -> the row of a method."""
+    rows = {split: pairwise.find(matrix, label) for split, matrix in matrices.items()}
+    return {split: row for split, row in rows.items() if row is not None}
 
 
 def _matrices(found: Measured, files: Collection[str]) -> dict[str, ResultMatrix]:

@@ -54,7 +54,7 @@ def _listed(folder: Path, name: str) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def _numbered(name: str, values: Sequence[float] | Sequence[str]) -> dict[str, float | str]:
+def _numbered(name: str, values: Sequence[float | str]) -> dict[str, float | str]:
     return {f"{name}@{number}": each for number, each in enumerate(values)}
 
 
@@ -71,8 +71,11 @@ def reader(folder: Path) -> Rows:
         yield (
             path.stem,
             {
-                **dict(zip((f"away@{each}" for each in read.skeleton.names), away.tolist(), strict=True)),
-                **dict(zip(("root@x", "root@y", "root@z"), read.root[-1].tolist(), strict=True)),
+                **{
+                    f"away@{name}": float(each)
+                    for name, each in zip(read.skeleton.names, away, strict=True)
+                },
+                **{f"root@{axis}": float(each) for axis, each in zip("xyz", read.root[-1], strict=True)},
                 **_numbered("bone", read.skeleton.bone_lengths.tolist()),
                 "fps": read.fps,
             },
@@ -86,7 +89,7 @@ def _away(meant: np.ndarray, turned: np.ndarray) -> np.ndarray:
 
 
 def writer(folder: Path) -> Rows:
-    """A motion written in every order of angles: the lines of its joints, and how far it is read from it."""
+    """A motion written in every order of angles: the lines of its joints and what reading it loses."""
     motion = low_hips(folder)
     with tempfile.TemporaryDirectory(prefix="bench-check-") as scratch:
         for order in map("".join, permutations("XYZ")):
@@ -94,11 +97,14 @@ def writer(folder: Path) -> Rows:
             bvh.write(path, motion, order=order, scale=100.0)
             again = bvh.read(path, root="absolute", scale=0.01, fold=False)
             head = path.read_text(encoding="utf-8").split("MOTION")[0].split("\n")
-            yield order, {
-                **_numbered("line", [" ".join(line.split()) for line in head if line.strip()]),
-                "away": float(np.round(_away(motion.rotations, again.rotations).max(), 7)),
-                "root": float(np.round(np.abs(motion.root - again.root).max(), 7)),
-            }
+            yield (
+                order,
+                {
+                    **_numbered("line", [" ".join(line.split()) for line in head if line.strip()]),
+                    "away": float(np.round(_away(motion.rotations, again.rotations).max(), 7)),
+                    "root": float(np.round(np.abs(motion.root - again.root).max(), 7)),
+                },
+            )
 
 
 # --------------------------------------------------------------------------------------------- a body
@@ -231,11 +237,17 @@ def table(folder: Path) -> Rows:
                 yield f"{row.label} {column.id}", {**columns, "mark": float(list(MARKS).index(cell.mark))}
         yield "floors", _numbered("floor", [" ".join(each) for each in group.floors])
     for each in compared[0].differences:
-        numbers = {name: getattr(each, name) for name in ("difference", "p", "adjusted", "cases", "clips")}
-        ends = (each.interval.low, each.interval.high) if each.interval else ()
-        yield f"best, far {each.value}", {
-            **numbers, **_numbered("interval", ends), **_numbered("won", each.won), "verdict": each.verdict
-        }  # fmt: skip
+        facts = {name: getattr(each, name) for name in ("difference", "p", "adjusted", "cases", "clips")}
+        between = [each.interval.low, each.interval.high] if each.interval else []
+        yield (
+            f"best, far {each.value}",
+            {
+                **facts,
+                **_numbered("interval", between),
+                **_numbered("won", each.won),
+                "verdict": each.verdict,
+            },
+        )
     yield "text", _drawn(rendering.text(made, intervals=True))
     yield "comparison", _drawn(pairwise_text.text(compared, 100))
     yield "default columns", _numbered("id", builder.DEFAULT_COLUMNS)

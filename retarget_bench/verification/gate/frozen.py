@@ -26,7 +26,7 @@ from retarget_bench.api.optional import is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
 from retarget_bench.motion import character, measures, motion, rotation, skeleton
-from retarget_bench.results.store import Values, read_npz, write_npz
+from retarget_bench.results.store import Values, read_npz
 from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured
 
 SCHEMA = 1
@@ -53,44 +53,6 @@ class FrozenCase:
 
 
 # ---------------------------------------------------------------------------------------------- files
-def write(folder: Path, frozen: FrozenCase) -> None:
-    """One file ``<name>.npz``. Raises FileError, and BenchError for what cannot be stored."""
-    arrays: dict[str, np.ndarray] = {}
-    parts = {"case": frozen.case, "predictions": frozen.predictions, "origin": frozen.origin}
-    tree = json.dumps({"schema": SCHEMA, "thing": _packed(parts, arrays, {})}, allow_nan=False)
-    write_npz(folder / f"{frozen.name}.npz", arrays | {"tree": np.array(tree)}, compressed=True)
-
-
-def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> Any:
-    """An object as JSON; arrays go to ``arrays``. ``seen``: id of a dataclass -> its number in the file,
-    so that those that occur more than once, such as bodies, are written once."""
-    if thing is None or isinstance(thing, bool | int | float | str):
-        return thing
-    if isinstance(thing, np.generic):
-        return thing.item()
-    if id(thing) in seen:
-        return {"same": seen[id(thing)]}
-    if isinstance(thing, np.ndarray):
-        single = thing.astype(np.float32) if thing.dtype == np.float64 else thing
-        name = f"array_{len(arrays)}"
-        arrays[name] = single if np.array_equal(single, thing) else thing
-        return {"array": name}
-    if isinstance(thing, Mapping):
-        return {"mapping": {str(key): _packed(value, arrays, seen) for key, value in thing.items()}}
-    if isinstance(thing, tuple | list):
-        return {"tuple": [_packed(each, arrays, seen) for each in thing]}
-    name = type(thing).__name__
-    if KNOWN.get(name) is not type(thing):
-        raise BenchError(f"a {name} cannot be stored among frozen motions")
-    stored = thing
-    if isinstance(thing, motion.Motion):
-        stored = replace(thing, rotations=thing.rotations.astype(np.float32))
-    names = [each.name for each in fields(stored) if each.name not in ("measures", "skin")]
-    inside = {name: _packed(getattr(stored, name), arrays, seen) for name in names}
-    seen[id(thing)] = len(seen)
-    return {"is": name, "fields": inside}
-
-
 def read(path: Path) -> FrozenCase:
     """Raises FileError where the file is missing, damaged, from a newer version or something else."""
     problem = "is not a file of frozen motions, or is damaged"
@@ -112,7 +74,7 @@ def read(path: Path) -> FrozenCase:
 
 
 def _unpacked(packed: Any, arrays: Mapping[str, np.ndarray], made: list[Any]) -> Any:
-    """The object that ``_packed`` wrote. ``made``: the dataclasses of the file so far."""
+    """The object of a part of a file. ``made``: the dataclasses of the file so far."""
     if not isinstance(packed, dict):
         return packed
     if "same" in packed:

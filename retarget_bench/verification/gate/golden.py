@@ -1,12 +1,10 @@
-"""Golden rows as files: an ordinary results folder (``rows/``), and ``facts.csv`` for all that is no row of a
-method.
+"""Golden rows as files: an ordinary results folder (``rows/``), and ``facts.csv`` for all else.
 
 A fact is a name and a text. Those of ``PROTOCOL`` say what numbers hang on: the data, versions of metrics,
 declarations of values, weights, networks and frozen files. All others are measured, and are called
 ``<part>/<input>/<value>``, where a value may have an index: ``motion/stairs/sunk/growth.world@1``.
 """
 
-import csv
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -50,9 +48,7 @@ class Measured:
     def under(self, kind: str) -> Facts:
         """The facts of a kind, by the rest of their names."""
         return {
-            name.partition("/")[2]: text
-            for name, text in self.facts.items()
-            if name.startswith(f"{kind}/")
+            name.partition("/")[2]: text for name, text in self.facts.items() if name.startswith(f"{kind}/")
         }
 
     def add(self, row: str, numbers: Mapping[str, float | str]) -> None:
@@ -76,7 +72,7 @@ def read(folder: Path) -> Measured:
     """Golden rows. Raises FileError for a file of facts that is missing or damaged; rows are checked where
     they are read."""
     rows = store.read_csv(folder / FACTS, FIELDS)
-    facts = {name: text for name, text in rows}
+    facts = dict(rows)
     if len(facts) < len(rows):
         raise FileError(folder / FACTS, "says a fact twice; restore the golden rows")
     return Measured(folder / ROWS, facts)
@@ -90,7 +86,11 @@ def accept(folder: Path, found: Measured, line: str) -> Path:
     """
     log = (folder.parent if folder.resolve() == built_in().resolve() else folder) / LOG
     try:
-        old = log.read_text(encoding="utf-8") if log.is_file() else "# Accepted changes of the golden rows\n\n"
+        old = (
+            log.read_text(encoding="utf-8")
+            if log.is_file()
+            else "# Accepted changes of the golden rows\n\n"
+        )
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".golden-", dir=folder.parent) as beside:
             fresh = Path(beside)

@@ -68,11 +68,11 @@ def _cases(found: Measured, data: BoundDataset, golden: Measured | None) -> dict
     found.facts |= {"dataset/spec": str(Spec(data.spec.name, data.parameters)), "dataset/content": content}
     listed = {split: data.built.cases(TASK, split) for split in data.built.card.splits}
     for split, infos in listed.items():
-        ids = "\n".join(info.id for info in infos)
-        found.facts[f"cases/{split}"] = f"{len(infos)} cases, {digest(ids)}"
+        hash_ = digest("\n".join(info.id for info in infos))
+        found.facts[f"cases/{split}"] = f"{len(infos)} cases, {hash_}"
     if golden is None or golden.facts.get("dataset/content") != content:
         return {split: choose(data.built, infos) for split, infos in listed.items()}
-    asked = {}
+    asked: dict[str, Sequence[CaseInfo]] = {}
     for split, ids in asked_before(golden).items():
         known = {info.id: info for info in listed.get(split, ())}
         asked[split] = [known[case] for case in ids if case in known]
@@ -104,7 +104,10 @@ def measure(
     metrics: tuple[str, ...],
     progress: Callable[[int, int], None],
 ) -> None:
-    """Add the rows of methods: predicted, scored and written as in any run. metrics: names, none of sets."""
+    """Add the rows of methods: predicted, scored and written as in any run.
+
+    metrics: names, none of sets.
+    """
     asked = _cases(found, data, golden)
     if not any(asked.values()):
         found.missing.append(f"{data.spec} has no case to ask methods")
@@ -144,7 +147,8 @@ def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> list[CaseResult]:
     method, metrics = unit.method.built, unit.metrics.of_cases
     seeds = [store.case_seed(0, str(unit.known_as), case.info.id) for case in cases]
     contexts = [
-        stage_one.context_for(method, unit.data, case, seed) for case, seed in zip(cases, seeds, strict=True)
+        stage_one.context_for(method, unit.data, case, seed)
+        for case, seed in zip(cases, seeds, strict=True)
     ]
     # values per joint are left to frozen motions
     kept = {k for k, each in bound.declared_values(metrics).items() if each.index not in ARRAY_INDICES}

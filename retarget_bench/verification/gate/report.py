@@ -34,7 +34,17 @@ def markdown(found: Comparison) -> str:
     lines = [f"| {' | '.join(map(_cell, row))} |" for row in ((HEADS, *rows) if rows else ())]
     lines[1:1] = [f"|{'---|' * len(HEADS)}"] if lines else []
     return "\n".join(
-        [f"### bench check: {verdict}", "", *lines, "", *rest, _counts(found), "", VERDICTS[found.verdict], ""]
+        [
+            f"### bench check: {verdict}",
+            "",
+            *lines,
+            "",
+            *rest,
+            _counts(found),
+            "",
+            VERDICTS[found.verdict],
+            "",
+        ]
     )
 
 

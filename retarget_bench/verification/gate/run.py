@@ -65,12 +65,14 @@ def measure(
     found = Measured(scratch / golden.ROWS)
     # golden rows of one's own methods leave metrics alone that they do not know
     known = before is not None and not complete and not accept
-    metrics = built_metrics(before.under("metric") if before and known else own_metrics(), found)
+    metrics = built_metrics(list(before.under("metric")) if before and known else own_metrics(), found)
     if complete and everything:
         # the frozen motions beside the golden rows where these have some, else those of the package
         own = (folder / golden.MOTIONS).is_dir()
         measure_frozen(found, folder if own else golden.built_in(), metrics, progress)
-    data = bound.dataset(dataset or Spec.parse(before.facts["dataset/spec"] if before else defaults.DATASET))
+    data = bound.dataset(
+        dataset or Spec.parse(before.facts["dataset/spec"] if before else defaults.DATASET)
+    )
     scoring = tuple(metric.card.name for metric in metrics if not is_set_metric(metric))
     method_rows.measure(found, before, data, list(dict.fromkeys(labels)), scoring, progress)
     return found
