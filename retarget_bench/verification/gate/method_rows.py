@@ -6,7 +6,6 @@ from dataclasses import replace
 from retarget_bench.api import Case, CaseInfo, Dataset, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import predict as stage_one
-from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.evaluation.score import score
 from retarget_bench.files import digest
@@ -14,7 +13,14 @@ from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.bound import BoundDataset, BoundMethod
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.header import (
+    Counts,
+    DatasetInfo,
+    DeclaredValue,
+    MethodInfo,
+    Problem,
+    ResultHeader,
+)
 from retarget_bench.results.paths import ARRAY_INDICES
 from retarget_bench.results.store import CaseResult
 from retarget_bench.verification.gate.golden import FACTS, Measured
@@ -166,7 +172,33 @@ def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> list[CaseResult]:
 
 
 def _header(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHeader:
-    """The header of a unit without the prose of values, which is that of the installed metrics anyway."""
-    header = header_of(unit, entries)
-    values = {k: replace(v, meaning="", formula="", protocol={}) for k, v in header.values.items()}
-    return replace(header, values=values)
+    """What tables need to know of a unit, and nothing that is another whenever and wherever it is made."""
+    card, trained = unit.method.card, optional.method_manifest(unit.method.built)
+    declared = {
+        value.id: DeclaredValue.of(value, metric.card.name)
+        for metric in unit.metrics.of_cases
+        for value in metric.card.values
+    }
+    problems = (Problem(status=e.status, message=e.message, cases=(e.case,)) for e in entries)
+    return ResultHeader(
+        keys={},
+        task=TASK,
+        split=unit.split,
+        method=MethodInfo(
+            name=unit.known_as.name,
+            label=str(unit.known_as),
+            parameters=dict(unit.known_as.parameters),
+            privileged=tuple(card.needs),
+            control=bool(card.control),
+            trained_on=None if trained is None else {},
+        ),
+        dataset=DatasetInfo(label=unit.data.label, content=unit.data.content, notes=()),
+        metrics={metric.card.name: str(metric.card.version) for metric in unit.metrics.of_cases},
+        values={
+            # the prose of values is that of the installed metrics
+            key: replace(each, meaning="", formula="", protocol={})
+            for key, each in declared.items()
+        },
+        counts=Counts.of(entry.status for entry in entries),
+        problems=tuple(each for each in problems if each.status != "ok"),
+    )
