@@ -6,6 +6,7 @@ import re
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import click
@@ -53,12 +54,6 @@ _TOLERANCE = re.compile(r"(?:(?P<name>[^=]+)=)?(?P<number>\d+\.?\d*|\.\d+)\s*(?P
 @click.option("--accept", is_flag=True, help="Make what is measured now the golden rows.")
 @click.option("--because", metavar="TEXT", help="With --accept: why numbers may move; it is logged.")
 @click.option(
-    "--forget",
-    multiple=True,
-    metavar="METHOD",
-    help="With --accept: drop the golden rows of this method, which is no more.",
-)
-@click.option(
     "--summary", metavar="FILE", type=options.FILE, help="Also append the report to this file, as Markdown."
 )
 @click.option("--all", "--verbose", "everything", is_flag=True, help="Write out every row that moved.")
@@ -72,7 +67,6 @@ def command(
     root: str | None,
     accept: bool,
     because: str | None,
-    forget: tuple[str, ...],
     summary: Path | None,
     everything: bool,
 ) -> int:
@@ -85,37 +79,40 @@ def command(
 
     if accept != bool(because and because.strip()):
         raise BenchError('--accept and --because "why numbers may move" go together')
-    if forget and not accept:
-        raise BenchError("--forget goes with --accept")
     if accept and (columns is not None or worse_only or tolerances):
         raise BenchError("--accept takes everything; leave --columns, --worse-only and --tolerance")
     asked = _criteria(columns, worse_only, tolerances)
     folder = baseline or golden.built_in()
     if root is not None and dataset is None:
-        dataset = golden.read(folder).dataset["spec"] if golden.exists(folder) else defaults.DATASET
+        dataset = golden.read(folder).facts["dataset/spec"] if golden.exists(folder) else defaults.DATASET
     spec = None if dataset is None else options.dataset_spec(dataset, root)
-    try:
-        with progress_bar("bench check", "items") as progress:
-            found = run.check(folder, methods, spec, progress, accept=accept, forget=forget, asked=asked)
-    except (BenchError, click.ClickException):
-        raise
-    except Exception:  # Python would end with 1, which says that something was measured and moved
-        traceback.print_exc()
-        echo("Could not measure: the gate itself, or a plug-in in it, broke.", err=True)
-        return 2
-    echo(report.text(found.lines, found.verdict, everything))
-    if summary is not None:
+    with TemporaryDirectory(prefix="bench-check-") as scratch:
         try:
-            with summary.open("a", encoding="utf-8") as file:
-                file.write(report.markdown(found.lines, found.verdict))
-        except OSError as error:
-            raise FileError(summary, f"cannot be written ({error.strerror})") from error
-    if accept:
+            with progress_bar("bench check", "items") as progress:
+                found, now = run.check(
+                    folder, Path(scratch), methods, spec, progress, accept=accept, asked=asked
+                )
+        except (BenchError, click.ClickException):
+            raise
+        except Exception:  # Python would end with 1, which says that something was measured and moved
+            traceback.print_exc()
+            echo("Could not measure: the gate itself, or a plug-in in it, broke.", err=True)
+            return 2
+        if summary is not None:
+            try:
+                with summary.open("a", encoding="utf-8") as file:
+                    file.write(report.markdown(found))
+            except OSError as error:
+                raise FileError(summary, f"cannot be written ({error.strerror})") from error
+        if not accept or found.verdict == 2:
+            echo(report.text(found, everything))
+        if not accept:
+            return found.verdict
         if found.verdict == 0:
             echo("Nothing to accept: the golden rows are as they were.")
         else:
-            echo(f"Accepted, and logged in {run.accept(folder, found, because or '')}.")
-    return found.verdict
+            echo(f"Accepted, and logged in {run.accept(folder, found, now, because or '')}.")
+    return 0
 
 
 def _criteria(columns: str | None, worse_only: bool, tolerances: tuple[str, ...]) -> Criteria:

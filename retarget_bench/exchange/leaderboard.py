@@ -89,7 +89,8 @@ def _costs(cards: Mapping[str, Card], left_out: Sequence[str]) -> Table:
     ]
     notes = (*(_credit(label, each) for label, each in named), *left_out)
     group = Group("as submitted", "", COSTS, tuple(rows), ())
-    return Table("Cost", (group,), notes=notes, reading="Measured on the submitters' machines, so not ranked.")
+    reading = "Measured on the submitters' machines, so not ranked."
+    return Table("Cost", (group,), notes=notes, reading=reading)
 
 
 def _cell(number: float | str) -> Cell:

@@ -273,6 +273,14 @@ MAPPED: dict[str, type[_Part]] = {
 }
 """Fields that hold several parts, those that hold one, and those that hold several by name."""
 _TYPES = {kind.__name__: get_type_hints(kind) for kind in _Part.__subclasses__()}
+_FIELDS = {
+    kind.__name__: (
+        {each.name: each for each in fields(kind) if each.name != "extra"},
+        [each.name for each in fields(kind) if each.default is each.default_factory is MISSING],
+    )
+    for kind in _Part.__subclasses__()
+}
+"""Name of a part -> its fields by name, and the names of those that have to be there."""
 
 
 def parsed(facts: object) -> ResultHeader:
@@ -283,9 +291,8 @@ def parsed(facts: object) -> ResultHeader:
 
 def _part(kind: type[_Part], facts: object, where: str) -> Any:
     given = _object(facts, where)
-    known = {each.name: each for each in fields(kind) if each.name != "extra"}
+    known, required = _FIELDS[kind.__name__]
     said = {name: _field(name, value) for name, value in given.items() if name in known}
-    required = [n for n, each in known.items() if each.default is each.default_factory is MISSING]
     if lacking := [name for name in required if name not in given]:
         raise ValueError(f"{where} lacks {', '.join(lacking)}")
     types = _TYPES[kind.__name__]

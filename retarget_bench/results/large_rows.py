@@ -5,8 +5,8 @@ text would have to be read whole. Numbers have nine significant digits, as in te
 which are compared as they are read.
 """
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ BATCH = 20_000
 Batch = tuple[Sequence[str], Mapping[str, Sequence[Any] | np.ndarray]]
 """Cases; value id -> for each a number, nan or None; of a value with an index ``(index, number)`` pairs."""
 Key = tuple[str, str]
+KEYS = "keys"
+"""The name of the file's list of these."""
 
 
 def parquet() -> Any:
@@ -62,10 +64,8 @@ def write(path: Path, found: Iterable[Batch], declared: Mapping[str, DeclaredVal
     number, curve = pa.float64(), pa.map_(pa.string(), pa.float64())
     numbers = {key: curve if value.index else number for key, value in declared.items()}
     schema = pa.schema({"case": pa.string(), **numbers})
-    # points of curves, so that readers know them without reading the curves
-    points: dict[str, set[str]] = {
-        key: set() for key, value in declared.items() if value.index and value.index not in ARRAY_INDICES
-    }
+    # what any case has a number of, so that readers know it without reading the columns
+    keys = set[Key]()
     options = {"compression": "zstd", "use_dictionary": False, "write_page_checksum": True}
     count = 0
     with atomic(path) as temporary, module.ParquetWriter(temporary, schema, **options) as writer:
@@ -73,12 +73,14 @@ def write(path: Path, found: Iterable[Batch], declared: Mapping[str, DeclaredVal
             nothing = [None] * len(cases)
             arrays = [pa.array(columns.get(k, nothing), numbers[k], from_pandas=True) for k in numbers]
             for key, array in zip(numbers, arrays, strict=True):
-                if key in points:
-                    points[key].update(array.keys.unique().to_pylist())
+                if not declared[key].index and array.null_count < len(array):
+                    keys.add((key, ""))
+                elif declared[key].index not in ("", *ARRAY_INDICES):
+                    keys |= {(key, point) for point in array.keys.unique().to_pylist()}
             writer.write_table(pa.Table.from_arrays([pa.array(cases, pa.string()), *arrays], schema=schema))
             count += len(cases)
-        told = {f"points of {key}": "\n".join(sorted(each)) for key, each in points.items()}
-        writer.add_key_value_metadata(told)
+        ordered = sorted(keys, key=lambda key: (list(numbers).index(key[0]), key[1]))
+        writer.add_key_value_metadata({KEYS: json.dumps(ordered)})
     return count
 
 
@@ -92,21 +94,15 @@ class LargeRows:
             self.file = module.ParquetFile(path, page_checksum_verification=True)
         except (OSError, ValueError) as error:
             raise FileError(path, f"cannot be read as Parquet ({error}); run the method again") from error
+        if KEYS.encode() not in (self.file.metadata.metadata or {}):
+            raise FileError(path, "does not say what it holds numbers of; run the method again")
 
     def __len__(self) -> int:
         return int(self.file.metadata.num_rows)
 
     def keys(self) -> list[Key]:
         """Every value that any case has, and every point of its curve; none per joint or frame."""
-        facts = self.file.metadata.metadata or {}
-        found: list[Key] = []
-        for value in self._values():
-            points = facts.get(f"points of {value}".encode())
-            if points is not None:
-                found += [(value, point) for point in points.decode().split("\n") if points]
-            elif not self._indexed(value) and value in self._filled:
-                found.append((value, ""))
-        return found
+        return [(value, point) for value, point in json.loads(self.file.metadata.metadata[KEYS.encode()])]
 
     def column(self, key: Key) -> np.ndarray:
         """``(cases,)``: nan where a case has no such number."""
@@ -136,8 +132,9 @@ class LargeRows:
 
     def per_index(self) -> list[str]:
         """The values per joint or frame."""
-        facts = self.file.metadata.metadata or {}
-        return [v for v in self._values() if self._indexed(v) and f"points of {v}".encode() not in facts]
+        curves = {value for value, _ in self.keys()}
+        columns = (each for each in self.file.schema_arrow if str(each.type).startswith("map"))
+        return [each.name for each in columns if each.name not in curves]
 
     def entries(self) -> dict[str, CaseResult]:
         """Case -> its values, but for those per joint and frame."""
@@ -148,22 +145,6 @@ class LargeRows:
                 if number is not None:
                     found[case].values[value] = dict(number) if isinstance(number, list) else number
         return {case: entry for case, entry in found.items() if entry.values}
-
-    def _values(self) -> list[str]:
-        return [name for name in self.file.schema_arrow.names if name != "case"]
-
-    def _indexed(self, value: str) -> bool:
-        return str(self.file.schema_arrow.field(value).type) != "double"
-
-    @cached_property
-    def _filled(self) -> set[str]:
-        """The columns that hold any number."""
-        facts = self.file.metadata
-        groups = [facts.row_group(number) for number in range(facts.num_row_groups)]
-        columns = (group.column(number) for group in groups for number in range(group.num_columns))
-        return {
-            each.path_in_schema for each in columns if not each.statistics or each.statistics.num_values
-        }
 
     def _read(self, name: str) -> Any:
         try:

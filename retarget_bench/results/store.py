@@ -67,11 +67,6 @@ class Results:
     cases: dict[str, CaseInfo]
 
 
-def key(facts: Mapping[str, Any]) -> str:
-    """Sixteen hex digits that stand for declared facts, whatever their order."""
-    return digest(json.dumps(facts, sort_keys=True, separators=(",", ":"), allow_nan=False), 16)
-
-
 def case_seed(base: int, method: str, case_id: str) -> int:
     """A seed for one method on one case: adding a case moves no other one's randomness."""
     return int(digest(f"{base}\n{method}\n{case_id}", 15), 16)

@@ -3,7 +3,7 @@
     PYTHONPATH=. python tests/benchmarks/golden_platforms.py
 
 Each run starts from an empty cache, so that the puppets are generated with these instructions too. Printed
-is the row that moved farthest, in limits (1 would be red). Another version of NumPy: run it with that one.
+is what moved by more than it may. Another version of NumPy: run it with that one.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
 AVX512 = "X86_V4 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL"
 """By the names of NumPy 2.4 and of earlier ones."""
@@ -27,13 +28,13 @@ SETTINGS = {
 
 
 def measure() -> None:
-    """One run in this process; prints the verdict and the farthest row as JSON."""
+    """One run in this process; prints the verdict, how much was compared, and what moved as JSON."""
     from retarget_bench.verification.gate import golden, run
 
-    found = run.check(golden.built_in(), (), None, lambda done, total: None)
-    farthest = max(found.lines, key=lambda line: line.ratio)
-    row = " ".join((farthest.subject, farthest.where, farthest.value))
-    print(json.dumps([found.verdict, len(found.lines), farthest.ratio, row]))
+    with tempfile.TemporaryDirectory() as scratch:
+        found, _ = run.check(golden.built_in(), Path(scratch), (), None, lambda done, total: None)
+    moved = [" ".join((each.subject, each.where, each.value)) for each in found.changes]
+    print(json.dumps([found.verdict, found.compared, moved]))
 
 
 def main() -> None:
@@ -49,8 +50,8 @@ def main() -> None:
                 text=True,
                 check=True,
             )
-        verdict, rows, passed, row = json.loads(done.stdout.splitlines()[-1])
-        print(f"{name}: exit status {verdict}, {rows} rows, farthest {passed:.2g} of its limit ({row})")
+        verdict, compared, moved = json.loads(done.stdout.splitlines()[-1])
+        print(f"{name}: exit status {verdict}, {compared} compared, moved: {', '.join(moved) or 'nothing'}")
 
 
 if __name__ == "__main__":

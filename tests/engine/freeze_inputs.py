@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from retarget_bench.files import write_csv, write_text
 from retarget_bench.verification.gate import core, golden
 
-FRAMES, CLIPS = 3, 20
+FRAMES, CLIPS, LOW_FRAMES = 3, 20, 12
 Joint = tuple[str, str]
 """Name and channels: of rotations X, Y, Z, of positions x, y, z."""
 FILES: dict[str, tuple[str, str, Sequence[Joint]]] = {
@@ -68,6 +68,72 @@ def bvh(seconds: str, end: str, joints: Sequence[Joint], random: np.random.Gener
     return end.join([*lines, ""]), meant
 
 
+LIMBS = {
+    "Spine": ((0, 12, 0), ["Chest"]),
+    "Chest": ((0, 24, -1), ["Neck", "RightArm", "LeftArm"]),
+    "Neck": ((0, 14, 1), ["Head"]),
+    "Head": ((0, 9, 1), (0, 21, 0)),
+    "RightUpLeg": ((-9, -4, 0), ["RightLeg"]),
+    "RightLeg": ((-1, -41, 1), ["RightFoot"]),
+    "RightFoot": ((0, -43, -2), ["RightToe"]),
+    "RightToe": ((-1, -7, 13), (0, 0, 6)),
+    "RightArm": ((-17, 8, 0), ["RightForeArm"]),
+    "RightForeArm": ((-19, -20, 1), ["RightHand"]),
+    "RightHand": ((-17, -18, 2), (-11, -12, 0)),
+}
+"""Joint -> its offset in centimetres, and its children or the offset of its tip: a body in A-pose."""
+
+
+def mirrored(offset: tuple[float, float, float]) -> tuple[float, float, float]:
+    return -offset[0], *offset[1:]
+
+
+def low_hips(random: np.random.Generator) -> str:
+    """A body whose hips lie below two other joints, the joints in another order than usual."""
+    body = LIMBS | {
+        f"Left{name[5:]}": (
+            mirrored(offset),
+            mirrored(below)
+            if isinstance(below, tuple)
+            else [each.replace("Right", "Left") for each in below],
+        )
+        for name, (offset, below) in LIMBS.items()
+        if name.startswith("Right")
+    }
+    body |= {
+        "Ground": ((0, 0, 0), ["Carrier"]),
+        "Carrier": ((0, 38, 4), ["Hips"]),
+        "Hips": ((0, 60, -4), ["Spine", "RightUpLeg", "LeftUpLeg"]),
+    }
+    lines, joints = [], list[str]()
+
+    def joint(name: str, depth: int) -> None:
+        (offset, below), pad = body[name], "\t" * depth
+        joints.append(name)
+        places = "" if depth else "Xposition Yposition Zposition "
+        lines.extend([
+            f"{pad}{'JOINT' if depth else 'ROOT'} {name}",
+            f"{pad}{{",
+            f"{pad}\tOFFSET {' '.join(map(str, offset))}",
+            f"{pad}\tCHANNELS {3 if depth else 6} {places}Zrotation Xrotation Yrotation",
+        ])  # fmt: skip
+        if isinstance(below, tuple):
+            lines.append(f"{pad}\tEnd Site {{ OFFSET {' '.join(map(str, below))} }}")
+        else:
+            for each in below:
+                joint(each, depth + 1)
+        lines.append(f"{pad}}}")
+
+    joint("Ground", 0)
+    frames = []
+    for frame in range(LOW_FRAMES):
+        angles = random.normal(0, 9, size=3 * len(joints))
+        numbers = [3.0 * frame, 0.5, 2.0 * frame, *angles]
+        frames.append(" ".join(f"{each:.4f}" for each in numbers))
+    tail = ["MOTION", f"Frames: {LOW_FRAMES}", "Frame Time: 0.0333333", *frames]
+    return "\n".join(["HIERARCHY", *lines, *tail, ""])
+
+
 def rows(random: np.random.Generator) -> Iterator[list]:
     """``method, clip, pair, error, ratio``: two pairs of most clips, one or three of some."""
     clips = [(clip, pair) for clip in range(CLIPS) for pair in range({3: 1, 7: 3}.get(clip, 2))]
@@ -89,6 +155,7 @@ Written by `tests/engine/freeze_inputs.py`; not edited by hand. All numbers are 
 - `orders.bvh`: a joint with each of the six orders of rotation channels, at 120 frames per second.
 - `mixed.bvh`: positions and rotations of the root by turns, joints with two, one and no channel, and one
   with constant positions; lines end in CR LF; 24 frames per second.
+- `low_hips.bvh`: a body in A-pose whose hips lie below two other joints; its tips are End Sites.
 - `rotations.csv`: the rotations that these files mean, by `scipy.spatial.transform.Rotation.from_euler`.
 - `table.csv`: an error and a ratio of five made-up methods on 40 cases of 20 clips: one is close to the
   best, one far from it, one answered 37 cases, and one is a control.
@@ -104,6 +171,8 @@ def main() -> None:
         folder.mkdir(exist_ok=True)
         (folder / name).write_bytes(text.encode())
         meant += [[name, *row] for row in rotations]
+    low = low_hips(np.random.Generator(np.random.Philox(8)))
+    write_text(folder / core.LOW_HIPS, low)
     write_csv(folder / "rotations.csv", ["file", "frame", "joint", "w", "x", "y", "z"], meant)
     write_csv(folder / "table.csv", ["method", "clip", "pair", "error", "ratio"], rows(random))
     write_text(folder / "README.md", README)

@@ -9,19 +9,23 @@ puppets alone is no reason, ``bench check --accept`` is enough for that. Takes a
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from dataclasses import replace
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Contacts, Dataset, Prediction
 from retarget_bench.cli import main as bench
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
-from retarget_bench.verification.gate import frozen, golden
+from retarget_bench.results.store import write_npz
+from retarget_bench.verification.gate import core, frozen, golden
 
 WINDOW = 64
 """Frames: what feature networks look at."""
@@ -77,6 +81,45 @@ def longer(answer: Motion) -> Prediction:
 FAULTS: tuple[Callable[[Motion], Prediction], ...] = (
     shifted, exact, sunk, turned, sliding, late, shaking, longer,
 )  # fmt: skip
+
+
+# ----------------------------------------------------------------------------------------------- files
+def write(folder: Path, held: frozen.FrozenCase) -> None:
+    """One file ``<name>.npz``. Raises FileError, and BenchError for what cannot be stored."""
+    arrays: dict[str, np.ndarray] = {}
+    parts = {"case": held.case, "predictions": held.predictions, "origin": held.origin}
+    tree = json.dumps({"schema": frozen.SCHEMA, "thing": _packed(parts, arrays, {})}, allow_nan=False)
+    write_npz(folder / f"{held.name}.npz", arrays | {"tree": np.array(tree)}, compressed=True)
+
+
+def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> Any:
+    """An object as JSON; arrays go to ``arrays``. ``seen``: id of a dataclass -> its number in the file,
+    so that those that occur more than once, such as bodies, are written once."""
+    if thing is None or isinstance(thing, bool | int | float | str):
+        return thing
+    if isinstance(thing, np.generic):
+        return thing.item()
+    if id(thing) in seen:
+        return {"same": seen[id(thing)]}
+    if isinstance(thing, np.ndarray):
+        single = thing.astype(np.float32) if thing.dtype == np.float64 else thing
+        name = f"array_{len(arrays)}"
+        arrays[name] = single if np.array_equal(single, thing) else thing
+        return {"array": name}
+    if isinstance(thing, Mapping):
+        return {"mapping": {str(key): _packed(value, arrays, seen) for key, value in thing.items()}}
+    if isinstance(thing, tuple | list):
+        return {"tuple": [_packed(each, arrays, seen) for each in thing]}
+    name = type(thing).__name__
+    if frozen.KNOWN.get(name) is not type(thing):
+        raise BenchError(f"a {name} cannot be stored among frozen motions")
+    stored = thing
+    if isinstance(thing, Motion):
+        stored = replace(thing, rotations=thing.rotations.astype(np.float32))
+    names = [each.name for each in fields(stored) if each.name not in ("measures", "skin")]
+    inside = {name: _packed(getattr(stored, name), arrays, seen) for name in names}
+    seen[id(thing)] = len(seen)
+    return {"is": name, "fields": inside}
 
 
 # ----------------------------------------------------------------------------------------------- cases
@@ -146,17 +189,33 @@ def freeze(folder: Path) -> str:
             answer = fault(case.reference)
             answers[fault.__name__] = answer if answer is case.reference else as_scored(answer)
         origin = f"{data.content}: {info.id}, {frames} frames from the middle"
-        frozen.write(folder, frozen.FrozenCase(name, replace(case, alternative=None), answers, origin))
-        size = (folder / f"{name}.npz").stat().st_size
-        rows.append(f"| `{name}.npz` | {size // 1024} | {origin} | {', '.join(answers)} |")
-    return "\n".join(rows)
+        write(folder, frozen.FrozenCase(name, replace(case, alternative=None), answers, origin))
+        rows.append(_row(folder, name, origin, answers))
+    return "\n".join([*rows, freeze_low_hips(folder)])
+
+
+def freeze_low_hips(folder: Path) -> str:
+    """The motion of a frozen input as a case: no body of the puppets has hips below another joint."""
+    motion = core.low_hips(folder.parent)
+    body = motion.character
+    info = CaseInfo("low_hips/self", "retarget", "self", body.name, body.name, "turns", "", motion.frames)
+    answers = {fault.__name__: as_scored(fault(as_scored(motion))) for fault in (turned, shaking, longer)}
+    origin = f"{core.INPUTS}/{core.LOW_HIPS}, all {motion.frames} frames"
+    case = Case(info, as_scored(motion), body, as_scored(motion))
+    write(folder, frozen.FrozenCase("low_hips", case, answers, origin))
+    return _row(folder, "low_hips", origin, answers)
+
+
+def _row(folder: Path, name: str, origin: str, answers: Mapping[str, Prediction]) -> str:
+    size = (folder / f"{name}.npz").stat().st_size
+    return f"| `{name}.npz` | {size // 1024} | {origin} | {', '.join(answers)} |"
 
 
 README = """# Frozen motions
 
 Written by `tests/engine/freeze_motions.py`; not edited by hand. Each file holds one case (source, target,
 right answer, labels) and wrong answers with known faults, in single precision, so that what `bench check`
-says of metrics hangs on no generator. All motion is from the puppets of this project (CC0 1.0).
+says of metrics hangs on no generator. All motion is made by this project (CC0 1.0), most by its puppets.
 
 | file | KiB | from | predictions |
 |---|---:|---|---|

@@ -1,8 +1,7 @@
 """What tests of the gate measure with: our golden rows, and our metrics on the frozen motions."""
 
-from dataclasses import replace
-
 from retarget_bench.verification.gate import core, frozen, golden, run
+from retarget_bench.verification.gate.golden import CLOUDS, MOTION, Measured
 
 FOLDER = golden.built_in()
 
@@ -12,35 +11,42 @@ def quiet(done, total):
 
 
 def metrics():
-    missing = []
-    built = run.built_metrics(run.own_metrics(), missing)
-    assert not missing
+    found = Measured(FOLDER)
+    built = run.built_metrics(run.own_metrics(), found)
+    assert not found.missing
     return built
 
 
-def measured(ours, folder=FOLDER, built=None):
-    """What metrics say of the frozen motions now, as a snapshot with nothing else in it; with the frozen
-    inputs where no metrics are named."""
-    whole, built = built is None, metrics() if built is None else built
-    found = replace(
-        ours,
-        metrics={each.card.name: each.card.version for each in built},
-        values=run.value_facts(built),
-        frozen={},
-        failures={},
-        methods={},
+def kept(ours, test):
+    """The golden facts that pass a test, and no method."""
+    facts = {name: text for name, text in ours.facts.items() if test(*golden.parsed(name))}
+    return Measured(
+        ours.rows, {name: text for name, text in facts.items() if not name.startswith("weights/")}
     )
+
+
+def measured(ours, built=None, folder=FOLDER):
+    """Our golden facts, but those of these metrics (none named: of all, and of the core) measured now."""
+    whole, built = built is None, metrics() if built is None else built
+    names = {value.id for metric in built for value in metric.card.values}
+    names |= {f"{metric.card.name}.features" for metric in built}
+
+    def of_others(part, row, value):
+        of_metric = part in (MOTION, CLOUDS)
+        return not (of_metric and value in names) and not (whole and (of_metric or part in core.PARTS))
+
+    found = kept(ours, of_others)
+    for metric in built:
+        run.declare(found, metric)
     frozen.measure(found, folder, built, quiet)
     if whole:
         core.measure(found, folder)
     return found
 
 
-def only(ours, names):
-    """The golden rows of some metrics on frozen motions, or of some parts on frozen inputs."""
-    kept = {value for value, facts in ours.values.items() if facts["metric"] in names}
-    rows = {
-        row: {column: number for column, number in columns.items() if column.split("@")[0] in kept}
-        for row, columns in ours.frozen.items()
-    }
-    return replace(ours, frozen={row: columns for row, columns in rows.items() if columns})
+def part_measured(ours, part):
+    """Our golden facts, but those of one part of the core measured now."""
+    found = kept(ours, lambda own, row, value: own != part)
+    for row, said in core.PARTS[part](FOLDER):
+        found.add(f"{part}/{row}", said)
+    return found

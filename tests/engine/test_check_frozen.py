@@ -1,57 +1,55 @@
 """Frozen motions: damaged, exchanged or gone they are told of, and what is packed is what is read."""
 
-import json
 import shutil
 from dataclasses import fields, replace
 from pathlib import PurePosixPath
 
+import freeze_motions
 import numpy as np
 import pytest
-from gates import FOLDER, measured, quiet
+from gates import FOLDER, measured, metrics, quiet
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.verification.gate import compare, frozen, golden, method_rows, run
+from retarget_bench.verification.gate import compare, frozen, golden, run
 from retarget_bench.verification.gate.compare import Status
 
 
 @pytest.fixture
-def copied(tmp_path, monkeypatch):
-    """Our golden rows, but of one method only."""
-    shutil.copytree(FOLDER, tmp_path / "golden")
-    facts = json.loads((tmp_path / "golden" / "golden.json").read_text(encoding="utf-8"))
-    facts["methods"] = {"rest_pose": facts["methods"]["rest_pose"]}
-    (tmp_path / "golden" / "golden.json").write_text(json.dumps(facts), encoding="utf-8")
-    monkeypatch.setattr(method_rows, "default_methods", list)
-    return tmp_path / "golden"
+def copied(tmp_path):
+    """Our frozen motions and inputs, elsewhere."""
+    for name in ("frozen", "inputs"):
+        shutil.copytree(FOLDER / name, tmp_path / name)
+    return tmp_path
 
 
-def test_a_damaged_frozen_motion_is_named_and_cannot_be_measured(copied):
+def test_a_damaged_frozen_motion_is_named_and_cannot_be_measured(copied, tmp_path):
     path = copied / "frozen" / "stairs.npz"
     path.write_bytes(path.read_bytes()[:5000])
-    found = run.check(copied, (), None, quiet)
-    assert found.verdict == 2
-    assert any(line.why.startswith(f"{path}: is not a file of frozen motions") for line in found.lines)
+    found = run.Measured(tmp_path / "rows")
+    run.measure_frozen(found, copied, metrics()[:1], quiet)
+    assert [each.startswith(f"{path}: is not a file of frozen motions") for each in found.missing] == [True]
 
 
 def test_another_frozen_motion_is_told_as_such(copied):
     ours = golden.read(FOLDER)
     held = frozen.read(copied / "frozen" / "stairs.npz")
     moved = {name: replace(each, root=each.root + 1.0) for name, each in held.predictions.items()}
-    frozen.write(copied / "frozen", replace(held, predictions=moved))
-    lines = [x for x in compare.compare(ours, measured(ours, copied)) if x.status is not Status.SAME]
-    assert {(line.status, line.where.split("/")[0]) for line in lines} == {(Status.INCOMPARABLE, "stairs")}
+    freeze_motions.write(copied / "frozen", replace(held, predictions=moved))
+    found = compare.compare(ours, measured(ours, folder=copied))
+    assert [(each.status, each.subject) for each in found.changes] == [(Status.INCOMPARABLE, "file stairs")]
 
 
-def test_no_frozen_motion_cannot_be_measured(copied):
+def test_no_frozen_motion_cannot_be_measured(copied, tmp_path):
     for path in (copied / "frozen").glob("*.npz"):
         path.unlink()
-    found = run.check(copied, (), None, quiet)
-    assert found.verdict == 2
+    found = run.Measured(tmp_path / "rows")
+    run.measure_frozen(found, copied, metrics()[:1], quiet)
+    assert found.missing == [f"{copied / 'frozen'} has no frozen motion"]
 
 
 def test_what_is_packed_is_what_is_read(tmp_path):
     held = frozen.read(FOLDER / "frozen" / "stairs.npz")
-    frozen.write(tmp_path, held)
+    freeze_motions.write(tmp_path, held)
     again = frozen.read(tmp_path / "stairs.npz")
     assert again.case.info == held.case.info
     assert again.case.target is again.case.reference.character
@@ -74,4 +72,4 @@ def test_a_file_of_a_newer_version_or_of_something_else_is_refused(tmp_path):
     with pytest.raises(FileError, match=r"none\.npz: is not a file of frozen motions"):
         frozen.read(tmp_path / "none.npz")
     with pytest.raises(BenchError, match="a PurePosixPath cannot be stored"):
-        frozen.write(tmp_path, frozen.FrozenCase("path", PurePosixPath("x"), {}, ""))
+        freeze_motions.write(tmp_path, frozen.FrozenCase("path", PurePosixPath("x"), {}, ""))

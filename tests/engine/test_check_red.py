@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gates import FOLDER, measured, metrics, only
+from gates import FOLDER, measured, metrics
 
 from retarget_bench.api import CaseFeatures, MetricCard, Value
 from retarget_bench.api.comparison import Comparison
@@ -23,51 +23,61 @@ def of_cases():
     return [each for each in metrics() if hasattr(each, "compute")]
 
 
+def under(found, start):
+    return [name for name in found.facts if name.startswith(f"{start}/")]
+
+
+def row(found, name):
+    """The facts of one row, as numbers."""
+    return {key.removeprefix(f"{name}/"): float(found.facts[key]) for key in under(found, name)}
+
+
 # ------------------------------------------------------------------------------------ what golden rows are
 def test_the_gate_is_green(ours):
-    lines = compare.compare(ours, measured(ours))
-    assert compare.verdict(lines) == 0
-    assert len(lines) > 1000
+    found = compare.compare(ours, measured(ours))
+    assert (found.verdict, found.changes) == (0, ())
+    assert found.compared > 5000
 
 
 def test_every_value_of_every_built_in_metric_is_guarded(ours):
-    found = {column.split("@")[0] for row in ours.frozen.values() for column in row}
-    measured_ = {name for name in found if ours.values[name]["metric"] in ours.metrics}
+    found = {golden.parsed(name)[2] for part in ("motion", "clouds") for name in under(ours, part)}
     declared = {value.id for metric in metrics() for value in metric.card.computed}
-    assert {name for name in measured_ if not name.endswith(".features")} == declared
+    assert {name for name in found if not name.endswith(".features")} == declared
+    assert set(ours.under("value")) == declared
 
 
 def test_frozen_numbers_are_what_their_faults_say(ours):
     off = np.array([0.03, 0.02, -0.05])
-    shifted = ours.frozen["intra_walk/shifted"]
+    shifted = row(ours, "motion/intra_walk/shifted")
     case = frozen.read(FOLDER / "frozen" / "intra_walk.npz").case
     assert shifted["mpjpe_h.world"] == pytest.approx(
         100 * np.linalg.norm(off) / case.target.height, rel=1e-6
     )
     assert shifted["root_path.vertical"] == pytest.approx(100 * 0.02 / case.target.height, rel=1e-5)
     assert shifted["mpjpe_h.root"] == pytest.approx(0, abs=1e-5)
-    exact = ours.frozen["intra_walk/exact"]
+    exact = row(ours, "motion/intra_walk/exact")
     assert max(exact[name] for name in ("mpjpe_h.world", "san_code", "rotation.world", "acc")) < 1e-12
-    turned = ours.frozen["intra_walk/turned"]
+    turned = row(ours, "motion/intra_walk/turned")
     assert turned["rotation.local"] == pytest.approx(7.0, rel=1e-5)
-    sliding = ours.frozen["intra_walk/sliding"]
+    sliding = row(ours, "motion/intra_walk/sliding")
     assert sliding["foot_slide"] - exact["foot_slide"] == pytest.approx(0.4, abs=0.05)
-    longer = ours.frozen["intra_walk/longer"]
+    longer = row(ours, "motion/intra_walk/longer")
     assert longer["acceleration_ratio"] == pytest.approx(1.03, rel=1e-6)
     assert "rotation.local" not in longer
-    assert "mpjpe_h.world" not in ours.frozen["intra_walk/shifted, no answer"]
+    assert "mpjpe_h.world" not in row(ours, "motion/intra_walk/shifted, no answer")
 
 
 def test_the_smoke_split_shows_every_structure_on_both_sides(ours):
-    data = registry.create("datasets", ours.dataset["spec"])
+    data = registry.create("datasets", ours.facts["dataset/spec"])
+    asked = method_rows.asked_before(ours)
     bodies = data.characters()
-    cases = [case for split in ours.smoke.values() for case in split]
+    cases = [case for split in asked.values() for case in split]
     assert 12 <= len(cases) <= 20
     pairs = [case.split("/")[1].split(">") for case in cases]
     for side in (0, 1):
         assert {bodies[pair[side]].structure for pair in pairs} == {b.structure for b in bodies.values()}
     assert len({case.split("/")[2].rsplit("-", 1)[0] for case in cases}) >= 8
-    for split, chosen in ours.smoke.items():
+    for split, chosen in asked.items():
         assert [info.id for info in method_rows.choose(data, data.cases("retarget", split))] == chosen
 
 
@@ -83,7 +93,7 @@ def test_the_origin_of_every_frozen_motion_stands_beside_it():
 def test_the_origin_of_every_frozen_input_stands_beside_it():
     text = (FOLDER / "inputs" / "README.md").read_text(encoding="utf-8")
     files = [path for path in (FOLDER / "inputs").iterdir() if path.name != "README.md"]
-    assert len(files) == 4
+    assert len(files) == 5
     assert all(f"- `{path.name}`: " in text for path in files)
 
 
@@ -164,14 +174,14 @@ def test_a_broken_metric_is_seen(ours, monkeypatch, name):
     cls, attribute, broken = METRICS[name]()
     built = [each for each in metrics() if isinstance(each, cls)] or of_cases()
     monkeypatch.setattr(cls, attribute, broken)
-    lines = compare.compare(only(ours, {each.card.name for each in built}), measured(ours, built=built))
-    assert compare.verdict(lines) == 1
-    marks = {line.status for line in lines} - {Status.SAME}
+    found = compare.compare(ours, measured(ours, built))
+    assert found.verdict == 1
+    marks = {each.status for each in found.changes}
     fails = name in ("NaN", "a value forgotten", "an error raised")
     lost = {Status.FAILING} if name == "root joint left out" else set()  # its own number is gone
     assert marks == ({Status.FAILING} if fails else {Status.MOVED} | lost)
     if name == "an error raised":
-        assert any("ZeroDivisionError: nothing to divide by" in line.why for line in lines)
+        assert any("ZeroDivisionError: nothing to divide by" in each.why for each in found.changes)
 
 
 class Width:
@@ -200,25 +210,26 @@ class Width:
 
 def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions(ours):
     metric = Width()
-    before = measured(ours, built=[metric])
-    clouds = before.frozen["clouds/one way"]["width"], before.frozen["clouds/the other"]["width"]
+    before = measured(ours, [metric])
+    clouds = [float(before.facts[f"clouds/{way}/width"]) for way in ("one way", "the other")]
     assert clouds[0] == -clouds[1] != 0
-    assert {"width.features@generated", "width.features@real"} <= set(before.frozen["stairs/sunk"])
-    assert "width.features@generated" not in before.frozen["self_dog/late"]
-    assert compare.verdict(compare.compare(before, measured(ours, built=[metric]))) == 0
+    assert {"width.features@generated", "width.features@real"} <= row(before, "motion/stairs/sunk").keys()
+    assert "width.features@generated" not in row(before, "motion/self_dog/late")
+
+    def moved():
+        return {
+            (x.status, x.value or x.subject)
+            for x in compare.compare(before, measured(ours, [metric])).changes
+        }
+
+    assert moved() == set()
     metric.bias = 1e-5
-    assert compare.verdict(compare.compare(before, measured(ours, built=[metric]))) == 0
+    assert moved() == set()
     metric.bias = 1e-2
-    moved = [
-        x for x in compare.compare(before, measured(ours, built=[metric])) if x.status is not Status.SAME
-    ]
-    assert {(x.status, x.value) for x in moved} == {(Status.MOVED, "width.features")}
+    assert moved() == {(Status.MOVED, "width.features")}
     metric.hash = "network 2"
-    moved = [
-        x for x in compare.compare(before, measured(ours, built=[metric])) if x.status is not Status.SAME
-    ]
-    assert {(x.status, x.value) for x in moved} == {(Status.INCOMPARABLE, "width.features")}
-    assert all("network 1" in line.why and "network 2" in line.why for line in moved)
+    structures = {name.rpartition("/")[2] for name in under(before, "network/width")}
+    assert moved() == {(Status.INCOMPARABLE, f"network width/{each}") for each in structures}
 
 
 def test_clouds_are_the_same_for_ever():
@@ -235,14 +246,7 @@ def test_another_threshold_of_contacts_is_seen(ours, monkeypatch):
 
     before = comparison.planted
     monkeypatch.setattr(comparison, "planted", lambda p, h, fps: before(p, 1.1 * h, fps))
-    assert (
-        compare.verdict(
-            compare.compare(
-                only(ours, {each.card.name for each in of_cases()}), measured(ours, built=of_cases())
-            )
-        )
-        == 1
-    )
+    assert compare.compare(ours, measured(ours, of_cases())).verdict == 1
 
 
 def test_rounding_of_another_processor_is_not_seen(ours, monkeypatch):
@@ -252,11 +256,4 @@ def test_rounding_of_another_processor_is_not_seen(ours, monkeypatch):
         Comparison, "predicted", lambda c, p: p * (1 + 4e-16 * random.integers(-1, 2, size=p.shape))
     )
     monkeypatch.setattr(cls, attribute, shaken)
-    assert (
-        compare.verdict(
-            compare.compare(
-                only(ours, {each.card.name for each in of_cases()}), measured(ours, built=of_cases())
-            )
-        )
-        == 0
-    )
+    assert compare.compare(ours, measured(ours, of_cases())).verdict == 0

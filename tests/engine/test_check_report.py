@@ -1,63 +1,69 @@
 """What the regression gate says: the order of its lines, exit statuses, and how far a number may move."""
 
-import re
-
+import numpy as np
 import pytest
 
-from retarget_bench.verification.gate import compare, report
-from retarget_bench.verification.gate.compare import GateRow, Status, Tolerance
-
-RED = (Status.FAILING, Status.WORSE, Status.BETTER, Status.MOVED, Status.INCOMPARABLE)
+from retarget_bench.verification.gate import report
+from retarget_bench.verification.gate.compare import Change, Comparison, Status, Tolerance
 
 
 def test_what_moved_comes_first_the_gravest_foremost_then_counts():
-    lines = [
-        GateRow(Status.UNMEASURED, "", why="no case"),
-        *(GateRow(Status.FAILING, "m", "intra", f"v{n}", why="out of ideas") for n in range(9)),
-        GateRow(Status.WORSE, "m|x", "intra", "v", "1", 1.0, 2.0, 9.0, "most <b>"),
-        *(GateRow(Status.MOVED, "frozen motions", f"f{n}", "w", "m", 0.0, 1.0, 2.0) for n in range(40)),
-        *(GateRow(Status.SAME, "m", "intra", f"s{n}") for n in range(5)),
-    ]
-    said = report.text(lines, 2)
+    changes = (
+        Change(Status.UNMEASURED, why="no case"),
+        *(Change(Status.FAILING, "m", f"v{n}", "intra", why="out of ideas") for n in range(60)),
+        Change(Status.WORSE, "m|x", "v.one", "intra", 1.0, 2.0, "most <b>"),
+        Change(Status.WORSE, "m|x", "v.two", "intra", 1.0, 1.5),
+    )
+    found = Comparison(changes, 70)
+    said = report.text(found)
     at = [
         said.index(word)
-        for word in ("could not measure:", "newly failing:", "worse:", "moved:", "56 rows: 5 same")
+        for word in (
+            "could not measure",
+            "newly failing",
+            "v5",
+            "worse",
+            "and 54 more",
+            "70 compared: 7 same",
+        )
     ]
     assert at == sorted(at)
-    assert said.count("\n  frozen motions") == 1
-    assert "f2 0 -> 1, and 37 more m  (40 rows" in said
-    assert re.search(r"newly failing:\n  m  intra  9 rows  \(out of ideas\)", said)
-    assert "f39" in report.text(lines, 2, everything=True)
-    written = report.markdown(lines, 2)
-    assert "`m\\|x`" in written
-    assert "&lt;b&gt;" in written
+    assert "v6" not in said
+    whole = report.text(found, everything=True)
+    assert "v59" in whole
+    assert "v.two" in whole
+    short = report.markdown(Comparison(changes[-2:], 70))
+    (row,) = (line for line in short.splitlines() if line.startswith("| worse"))
+    assert row == "| worse | m\\|x | v.one | intra | 1 | 2 | most &lt;b&gt;; and 1 like it |"
 
 
 @pytest.mark.parametrize(
-    ("marks", "status"),
+    ("statuses", "compared", "verdict"),
     [
-        ([], 2),
-        ([Status.SAME], 0),
-        ([Status.SAME, Status.NO_WORSE], 0),
-        *(([Status.SAME, mark], 1) for mark in RED),
-        ([Status.UNMEASURED, Status.WORSE], 2),
+        ([], 0, 2),
+        ([], 1, 0),
+        *(([each], 2, 1) for each in Status if each is not Status.UNMEASURED),
+        ([Status.UNMEASURED, Status.WORSE], 5, 2),
     ],
 )
-def test_exit_statuses(marks, status):
-    assert compare.verdict([GateRow(mark, "x") for mark in marks]) == status
+def test_exit_statuses(statuses, compared, verdict):
+    assert Comparison(tuple(Change(each, "x") for each in statuses), compared).verdict == verdict
 
 
 @pytest.mark.parametrize(
-    ("limit", "golden_", "now", "moved"),
+    ("limit", "golden_", "now", "typical", "moved"),
     [
-        (Tolerance(1e-3, 0.0), 1.0, 1.0009, False),
-        (Tolerance(1e-3, 0.0), 1.0, 1.0011, True),
-        (Tolerance(1e-9, 1e-3), 50.0, 50.04, False),
-        (Tolerance(1e-9, 1e-3), 50.0, 49.94, True),
-        (Tolerance(1e-3, 1e-3), 0.0, 9e-4, False),
-        (Tolerance(0.0, 1e-6), 0.0, 0.0, False),
-        (Tolerance(0.0, 1e-6), 0.0, 1e-12, True),
+        (Tolerance(1e-3, 0.0), 1.0, 1.0009, 1.0, False),
+        (Tolerance(1e-3, 0.0), 1.0, 1.0011, 1.0, True),
+        (Tolerance(1e-9, 1e-3), 50.0, 50.04, 1.0, False),
+        (Tolerance(1e-9, 1e-3), 50.0, 49.94, 1.0, True),
+        (Tolerance(1e-3, 1e-3), 0.0, 9e-4, 0.0, False),
+        (Tolerance(0.0, 1e-6), 0.0, 0.0, 0.0, False),
+        (Tolerance(0.0, 1e-6), 0.0, 1e-12, 0.0, True),
+        (Tolerance(0.0, 2e-2), 0.0, 0.9, 50.0, False),
+        (Tolerance(0.0, 2e-2), 0.0, 1.1, 50.0, True),
     ],
 )
-def test_limits(limit, golden_, now, moved):
-    assert (limit.ratio(golden_, now) > 1) == moved
+def test_limits(limit, golden_, now, typical, moved):
+    """A golden number of 0 is as large as is typical of its value."""
+    assert limit.passed(np.array(golden_), np.array(now), typical) == moved

@@ -1,20 +1,23 @@
-"""Comparison of two snapshots, row by row."""
+"""Comparison of what is measured now with golden rows: facts by name, rows by result matrices."""
 
 import math
+import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 
-from retarget_bench.analysis.statistics import losses
-from retarget_bench.verification.gate.golden import Snapshot, Table
-from retarget_bench.verification.gate.method_rows import MEAN
+from retarget_bench.analysis import selection, statistics
+from retarget_bench.plugins import bound
+from retarget_bench.results import store
+from retarget_bench.results.header import DeclaredValue
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices
+from retarget_bench.verification.gate.golden import CLOUDS, MOTION, PROTOCOL, Measured, parsed
 
 
 class Status(StrEnum):
-    """The result for a row, most severe first."""
+    """How something is not as it was, most severe first."""
 
     UNMEASURED = "could not measure"
     FAILING = "newly failing"
@@ -22,8 +25,6 @@ class Status(StrEnum):
     BETTER = "better"
     MOVED = "moved"
     INCOMPARABLE = "not comparable"
-    NO_WORSE = "no worse"
-    SAME = "same"
 
 
 @dataclass(frozen=True)
@@ -33,10 +34,13 @@ class Tolerance:
     absolute: float
     relative: float
 
-    def ratio(self, golden: float, now: float) -> float:
-        """The difference in multiples of the tolerance; above 1 the number has moved."""
-        apart, limit = abs(now - golden), max(self.absolute, self.relative * abs(golden))
-        return apart / limit if limit else math.inf if apart else 0.0
+    def passed(self, golden: np.ndarray, now: np.ndarray, typical: float = 0.0) -> np.ndarray:
+        """Whether numbers differ by more. A golden number of 0 is as large as is typical of its value."""
+        size = np.where(golden == 0.0, typical, np.abs(golden))
+        return ~(np.abs(now - golden) <= np.maximum(self.absolute, self.relative * size))
+
+    def wider(self, other: "Tolerance") -> "Tolerance":
+        return Tolerance(max(self.absolute, other.absolute), max(self.relative, other.relative))
 
 
 EXACT = Tolerance(1e-9, 1e-9)
@@ -47,7 +51,8 @@ single precision twice (motions as they are kept, predictions as files have them
 frozen inputs, whose intervals use quantiles that differ between versions of scipy."""
 LEARNED = Tolerance(10.0, 1e-3)
 """Of methods with weights: ten metric tolerances, or a thousandth: networks run in single precision, and
-their sums are taken in an order that differs between processors and versions of the library."""
+their sums are taken in an order that differs between processors and versions of the library. Also that of
+features."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ class Criteria:
     values:     the ids of the values that count; none: all. Whether cases are answered always counts.
     worse_only: a method's numbers may get better, and those without a better side may move.
     tolerances: value id ("": all others) -> by how much a method's mean may differ. Such values are judged
-                by their mean alone, where both sides have one.
+                by their mean alone, where both sides have the same numbers.
     """
 
     values: Collection[str] = ()
@@ -71,303 +76,287 @@ class Criteria:
         return self.tolerances.get(value, self.tolerances.get(""))
 
 
-@dataclass(frozen=True)
-class GateRow:
-    """One row of the report: a value of a metric on one frozen prediction, or of a method on one split.
+EVERYTHING = Criteria()
 
-    subject: the method, ``frozen motions`` or ``frozen inputs``; where: the split, the prediction or the
-    input; value: the value's id.
-    before, after: the mean, or the number that moved most; ``ratio`` times the tolerance apart.
-    family: the values that say the same: the part of the id before the dot, or the metric.
-    size: by how much the number moved, in typical numbers of the value. worst: the number that moved most.
+
+@dataclass(frozen=True)
+class Change:
+    """Something that is not as it was: a fact, or a value of a method on one split.
+
+    subject: the method, or the part of the facts. where: the split, or the row.
+    before, after: the text of a fact, or the mean of a method; None where there is none.
+    size: by how much a number moved, as a share of its size.
     """
 
     status: Status
-    subject: str
-    where: str = ""
+    subject: str = ""
     value: str = ""
-    unit: str = ""
-    before: float | None = None
-    after: float | None = None
-    ratio: float = 0.0
+    where: str = ""
+    before: float | str | None = None
+    after: float | str | None = None
     why: str = ""
-    family: str = ""
     size: float = 0.0
-    worst: str = ""
 
 
-EVERYTHING = Criteria()
-FROZEN, INPUTS = "frozen motions", "frozen inputs"
-NEW = "there is no golden row yet"
+@dataclass(frozen=True)
+class Comparison:
+    """What is not as it was, most severe first, and how many facts and values were compared."""
+
+    changes: tuple[Change, ...]
+    compared: int
+
+    @property
+    def verdict(self) -> int:
+        """0: all is the same; 1: something moved; 2: something could not be measured, or nothing was."""
+        if not self.compared or any(each.status is Status.UNMEASURED for each in self.changes):
+            return 2
+        return int(bool(self.changes))
 
 
-def compare(golden: Snapshot, now: Snapshot, asked: Criteria = EVERYTHING) -> list[GateRow]:
-    """A line per row of either side, most severe first; unmeasured and changed lists included."""
-    lines = [GateRow(Status.UNMEASURED, "", why=why) for why in now.missing]
-    lines += _lists(golden, now)
-    if golden.complete and now.complete:
-        lines += _frozen(golden, now, asked)
-    for label in now.methods:
-        lines += _method(golden, now, label, asked)
-    if asked.worse_only:
-        lines = [_no_worse(line) for line in lines]
-    typical = _typical(golden)
-    lines = [_sized(line, typical.get(line.value, 0.0)) for line in lines]
-    order = list(Status)
-    return sorted(lines, key=lambda line: (order.index(line.status), -line.size))
-
-
-def _no_worse(line: GateRow) -> GateRow:
-    free = line.status is Status.BETTER or (
-        line.status is Status.MOVED and line.subject not in (FROZEN, INPUTS)
-    )
-    return replace(line, status=Status.NO_WORSE) if free else line
-
-
-def _typical(golden: Snapshot) -> dict[str, float]:
-    """Value id -> the median size of its golden numbers: the means of methods, else those on motions."""
-    found: dict[str, list[float]] = {}
-    means = [
-        row for table in golden.rows.values() for name, row in table.items() if name.endswith(f" {MEAN}")
+def compare(golden: Measured, now: Measured, asked: Criteria = EVERYTHING) -> Comparison:
+    """Golden rows beside what is measured now, which may hold fewer methods. Raises FileError."""
+    stale = Stale.of(golden, now)
+    found: list[Change | None] = [Change(Status.UNMEASURED, why=why) for why in now.missing]
+    found += [
+        Change(Status.UNMEASURED, key, why=why)
+        for key, why in now.errors.items()
+        if not any(name.startswith(f"{key.rpartition('/')[0] or key}/") for name in golden.facts)
     ]
-    for row in means or golden.frozen.values():
-        for column, number in row.items():
-            found.setdefault(column.split("@", 1)[0], []).append(abs(number))
-    return {value: float(np.median(numbers)) for value, numbers in found.items()}
-
-
-def _sized(line: GateRow, typical: float) -> GateRow:
-    if line.before is None or line.after is None:
-        return line
-    apart = abs(line.after - line.before)
-    return replace(line, size=apart / (max(typical, abs(line.before)) or apart or 1.0))
-
-
-def verdict(lines: Iterable[GateRow]) -> int:
-    """0: all is the same; 1: something moved; 2: something could not be measured, or nothing was."""
-    statuses = {line.status for line in lines}
-    if not statuses or Status.UNMEASURED in statuses:
-        return 2
-    return int(not statuses <= {Status.SAME, Status.NO_WORSE})
+    found += stale.changes
+    found += _facts(golden, now, asked, stale) if now.complete else ()
+    found += _methods(golden, now, asked, stale)
+    order = list(Status)
+    changes = sorted(filter(None, found), key=lambda each: (order.index(each.status), -each.size))
+    return Comparison(tuple(changes), len(found))
 
 
 # ------------------------------------------------------------------------------------------ protocols
-def _lists(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
-    """Lists of cases that changed although the data set says that its content did not."""
-    if _why_other_data(golden, now):
-        return
-    before, after = (each.dataset.get("lists", {}) for each in (golden, now))
-    for split in sorted(before.keys() | after.keys()):
-        old, new = (each.get(split, {"cases": 0, "hash": ""}) for each in (before, after))
-        if old == new:
-            continue
-        status = Status.UNMEASURED if new["cases"] < old["cases"] else Status.INCOMPARABLE
-        why = (
-            f"its list of cases changed ({old['cases']} before, {new['cases']} now) though the data set "
-            "claims to hold what it held"
+@dataclass(frozen=True)
+class Stale:
+    """What cannot be compared, since what its numbers hang on is not as it was; ``changes`` say what.
+
+    data: all rows of methods. files: names of frozen motions.
+    """
+
+    changes: tuple[Change, ...]
+    data: bool
+    methods: frozenset[str]
+    files: frozenset[str]
+    values: frozenset[str]
+
+    @classmethod
+    def of(cls, golden: Measured, now: Measured) -> "Stale":
+        moved = {}
+        for kind in PROTOCOL:
+            before, after = golden.under(kind), now.under(kind)
+            moved[kind] = {name for name, text in after.items() if before.get(name) != text}
+        other_data = bool(moved["dataset"])
+        metric_of = {name: text.partition(":")[0] for name, text in now.under("value").items()}
+        values = {name for name, metric in metric_of.items() if metric in moved["metric"]} | moved["value"]
+        values |= {f"{name.partition('/')[0]}.features" for name in moved["network"]}
+        hidden = {name for name in moved["value"] if metric_of[name] in moved["metric"]}
+        changes = tuple(
+            _other_list(golden, now, name) if kind == "cases" else _other(golden, now, kind, name)
+            for kind, names in moved.items()
+            for name in sorted(names - hidden)
+            if not (kind == "cases" and other_data)
         )
-        yield GateRow(status, now.dataset.get("spec", ""), split, why=why)
+        sets = (frozenset(each) for each in (moved["weights"], moved["file"], values))
+        return cls(changes, other_data, *sets)
 
 
-def _why_other_data(golden: Snapshot, now: Snapshot) -> str:
-    for name in ("name", "parameters", "content"):
-        old, new = golden.dataset.get(name), now.dataset.get(name)
-        if old != new and new is not None:
-            return f"the data set is another: {old} before, {new} now"
-    return ""
+def _other(golden: Measured, now: Measured, kind: str, name: str) -> Change:
+    before, after = (each.facts.get(f"{kind}/{name}") for each in (golden, now))
+    why = "there is no golden row yet" if before is None else ""
+    return Change(Status.INCOMPARABLE, f"{kind} {name}", before=before, after=after, why=why)
 
 
-def _why_incomparable(golden: Snapshot, now: Snapshot, value: str) -> str:
-    """The reason why a value's numbers cannot be compared, or ""."""
-    old, new = golden.values.get(value), now.values.get(value)
-    if old is None:
-        return NEW
+def _other_list(golden: Measured, now: Measured, split: str) -> Change:
+    """A list of cases that changed although the data set says that its content did not."""
+    before, after = (each.under("cases").get(split, "0 cases") for each in (golden, now))
+    fewer = int(after.split()[0]) < int(before.split()[0])
+    why = "its list of cases changed though the data set claims to hold what it held"
+    status = Status.UNMEASURED if fewer else Status.INCOMPARABLE
+    return Change(status, now.facts["dataset/spec"], "cases", split, before, after, why)
+
+
+# ---------------------------------------------------------------------------------------------- facts
+def _facts(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> Iterator[Change | None]:
+    """A change, or None, for every fact of either side that can be compared."""
+    for name in sorted(golden.facts.keys() | now.facts.keys()):
+        part, row, value = parsed(name)
+        if part in PROTOCOL or not asked.asks(value):
+            continue
+        if not (value in stale.values or (part == MOTION and row.split("/")[0] in stale.files)):
+            yield _fact(name, golden.facts.get(name), now.facts.get(name), now.errors)
+
+
+def _fact(name: str, old: str | None, new: str | None, errors: Mapping[str, str]) -> Change | None:
+    part, row, value = parsed(name)
+    if old == new:
+        return None
     if new is None:
-        return ""
-    metric = new["metric"]
-    versions = golden.metrics.get(metric), now.metrics.get(metric)
-    if versions[0] != versions[1]:
-        return f"metric {metric} has version {versions[1]}, golden rows are of {versions[0]}"
-    for name in new:
-        if old.get(name) != new[name]:
-            return f"protocol: {name} is {new[name]}, golden rows are of {old.get(name)}"
-    return ""
+        told = (why for key, why in errors.items() if name.startswith(key.rpartition("/")[0] or key))
+        return Change(Status.FAILING, part, value, row, old, None, next(told, "no value any more"))
+    if old is None:
+        return Change(Status.MOVED, part, value, row, None, new, "a value where there was none")
+    before, after = _number(old), _number(new)
+    if before is None or after is None:
+        return Change(Status.MOVED, part, value, row, old, new, size=math.inf)
+    limit = Tolerance(EXACT.absolute, RELATIVE)
+    if part in (MOTION, CLOUDS):
+        limit = Tolerance(LEARNED.relative, LEARNED.relative) if value.endswith(".features") else EXACT
+    if not limit.passed(np.array(before), np.array(after)):
+        return None
+    return Change(Status.MOVED, part, value, row, before, after, size=_share(before, after))
 
 
-# --------------------------------------------------------------------------------------------- frozen
-def _frozen(golden: Snapshot, now: Snapshot, asked: Criteria) -> Iterator[GateRow]:
-    changed = {file for file, hash_ in golden.motions.items() if now.motions.get(file) != hash_}
-    for row in sorted(golden.frozen.keys() | now.frozen.keys()):
-        old, new = golden.frozen.get(row, {}), now.frozen.get(row, {})
-        file = f"{row.split('/')[0]}.npz"
-        for value, columns in _by_value(asked, old, new):
-            why = _why_incomparable(golden, now, value)
-            if file in changed:
-                why = f"the frozen motion {file} is another"
-            fact = _fact(golden, now, value)
-            part = fact.get("metric", "")
-            of_metric = part in golden.metrics or part in now.metrics
-            limit = EXACT if of_metric else Tolerance(EXACT.absolute, RELATIVE)
-            if "networks" in fact:
-                limit = Tolerance(fact["tolerance"], LEARNED.relative)
-            pairs = [(_index(column), old.get(column), new.get(column), limit) for column in columns]
-            failure = now.failures.get(f"{row} {part}", now.failures.get(part, ""))
-            yield _line(FROZEN if of_metric else INPUTS, row, fact, pairs, why, failure)
+def _number(text: str) -> float | None:
+    try:
+        found = float(text)
+    except ValueError:
+        return None
+    return found if math.isfinite(found) else None
+
+
+def _share(before: float, after: float, typical: float = 0.0) -> float:
+    """By how much a number moved, as a share of its size."""
+    apart = abs(after - before)
+    return apart / (max(abs(before), typical) or apart or 1.0)
 
 
 # -------------------------------------------------------------------------------------------- methods
-def _method(golden: Snapshot, now: Snapshot, label: str, asked: Criteria) -> Iterator[GateRow]:
-    old_facts, facts = golden.methods.get(label), now.methods[label]
-    reason = _why_other_data(golden, now)
-    if old_facts is None:
-        reason = NEW
-    elif old_facts["weights"] != facts["weights"]:
-        reason = f"other weights: {old_facts['weights'] or 'none'} before, {facts['weights'] or 'none'} now"
-    before, after = golden.rows.get(label, {}), now.rows.get(label, {})
-    if not before and not after:
-        why = next(iter(now.problems.get(label, {}).values()), "no case gave a row")
-        yield GateRow(Status.UNMEASURED, label, why=f"it answers nothing: {why}")
-        return
-    for split in now.smoke:
-        if not reason and golden.smoke.get(split) != now.smoke[split]:
-            yield GateRow(Status.INCOMPARABLE, label, split, why="other cases were asked")
+@dataclass(frozen=True)
+class _Pair:
+    """A method's golden row and that of now, on one split, whose cases are the same."""
+
+    matrix: ResultMatrix
+    old: MethodRow
+    new: MethodRow
+
+    def numbers(self, value: str) -> tuple[np.ndarray, np.ndarray, list[str]]:
+        """``(points, cases)`` golden and now, and the index of every point; of a plain value one point."""
+        keys = dict.fromkeys(key for row in (self.old, self.new) for key in row.runs[0] if key[0] == value)
+        nothing = np.full(len(self.matrix.cases), np.nan)
+        old, new = (
+            np.array([row.number(key) if key in row.runs[0] else nothing for key in keys])
+            for row in (self.old, self.new)
+        )
+        return old, new, [index for _, index in keys]
+
+    @property
+    def both_answered(self) -> np.ndarray:
+        """``(cases,)`` bool."""
+        unanswered = self.old.header.unanswered | self.new.header.unanswered
+        return np.array([info.id not in unanswered for info in self.matrix.cases])
+
+    def means(self, numbers: np.ndarray, there: np.ndarray) -> np.ndarray:
+        """``(points,)`` the means of ``(points, cases)`` as tables have them; nan without numbers."""
+        clips = statistics.per_clip(np.where(there, numbers, np.nan), self.matrix.clips)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # no clip has a number
+            return np.asarray(np.nanmean(clips, axis=1))
+
+    def first(self, where: np.ndarray) -> str:
+        """The first of some ``(points, cases)``."""
+        return self.matrix.cases[int(np.argmax(where.any(axis=0)))].id
+
+
+def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> Iterator[Change | None]:
+    """A change, or None, for every value of a method on a split that can be compared."""
+    known = {spec: bound.method(spec).known_as for spec in now.under("weights")}
+    before, after = (_matrices(each, {name.slug for name in known.values()}) for each in (golden, now))
+    typical = _typical(before.values())
+    for spec, weights in now.under("weights").items():
+        label = str(known[spec])
+        new_rows, old_rows = (_rows_of(label, matrices) for matrices in (after, before))
+        if not any(row.header.counts.ok for row in (*new_rows.values(), *old_rows.values())):
+            problems = (each for row in new_rows.values() for each in row.header.problems)
+            why = next((each.message for each in problems), "no case")
+            yield Change(Status.UNMEASURED, label, why=f"it answers nothing: {why}")
+        if stale.data or spec in stale.methods:
             continue
-        yield _answered(golden, now, label, split, reason)
-        old, new = _of_split(before, split), _of_split(after, split)
-        if not old and not new:
-            continue
-        # the cases answered before and now; with the mean where these are all, or there is none
-        cases = sorted((old.keys() & new.keys()) - {MEAN})
-        if not cases or old.keys() == new.keys():
-            cases.append(MEAN)
-        failure = _first_problem(golden, now, label, split)
-        for value, columns in _by_value(asked, *old.values(), *new.values()):
-            tolerance = now.values.get(value, {}).get("tolerance", EXACT.absolute)
-            limit = Tolerance(tolerance, RELATIVE)
-            if facts["weights"]:
-                limit = Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
-            if allowed := asked.tolerance(value):
-                limit = Tolerance(
-                    max(limit.absolute, allowed.absolute), max(limit.relative, allowed.relative)
-                )
-            pairs = [
-                (case + _index(column), old.get(case, {}).get(column), new.get(case, {}).get(column), limit)
-                for column in columns
-                for case in cases
-            ]
-            why = reason or _why_incomparable(golden, now, value)
-            by_mean = allowed is not None and MEAN in cases
-            yield _line(label, split, _fact(golden, now, value), pairs, why, failure, by_mean)
+        for split, new in new_rows.items():
+            old = old_rows.get(split)
+            if old is None or before[split].cases != after[split].cases:
+                yield Change(Status.INCOMPARABLE, label, where=split, why="other cases were asked")
+                continue
+            pair = _Pair(after[split], old, new)
+            yield _answered(pair)
+            for value in dict.fromkeys(key[0] for row in (old, new) for key in row.runs[0]):
+                if asked.asks(value) and value not in stale.values:
+                    declared = after[split].values.get(value) or before[split].values[value]
+                    yield _value(pair, value, declared, asked, bool(weights), typical.get(value, 0.0))
 
 
-def _answered(golden: Snapshot, now: Snapshot, label: str, split: str, reason: str) -> GateRow:
-    """The line for the number of cases that the method answered."""
-    old, new = (
-        sum(f"{split} {case}" in each.rows.get(label, {}) for case in each.smoke.get(split, ()))
-        for each in (golden, now)
-    )
-    status, why = Status.SAME, reason
-    if reason:
-        status = Status.INCOMPARABLE
-    elif first := _first_problem(golden, now, label, split):
-        status, why = Status.FAILING, first
-    elif new > old:
-        status = Status.BETTER
-    return GateRow(status, label, split, "answered", "cases", float(old), float(new), why=why)
+def _rows_of(label: str, matrices: Mapping[str, ResultMatrix]) -> dict[str, MethodRow]:
+    """Split -> the row of a method."""
+    rows = {split: selection.find(matrix, label) for split, matrix in matrices.items()}
+    return {split: row for split, row in rows.items() if row is not None}
 
 
-def _first_problem(golden: Snapshot, now: Snapshot, label: str, split: str) -> str:
-    """The first case that was answered and is not any more, and why."""
-    old, new = golden.problems.get(label, {}), now.problems.get(label, {})
-    fresh = [row for row in new if row not in old and row.split(" ", 1)[0] == split]
-    return f"{fresh[0].split(' ', 1)[1]}: {new[fresh[0]]}" if fresh else ""
+def _matrices(found: Measured, files: Collection[str]) -> dict[str, ResultMatrix]:
+    """Split -> the rows of the methods of these files."""
+    places = [place for place in store.find_results(found.rows) if place.method in files]
+    return {matrix.split: matrix for matrix in result_matrices(places)}
 
 
-def _of_split(table: Table, split: str) -> Table:
-    """Case (or mean) -> columns."""
-    return {row.split(" ", 1)[1]: each for row, each in table.items() if row.split(" ", 1)[0] == split}
+def _typical(matrices: Iterable[ResultMatrix]) -> dict[str, float]:
+    """Value id -> the median size of its numbers that are not 0."""
+    found: dict[str, list[np.ndarray]] = {}
+    for matrix in matrices:
+        for row in matrix.rows:
+            for key, numbers in row.runs[0].items():
+                found.setdefault(key[0], []).append(np.abs(numbers[numbers * 0 == 0]))
+    joined = {value: np.concatenate(each) for value, each in found.items()}
+    return {value: float(np.median(each[each > 0])) for value, each in joined.items() if each.any()}
 
 
-# ----------------------------------------------------------------------------------------------- rows
-Pair = tuple[str, float | None, float | None, Tolerance]
-"""Name of a number, golden, now, and by how much it may differ."""
+def _answered(pair: _Pair) -> Change | None:
+    """Whether the cases that were answered still are, and those alone."""
+    old, new = pair.old.header, pair.new.header
+    counts = float(old.counts.ok), float(new.counts.ok)
+    name = pair.new.label, "answered cases", pair.matrix.split, *counts
+    if lost := new.unanswered - old.unanswered:
+        why = next(each.message for each in new.problems if lost & set(each.cases))
+        return Change(Status.FAILING, *name, f"{min(lost)}: {why}")
+    return Change(Status.BETTER, *name) if old.unanswered - new.unanswered else None
 
 
-def _index(column: str) -> str:
-    """The point of a curve that a column is for; "" for a value that is one number."""
-    return " at " + column.split("@", 1)[1] if "@" in column else ""
+def _value(
+    pair: _Pair, value: str, declared: DeclaredValue, asked: Criteria, learned: bool, typical: float
+) -> Change | None:
+    """One value of a method on one split: every number, or its mean where a tolerance is given for that."""
+    old, new, points = pair.numbers(value)
+    name = pair.new.label, value, pair.matrix.split
+    had, has = (~np.isnan(each) & pair.both_answered for each in (old, new))
+    if (had & ~has).any():
+        return Change(Status.FAILING, *name, why=f"no value any more: {pair.first(had & ~has)}")
+    if (has & ~had).any():
+        return Change(Status.MOVED, *name, why=f"a value where there was none: {pair.first(has & ~had)}")
+    limit = Tolerance(declared.tolerance, RELATIVE)
+    if learned:
+        limit = Tolerance(LEARNED.absolute * declared.tolerance, LEARNED.relative)
+    moved = limit.passed(old, new, typical) & had
+    if not moved.any():
+        return None
+    before, after = (pair.means(each, had) for each in (old, new))
+    if allowed := asked.tolerance(value):
+        moved &= limit.wider(allowed).passed(before, after, typical)[:, None]
+        if not moved.any():
+            return None
+    point, case = np.unravel_index(int(np.argmax(np.where(moved, np.abs(new - old), -1.0))), old.shape)
+    mean = float(before[point]), float(after[point])
+    status = _direction(declared, *mean)
+    if asked.worse_only and status is not Status.WORSE:
+        return None
+    most = f"{pair.matrix.cases[case].id} {points[point]}".rstrip()
+    why = f"{moved.sum()} of {had.sum()}, most {most}: {old[point, case]:.4g} -> {new[point, case]:.4g}"
+    return Change(status, *name, *mean, why, _share(*mean, typical))
 
 
-def _by_value(asked: Criteria, *rows: Iterable[str]) -> Iterable[tuple[str, list[str]]]:
-    """Value id -> its columns in any of the rows, of the values that are asked for."""
-    found: dict[str, list[str]] = {}
-    for column in sorted(set().union(*rows)):
-        found.setdefault(column.split("@", 1)[0], []).append(column)
-    return [(value, columns) for value, columns in found.items() if asked.asks(value)]
-
-
-def _fact(golden: Snapshot, now: Snapshot, value: str) -> dict[str, Any]:
-    facts = now.values.get(value) or golden.values.get(value) or {"unit": "", "better": "none"}
-    return {**facts, "id": value}
-
-
-def _line(
-    subject: str,
-    where: str,
-    fact: Mapping[str, Any],
-    pairs: list[Pair],
-    why: str,
-    failure: str,
-    by_mean: bool = False,
-) -> GateRow:
-    """why: the numbers cannot be compared; failure: the error of values that are gone; by_mean: only means
-    can have moved."""
-    gone = [name for name, old, new, _ in pairs if old is not None and new is None]
-    come = [name for name, old, new, _ in pairs if old is None and new is not None]
-    both = [
-        (limit.ratio(old, new), name, old, new)
-        for name, old, new, limit in pairs
-        if old is not None and new is not None
-    ]
-    moved = [each for each in both if not each[0] <= 1.0 and (_is_mean(each[1]) or not by_mean)]
-    worst = ""
-    ratio, _, before, after = max(both, default=(0.0, "", None, None))
-    for _, name, old, new in moved or both:
-        if _is_mean(name):  # the mean is shown where it moved, or nothing did
-            before, after = old, new
-            break
-    status = Status.SAME
-    if why:
-        status = Status.INCOMPARABLE
-    elif gone:
-        status = Status.FAILING
-        why = failure or "no value any more" + _first(gone)
-    elif moved:
-        status = Status.MOVED if subject in (FROZEN, INPUTS) else _direction(fact, before, after)
-        _, most, old, new = max((each for each in both if not _is_mean(each[1])), default=max(moved))
-        if len(both) > 1:
-            worst = f"{most.strip()}: {old:.4g} -> {new:.4g}"
-            why = f"{len(moved)} of {len(both)}, most {worst}"
-    elif come:
-        status, why = Status.MOVED, "a value where there was none" + _first(come)
-    family = fact["id"].split(".")[0] if "." in fact["id"] else fact.get("metric", "")
-    return GateRow(
-        status, subject, where, fact["id"], fact["unit"], before, after, ratio, why, family, worst=worst
-    )
-
-
-def _is_mean(name: str) -> bool:
-    return name.split(" at ")[0] == MEAN
-
-
-def _first(names: list[str]) -> str:
-    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    return f": {names[0].strip()}{more}" if names[0] else ""
-
-
-def _direction(fact: Mapping[str, Any], before: float | None, after: float | None) -> Status:
+def _direction(declared: DeclaredValue, before: float, after: float) -> Status:
     """Better or worse; a value that has no better side has moved."""
-    if fact["better"] == "none":
+    if declared.better == "none":
         return Status.MOVED
-    old, new = losses(np.array([before, after], dtype=float), fact["better"], fact.get("goal", 1.0))
+    old, new = statistics.losses(np.array([before, after]), declared.better, declared.goal)
     return Status.BETTER if new < old else Status.WORSE

@@ -1,64 +1,73 @@
-"""Parts of the core on frozen inputs, where no motion and no method would show that they changed.
+"""Facts of the core on frozen inputs, where no motion and no method would show that they changed.
 
-The reader of BVH files, the ground, seeds, the check of answers, and means, intervals and marks of a table.
+BVH files read and written, a body whose hips are not its root, the ground, seeds, the check of answers, and
+a table and a comparison made of frozen rows.
 """
 
 import csv
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 
 from retarget_bench.analysis import summary
-from retarget_bench.api import Case, CaseInfo, Direction
-from retarget_bench.motion import bvh, ground
+from retarget_bench.api import INTRA, SELF, TWO_LEGS, Case, CaseInfo, Direction
+from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.evaluation.set_metrics import files as set_files
+from retarget_bench.motion import bvh, ground, transfer
 from retarget_bench.motion.bvh import recording
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.prediction_check import FARTHEST, UNIT_TOLERANCE, Invalid, verified
-from retarget_bench.results import store
+from retarget_bench.python import comparing
+from retarget_bench.results import result_matrix, store
 from retarget_bench.results.header import Counts, DatasetInfo, DeclaredValue, MethodInfo, ResultHeader
 from retarget_bench.results.store import CaseResult, ResultPaths
-from retarget_bench.tables import builder
+from retarget_bench.tables import builder, rendering
 from retarget_bench.tables.model import MARKS
+from retarget_bench.tables.rendering import pairwise_text
 from retarget_bench.verification.gate import frozen
-from retarget_bench.verification.gate.golden import MOTIONS, Snapshot
+from retarget_bench.verification.gate.golden import MOTIONS, Measured
 
 INPUTS = "inputs"
 """The folder of frozen inputs, beside the golden rows."""
-TOLERANCE = 1e-9
 
-Rows = Iterator[tuple[str, Mapping[str, float]]]
-"""Row -> column -> number."""
+Rows = Iterator[tuple[str, Mapping[str, float | str]]]
+"""Row -> what is said of it: a number or a text."""
 
 
-def measure(found: Snapshot, folder: Path) -> None:
-    """Add the rows of every part. What a part raises is the failure of its rows."""
+def measure(found: Measured, folder: Path) -> None:
+    """Add the facts of every part. What a part raises is the reason why its facts are lacking."""
     for part, rows in PARTS.items():
         try:
-            for row, columns in rows(folder):
-                found.frozen[f"{part}/{row}"] = {f"{part}.{key}": each for key, each in columns.items()}
+            for row, said in rows(folder):
+                found.add(f"{part}/{row}", said)
         except Exception as error:  # the fault that the gate is there to find
-            found.failures[part] = f"{type(error).__name__}: {error}"
-    measured = {key.split("@", 1)[0] for row in found.frozen.values() for key in row}
-    for value in sorted(measured - found.values.keys()):
-        facts = {"metric": value.split(".", 1)[0], **frozen.PLAIN, "tolerance": TOLERANCE}
-        found.values[value] = facts
+            found.errors[part] = f"{type(error).__name__}: {error}"
 
 
-# --------------------------------------------------------------------------------------------- reader
+def _listed(folder: Path, name: str) -> list[dict[str, str]]:
+    with (folder / INPUTS / name).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _numbered(name: str, values: Sequence[float | str]) -> dict[str, float | str]:
+    return {f"{name}@{number}": each for number, each in enumerate(values)}
+
+
+# ------------------------------------------------------------------------------------------------ BVH
 def reader(folder: Path) -> Rows:
     """Every BVH file: how far its quaternions are from those that it means, the rate, and the lengths."""
-    with (folder / INPUTS / "rotations.csv").open(encoding="utf-8", newline="") as file:
-        listed = list(csv.DictReader(file))
-    for path in sorted((folder / INPUTS).glob("*.bvh")):
+    listed = _listed(folder, "rotations.csv")
+    for name in dict.fromkeys(row["file"] for row in listed):
+        path = folder / INPUTS / name
         document = bvh.parse(path, cache=False)
         read = recording.record(path, document, root="absolute", scale=0.01, fold=False)
-        meant = np.array([[float(row[k]) for k in "wxyz"] for row in listed if row["file"] == path.name])
-        meant = meant.reshape(read.rotations.shape)
-        side = np.sign((meant * read.rotations).sum(axis=-1, keepdims=True))  # q and -q turn alike
-        away = np.abs(meant - side * read.rotations).max(axis=(0, 2))
+        meant = np.array([[float(row[k]) for k in "wxyz"] for row in listed if row["file"] == name])
+        away = _away(meant.reshape(read.rotations.shape), read.rotations).max(axis=0)
         yield (
             path.stem,
             {
@@ -67,10 +76,61 @@ def reader(folder: Path) -> Rows:
                     for name, each in zip(read.skeleton.names, away, strict=True)
                 },
                 **{f"root@{axis}": float(each) for axis, each in zip("xyz", read.root[-1], strict=True)},
-                **{f"bone@{n}": float(each) for n, each in enumerate(read.skeleton.bone_lengths)},
+                **_numbered("bone", read.skeleton.bone_lengths.tolist()),
                 "fps": read.fps,
             },
         )
+
+
+def _away(meant: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """``(frames, joints)`` the largest difference of quaternions; q and -q turn alike."""
+    side = np.sign((meant * turned).sum(axis=-1, keepdims=True))
+    return np.asarray(np.abs(meant - side * turned).max(axis=-1))
+
+
+def writer(folder: Path) -> Rows:
+    """A motion written in every order of angles: the lines of its joints and what reading it loses."""
+    motion = low_hips(folder)
+    with tempfile.TemporaryDirectory(prefix="bench-check-") as scratch:
+        for order in map("".join, permutations("XYZ")):
+            path = Path(scratch) / f"{order}.bvh"
+            bvh.write(path, motion, order=order, scale=100.0)
+            again = bvh.read(path, root="absolute", scale=0.01, fold=False)
+            head = path.read_text(encoding="utf-8").split("MOTION")[0].split("\n")
+            yield (
+                order,
+                {
+                    **_numbered("line", [" ".join(line.split()) for line in head if line.strip()]),
+                    "away": float(np.round(_away(motion.rotations, again.rotations).max(), 7)),
+                    "root": float(np.round(np.abs(motion.root - again.root).max(), 7)),
+                },
+            )
+
+
+# --------------------------------------------------------------------------------------------- a body
+LOW_HIPS = "low_hips.bvh"
+"""A body in A-pose whose hips lie below two other joints."""
+
+
+def low_hips(folder: Path) -> Motion:
+    """The motion of that body, from its file."""
+    read = bvh.read(folder / INPUTS / LOW_HIPS, root="absolute", scale=0.01, fold=False)
+    character = Character.of("low_hips", read.skeleton)
+    return character.motion(read.rotations, read.root, read.fps)
+
+
+def body(folder: Path) -> Rows:
+    """Sizes, roles, tips and reference pose of that body, and the path of its hips."""
+    motion = low_hips(folder)
+    character, skeleton = motion.character, motion.skeleton
+    yield "sizes", {name: float(each) for name, each in vars(character.measures).items()}
+    yield "height", {"height": character.height}
+    yield "hips", _numbered("path", transfer.hips(motion).ravel().tolist())
+    for site in skeleton.end_sites:
+        yield f"tip of {skeleton.names[site.parent]}", _numbered("offset", list(site.offset))
+    for name, role, pose in zip(skeleton.names, character.roles, character.reference_pose, strict=True):
+        # q and -q turn alike
+        yield name, {"role": role or "none", **_numbered("pose", (pose * np.sign(pose[0] or 1.0)).tolist())}
 
 
 # ---------------------------------------------------------------------------------------------- floor
@@ -87,10 +147,10 @@ def floor(_: Path) -> Rows:
 
 # ---------------------------------------------------------------------------------------------- seeds
 def seeds(_: Path) -> Rows:
-    """The seeds of cases, each with one thing other than the first."""
+    """The seeds of cases, each with one thing other than the first, to the last digit."""
     asked = {"first": (0, "one", "a>b/1"), "base": (1, "one", "a>b/1"), "method": (0, "two", "a>b/1")}
     for name, facts in (asked | {"case": (0, "one", "a>b/2")}).items():
-        yield name, {"seed": float(store.case_seed(*facts))}
+        yield name, {"seed": f"seed {store.case_seed(*facts)}"}
 
 
 # ------------------------------------------------------------------------------------------- refusals
@@ -128,63 +188,120 @@ def _answers(case: Case) -> Iterator[tuple[str, object]]:
         yield f"length {share} of the tolerance off", replace(answer, rotations=by * answer.rotations)
 
 
-# ---------------------------------------------------------------------------------------------- table
-SIDES: Mapping[str, Direction] = {"error": "lower", "ratio": "target"}
-VALUES = {
-    key: DeclaredValue(
-        label=key, meaning="", unit="1", better=better, goal=1.0, tolerance=1e-6, index="", with_self=False
-    )
-    for key, better in SIDES.items()
+# ------------------------------------------------------------------------------- tables, comparisons
+SIDES: Mapping[str, Direction] = {"error": "lower", "ratio": "target", "share": "higher"}
+POOLED, DISTANCE = "pooled", "distance"
+"""A value that pools self pairs, and one of whole sets."""
+SETS = {"best": (2.0, 0.05), "near": (2.1, 0.2), "far": (9.0, 0.1)}
+"""Method -> its distance as a set, and how far it moves without a tenth of the clips; the references score
+``FLOOR``."""
+FLOOR = 1.25
+
+
+def _declared(key: str, better: Direction, with_self: bool = False) -> DeclaredValue:
+    return DeclaredValue(
+        label=key, meaning="", unit="1", better=better, goal=1.0, tolerance=1e-6, index="",
+        with_self=with_self,
+    )  # fmt: skip
+
+
+VALUES = {key: _declared(key, better) for key, better in SIDES.items()} | {
+    POOLED: _declared(POOLED, "lower", with_self=True)
 }
 
 
 def table(folder: Path) -> Rows:
-    """The cells of a table made of frozen rows, as files give them back, and the p-values behind marks."""
-    with (folder / INPUTS / "table.csv").open(encoding="utf-8", newline="") as file:
-        listed = list(csv.DictReader(file))
-    methods = dict.fromkeys(row["method"] for row in listed)
+    """A table and a comparison of frozen rows, as files give them back: numbers, marks, and their text."""
+    listed = _listed(folder, "table.csv")
     with tempfile.TemporaryDirectory(prefix="bench-check-") as root:
         written = [
-            _stored(Path(root), method, [row for row in listed if row["method"] == method])
-            for method in methods
+            _stored(Path(root), method, split, [row for row in listed if row["method"] == method])
+            for method in dict.fromkeys(row["method"] for row in listed)
+            for split in (SELF, INTRA)
         ]
-        (section,) = summary.split_summaries(written)
-    ((group,),) = (made.groups for made in builder.tables([section], tuple(VALUES)))
-    for row in group.rows:
-        for key, cell in zip(VALUES, row.cells, strict=True):
-            ends = (cell.interval.low, cell.interval.high) if cell.interval else (None, None)
-            p = section.rankings[key].p.get(row.label)
-            numbers = {"mean": cell.value, "low": ends[0], "high": ends[1], "place": cell.place, "p": p}
-            columns = {name: float(each) for name, each in numbers.items() if each is not None}
-            yield f"{row.label} {key}", {**columns, "mark": float(list(MARKS).index(cell.mark))}
+        # of bodies of one kind, so that the value of sets is a column with marks
+        found = [replace(each, bodies=TWO_LEGS) for each in summary.split_summaries(written)]
+        made = builder.tables(found, (*VALUES, DISTANCE))
+        compared = comparing.compare(
+            [each for each in result_matrix.result_matrices(written) if each.split == INTRA], "best", "far",
+            tuple(VALUES),
+        )  # fmt: skip
+    (section,) = (each for each in found if each.split == INTRA)
+    for group in (group for each in made for group in each.groups if group.split == INTRA):
+        for row in group.rows:
+            for column, cell in zip(group.columns, row.cells, strict=True):
+                ends = (cell.interval.low, cell.interval.high) if cell.interval else (None, None)
+                ranking = section.rankings.get(column.id)
+                p = ranking.p.get(row.label) if ranking else None
+                numbers = {"mean": cell.value, "low": ends[0], "high": ends[1], "place": cell.place, "p": p}
+                columns = {name: float(each) for name, each in numbers.items() if each is not None}
+                yield f"{row.label} {column.id}", {**columns, "mark": float(list(MARKS).index(cell.mark))}
+        yield "floors", _numbered("floor", [said for said in group.below if said.startswith("Floor")])
+    for each in compared[0].differences:
+        facts = {name: getattr(each, name) for name in ("difference", "p", "adjusted", "cases", "clips")}
+        between = [each.interval.low, each.interval.high] if each.interval else []
+        yield (
+            f"best, far {each.value}",
+            {
+                **facts,
+                **_numbered("interval", between),
+                **_numbered("won", each.won),
+                "verdict": each.verdict,
+            },
+        )
+    yield "text", _drawn(rendering.text(made, intervals=True))
+    yield "comparison", _drawn(pairwise_text.text(compared, 100))
+    yield "default columns", _numbered("id", builder.DEFAULT_COLUMNS)
+    yield "first table", _numbered("id", builder.OVERVIEW_COLUMNS)
 
 
-def _stored(root: Path, method: str, listed: list[dict[str, str]]) -> ResultPaths:
-    """The result files of a method."""
+def _drawn(text: str) -> dict[str, float | str]:
+    """The lines of the paragraphs with numbers; sentences around them may change."""
+    paragraphs = (each.splitlines() for each in text.split("\n\n") if "↓" in each)
+    return _numbered("line", [line for each in paragraphs for line in each])
+
+
+def _stored(root: Path, method: str, split: str, listed: Sequence[Mapping[str, str]]) -> ResultPaths:
+    """The result files of a method; on self pairs of every fourth clip, where it errs by one more."""
     infos, entries = [], []
-    for row in listed:
+    for number, row in enumerate(listed):
+        if split == SELF and number % 8:
+            continue
         source, target = row["pair"].split(">")
-        case = f"frozen/{row['pair']}/{row['clip']}"
-        infos.append(CaseInfo(case, "retarget", "cross", source, target, row["clip"], "", 10))
-        values: store.Values = {key: float(row[key]) for key in VALUES if row[key]}
+        source = target if split == SELF else source
+        case = f"frozen/{source}>{target}/{row['clip']}"
+        infos.append(CaseInfo(case, "retarget", split, source, target, row["clip"], "", 10))
+        values: store.Values = {}
+        if row["error"]:
+            error, ratio = float(row["error"]) + (split == SELF), float(row["ratio"])
+            values = {"error": error, "ratio": ratio, "share": np.exp(-error), POOLED: error}
         entries.append(CaseResult(case, "ok" if values else "failed", values=values))
     header = ResultHeader(
         keys={},
-        split="cross",
+        split=split,
         method=MethodInfo(label=method, privileged=(), control=method == "control"),
         dataset=DatasetInfo(label="frozen", content="frozen", notes=()),
         metrics={},
         values=VALUES,
+        set_values={DISTANCE: _declared(DISTANCE, "lower")},
         counts=Counts.of(entry.status for entry in entries),
         problems=(),
     )
-    paths = ResultPaths(root, "frozen", "retarget", "cross", method)
+    paths = ResultPaths(root, "frozen", "retarget", split, method)
+    if split == INTRA and method in SETS:
+        distance, spread = SETS[method]
+        facts = (distance, distance - 3 * spread, distance + 3 * spread, FLOOR)
+        without = tuple((distance + spread * np.cos(np.arange(10))).tolist())
+        value = SetValue(DISTANCE, TWO_LEGS, 100, 20, *facts, "real", "network", without=without)
+        set_files.write(paths, [value])
     store.write_results(paths, header, entries, infos)
     return paths
 
 
 PARTS: Mapping[str, Callable[[Path], Rows]] = {
     "reader": reader,
+    "writer": writer,
+    "body": body,
     "floor": floor,
     "seeds": seeds,
     "refusals": refusals,

@@ -11,6 +11,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -25,8 +26,8 @@ from retarget_bench.api.optional import is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
 from retarget_bench.motion import character, measures, motion, rotation, skeleton
-from retarget_bench.results.store import read_npz, write_npz
-from retarget_bench.verification.gate.golden import MOTIONS, Snapshot, flat
+from retarget_bench.results.store import Values, read_npz
+from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured
 
 SCHEMA = 1
 KNOWN = {
@@ -52,44 +53,6 @@ class FrozenCase:
 
 
 # ---------------------------------------------------------------------------------------------- files
-def write(folder: Path, frozen: FrozenCase) -> None:
-    """One file ``<name>.npz``. Raises FileError, and BenchError for what cannot be stored."""
-    arrays: dict[str, np.ndarray] = {}
-    parts = {"case": frozen.case, "predictions": frozen.predictions, "origin": frozen.origin}
-    tree = json.dumps({"schema": SCHEMA, "thing": _packed(parts, arrays, {})}, allow_nan=False)
-    write_npz(folder / f"{frozen.name}.npz", arrays | {"tree": np.array(tree)}, compressed=True)
-
-
-def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> Any:
-    """An object as JSON; arrays go to ``arrays``. ``seen``: id of a dataclass -> its number in the file,
-    so that those that occur more than once, such as bodies, are written once."""
-    if thing is None or isinstance(thing, bool | int | float | str):
-        return thing
-    if isinstance(thing, np.generic):
-        return thing.item()
-    if id(thing) in seen:
-        return {"same": seen[id(thing)]}
-    if isinstance(thing, np.ndarray):
-        single = thing.astype(np.float32) if thing.dtype == np.float64 else thing
-        name = f"array_{len(arrays)}"
-        arrays[name] = single if np.array_equal(single, thing) else thing
-        return {"array": name}
-    if isinstance(thing, Mapping):
-        return {"mapping": {str(key): _packed(value, arrays, seen) for key, value in thing.items()}}
-    if isinstance(thing, tuple | list):
-        return {"tuple": [_packed(each, arrays, seen) for each in thing]}
-    name = type(thing).__name__
-    if KNOWN.get(name) is not type(thing):
-        raise BenchError(f"a {name} cannot be stored among frozen motions")
-    stored = thing
-    if isinstance(thing, motion.Motion):
-        stored = replace(thing, rotations=thing.rotations.astype(np.float32))
-    names = [each.name for each in fields(stored) if each.name not in ("measures", "skin")]
-    inside = {name: _packed(getattr(stored, name), arrays, seen) for name in names}
-    seen[id(thing)] = len(seen)
-    return {"is": name, "fields": inside}
-
-
 def read(path: Path) -> FrozenCase:
     """Raises FileError where the file is missing, damaged, from a newer version or something else."""
     problem = "is not a file of frozen motions, or is damaged"
@@ -111,7 +74,7 @@ def read(path: Path) -> FrozenCase:
 
 
 def _unpacked(packed: Any, arrays: Mapping[str, np.ndarray], made: list[Any]) -> Any:
-    """The object that ``_packed`` wrote. ``made``: the dataclasses of the file so far."""
+    """The object of a part of a file. ``made``: the dataclasses of the file so far."""
     if not isinstance(packed, dict):
         return packed
     if "same" in packed:
@@ -135,41 +98,51 @@ def _unpacked(packed: Any, arrays: Mapping[str, np.ndarray], made: list[Any]) ->
 
 # ------------------------------------------------------------------------------------------ measuring
 def measure(
-    found: Snapshot,
+    found: Measured,
     folder: Path,
     metrics: Sequence[Metric | SetMetric],
     progress: Callable[[int, int], None],
 ) -> None:
     """Add every value of every metric on every frozen motion. Raises FileError."""
     paths = sorted((folder / MOTIONS).glob("*.npz"))
-    found.motions = {path.name: hashlib.sha256(path.read_bytes()).hexdigest()[:8] for path in paths}
+    if not paths:
+        found.missing.append(f"{folder / MOTIONS} has no frozen motion")
     for done, path in enumerate(paths, 1):
         held = read(path)
+        found.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]
         for metric in metrics:
             if is_set_metric(metric):
                 _add_network(found, metric, held.case)
             for name, case, prediction in _asked(held):
                 columns = set_features if is_set_metric(metric) else _scores
-                _keep(found, name, metric, partial(columns, metric, case, prediction))  # type: ignore[arg-type]
+                _keep(found, f"{MOTION}/{name}", metric, partial(columns, metric, case, prediction))  # type: ignore[arg-type]
         progress(done, len(paths))
     for metric in metrics:
         if is_set_metric(metric):
             for name in ROWS:
-                _keep(found, name, metric, partial(set_values, metric, name))
+                _keep(found, f"{CLOUDS}/{name}", metric, partial(set_values, metric, name))
 
 
 def _keep(
-    found: Snapshot, row: str, metric: Metric | SetMetric, columns: Callable[[], Mapping[str, float]]
+    found: Measured, row: str, metric: Metric | SetMetric, columns: Callable[[], Mapping[str, float]]
 ) -> None:
-    kept = found.frozen.setdefault(row, {})
     try:
-        kept |= columns()
+        found.add(row, columns())
     except Exception as error:  # a metric's own fault is a finding, not the end
-        found.failures[f"{row} {metric.card.name}"] = f"{type(error).__name__}: {error}"
+        found.errors[f"{row}/{metric.card.name}"] = f"{type(error).__name__}: {error}"
 
 
 def _scores(metric: Metric, case: Case, prediction: Prediction) -> Mapping[str, float]:
     return flat(score.score([metric], case, prediction).sound())
+
+
+def flat(values: Values) -> dict[str, float]:
+    """Values as columns: a value's id, or ``<id>@<index>`` of a curve."""
+    found: dict[str, float] = {}
+    for value_id, value in values.items():
+        curve = value if isinstance(value, Mapping) else None
+        found |= {value_id: value} if curve is None else {f"{value_id}@{k}": v for k, v in curve.items()}  # type: ignore[dict-item]
+    return found
 
 
 RATES = (24.0, 60.0, 120.0)
@@ -205,22 +178,14 @@ def _played(case: Case, fps: float) -> Case:
 # --------------------------------------------------------------------------------- metrics of sets
 WINDOWS, FEATURES, CLIPS = 240, 16, 24
 """Size of the clouds: enough for every value to be defined, few enough to take no time."""
-ROWS = ("clouds/one way", "clouds/the other", "clouds/three quarters of one")
-PLAIN = {"unit": "1", "better": "none", "goal": 1.0, "index": "", "with_self": False}
-"""Facts of numbers that no metric declares."""
-TOLERANCE = 1e-3
-"""Of the sums of features: networks compute in single precision."""
+ROWS = ("one way", "the other", "three quarters of one")
 
 
-def _add_network(found: Snapshot, metric: SetMetric, case: Case) -> None:
-    """Facts of a metric's features, as if these were a value, with the hashes of the networks."""
-    try:
-        hash_ = metric.network(case.target)
-    except NotSupported:
-        return
-    name = metric.card.name
-    facts = {"metric": name, **PLAIN, "index": "sum", "tolerance": TOLERANCE, "networks": {}}
-    found.values.setdefault(f"{name}.features", facts)["networks"][case.target.structure] = hash_
+def _add_network(found: Measured, metric: SetMetric, case: Case) -> None:
+    """The hash of what makes the metric's features on the body of a case, where anything does."""
+    with suppress(NotSupported):
+        name = f"network/{metric.card.name}/{case.target.structure}"
+        found.facts[name] = str(metric.network(case.target))
 
 
 def clouds() -> tuple[Sample, Sample]:

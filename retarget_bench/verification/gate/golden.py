@@ -1,81 +1,60 @@
-"""Golden rows and what is measured now, in one form, and the files that golden rows are kept in.
+"""Golden rows as files: an ordinary results folder (``rows/``), and ``facts.csv`` for all else.
 
-``golden.json`` has the facts and, last written, the hash of every other file, so that a torn set is seen;
-``frozen.csv`` has metrics on frozen motions and the core on frozen inputs, ``rows/<method>.csv`` a method
-on cases of the smoke split.
+A fact is a name and a text. Those of ``PROTOCOL`` say what numbers hang on: the data, versions of metrics,
+declarations of values, weights, networks and frozen files. All others are measured, and are called
+``<part>/<input>/<value>``, where a value may have an index: ``motion/stairs/sunk/growth.world@1``.
 """
 
-import csv
-import hashlib
-import io
-import json
+import shutil
+import tempfile
 from collections.abc import Mapping
-from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import retarget_bench
 from retarget_bench.errors import FileError
-from retarget_bench.evaluation.header_builder import versions
-from retarget_bench.files import atomic, read_json
-from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import Values
+from retarget_bench.files import write_csv
+from retarget_bench.results import store
 
-SCHEMA = 1
-FACTS = "golden.json"
-FROZEN = "frozen.csv"
-FROZEN_DIGITS, ROW_DIGITS = 13, 9
-"""Significant digits: frozen motions are compared to nine, rows hold what result files hold."""
-MOTIONS = "frozen"
-"""The folder of frozen motions, beside the golden rows."""
+FACTS, ROWS, MOTIONS, LOG = "facts.csv", "rows", "frozen", "CHANGES.md"
+FIELDS = ("fact", "value")
+PROTOCOL = ("dataset", "cases", "metric", "value", "weights", "network", "file")
+MOTION, CLOUDS = "motion", "clouds"
+"""Parts of the facts that metrics are asked for."""
 
-Table = dict[str, dict[str, float]]
-"""Row -> column -> number. A column is a value id, or ``<value id>@<index>`` of a curve."""
-
-
-def flat(values: Values) -> dict[str, float]:
-    """Values as columns."""
-    found: dict[str, float] = {}
-    for value_id, value in values.items():
-        if isinstance(value, Mapping):
-            found |= {f"{value_id}@{index}": number for index, number in value.items()}
-        else:
-            found[value_id] = value
-    return found
+Facts = dict[str, str]
 
 
 @dataclass
-class Snapshot:
+class Measured:
     """Golden rows, or what is measured now.
 
-    complete: frozen motions are part of it, and every built-in method that runs by default.
-    dataset:  ``spec`` as it was asked for, ``name``, ``parameters`` that are no defaults, ``content``, and
-              of each split the number of its cases and a hash of their ids (``lists``).
-    smoke:    split -> the ids of its cases that methods are asked.
-    metrics:  metric -> version. values: value id -> its facts (``run.VALUE_FACTS``) and its metric.
-    methods:  label -> version and hash of its weights.
-    motions:  frozen file -> hash.
-    frozen:   ``<file>/<prediction>`` or ``<part>/<input>`` -> column -> number.
-    rows:     method -> ``<split> <case>`` (and ``<split> mean``, as tables have it) -> column -> number.
-    problems: method -> ``<split> <case>`` -> why there is no answer.
-    failures: ``<row> <metric>`` of frozen motions, or part of the core -> the error.
-    missing:  sentences: what could not be measured at all. Never written to a file.
+    rows:    root of the results of methods.
+    missing: sentences: what could not be measured at all.
+    errors:  part, or ``<row>/<metric>`` of a frozen motion -> the error that its facts are lacking for.
     """
 
-    complete: bool
-    dataset: dict[str, Any]
-    smoke: dict[str, list[str]]
-    metrics: dict[str, str]
-    values: dict[str, dict[str, Any]]
-    methods: dict[str, dict[str, str]] = field(default_factory=dict)
-    motions: dict[str, str] = field(default_factory=dict)
-    frozen: Table = field(default_factory=dict)
-    rows: dict[str, Table] = field(default_factory=dict)
-    problems: dict[str, dict[str, str]] = field(default_factory=dict)
-    failures: dict[str, str] = field(default_factory=dict)
+    rows: Path
+    facts: Facts = field(default_factory=dict)
     missing: list[str] = field(default_factory=list)
+    errors: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def complete(self) -> bool:
+        """Whether frozen motions are part of it, and every built-in method that runs by default."""
+        return any(name.startswith(f"{MOTION}/") for name in self.facts)
+
+    def under(self, kind: str) -> Facts:
+        """The facts of a kind, by the rest of their names."""
+        return {
+            name.partition("/")[2]: text for name, text in self.facts.items() if name.startswith(f"{kind}/")
+        }
+
+    def add(self, row: str, numbers: Mapping[str, float | str]) -> None:
+        """Add facts of one row; numbers with 13 significant digits."""
+        for key, each in numbers.items():
+            self.facts[f"{row}/{key}"] = each if isinstance(each, str) else f"{each:.13g}"
 
 
 def built_in() -> Path:
@@ -89,90 +68,48 @@ def exists(folder: Path) -> bool:
     return (folder / FACTS).is_file()
 
 
-# -------------------------------------------------------------------------------------------- reading
-def read(folder: Path) -> Snapshot:
-    """Raises FileError that names the file which is missing, damaged or from a newer version."""
-    path = folder / FACTS
-    try:
-        facts = read_json(path)
-        schema, files = facts.pop("schema"), facts.pop("files")
-        if not isinstance(schema, int) or schema > SCHEMA:
-            problem = f"has schema {schema} of golden rows; this version reads up to {SCHEMA}. Upgrade"
-            raise FileError(path, problem)
-        facts.pop("made_with")
-        golden = Snapshot(**facts)
-        tables = {name: _table(folder / name, hash_) for name, hash_ in files.items()}
-        if golden.complete:
-            golden.frozen = tables[FROZEN]
-        golden.rows = {label: tables[_file(label)] for label in golden.methods}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise FileError(path, f"does not hold golden rows, or is damaged ({error})") from error
-    return golden
+def read(folder: Path) -> Measured:
+    """Golden rows. Raises FileError for a file of facts that is missing or damaged; rows are checked where
+    they are read."""
+    rows = store.read_csv(folder / FACTS, FIELDS)
+    facts = dict(rows)
+    if len(facts) < len(rows):
+        raise FileError(folder / FACTS, "says a fact twice; restore the golden rows")
+    return Measured(folder / ROWS, facts)
 
 
-def _table(path: Path, expected: str) -> Table:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror}); restore the golden rows") from error
-    if _hash(content) != expected:
-        raise FileError(
-            path, f"is not the file that {FACTS} beside it was written with; restore the golden rows"
-        )
-    rows = csv.DictReader(io.StringIO(content.decode("utf-8")))
-    return {row.pop("row"): {name: float(cell) for name, cell in row.items() if cell} for row in rows}
-
-
-def _hash(content: bytes) -> str:
-    # a checkout may have changed line ends, which no number depends on
-    return hashlib.sha256(content.replace(b"\r\n", b"\n")).hexdigest()[:16]
-
-
-def _file(label: str) -> str:
-    return f"rows/{Spec.parse(label).slug}.csv"
-
-
-# -------------------------------------------------------------------------------------------- writing
-def write(folder: Path, found: Snapshot, line: str) -> Path:
-    """Replace the golden rows, and log one line; all files or none. Returns the log's path.
+def accept(folder: Path, found: Measured, line: str) -> Path:
+    """Replace the golden rows, and log one line; all or nothing. Returns the log's path.
 
     The log of this repository's own rows lies beside their folder, that of any other inside it. Raises
     FileError, and then nothing has changed.
     """
-    tables = {_file(label): _text(table, ROW_DIGITS) for label, table in found.rows.items()}
-    if found.complete:
-        tables[FROZEN] = _text(found.frozen, FROZEN_DIGITS)
-    apart = ("frozen", "rows", "failures", "missing")
-    facts = {
-        "schema": SCHEMA,
-        "made_with": versions(),
-        **{name: part for name, part in asdict(found).items() if name not in apart},
-        "files": {name: _hash(text.encode()) for name, text in sorted(tables.items())},
-    }
-    log = (folder.parent if folder.resolve() == built_in().resolve() else folder) / "CHANGES.md"
-    old = log.read_text(encoding="utf-8") if log.is_file() else "# Accepted changes of the golden rows\n\n"
-    day = datetime.now(UTC).date().isoformat()
-    with ExitStack() as together:
-        # left in reverse: the facts, which hold the hashes of the others, are renamed last
-        for path, text in {
-            folder / FACTS: json.dumps(facts, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
-            log: f"{old}- {day}: {line}\n",
-            **{folder / name: text for name, text in tables.items()},
-        }.items():
-            temporary = together.enter_context(atomic(path))
-            temporary.write_text(text, encoding="utf-8", newline="\n")
-    for stale in (folder / "rows").glob("*.csv"):
-        if f"rows/{stale.name}" not in tables:
-            stale.unlink()
+    log = (folder.parent if folder.resolve() == built_in().resolve() else folder) / LOG
+    try:
+        old = (
+            log.read_text(encoding="utf-8")
+            if log.is_file()
+            else "# Accepted changes of the golden rows\n\n"
+        )
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".golden-", dir=folder.parent) as beside:
+            fresh = Path(beside)
+            write_csv(fresh / FACTS, FIELDS, sorted(found.facts.items()))
+            shutil.copytree(found.rows, fresh / ROWS)
+            day = datetime.now(UTC).date().isoformat()
+            (fresh / LOG).write_text(f"{old}- {day}: {line}\n", encoding="utf-8", newline="\n")
+            folder.mkdir(exist_ok=True)  # all is written; from here on files are renamed only
+            if (folder / ROWS).exists():
+                (folder / ROWS).replace(fresh / "before")
+            for path in (folder / ROWS, folder / FACTS, log):
+                (fresh / path.name).replace(path)
+    except OSError as error:
+        raise FileError(folder, f"cannot be written ({error.strerror or error})") from error
     return log
 
 
-def _text(table: Table, digits: int) -> str:
-    """Comma-separated, one line per row, sorted; an empty cell is a value that does not apply."""
-    columns = sorted({column for row in table.values() for column in row})
-    out = io.StringIO()
-    writer = csv.DictWriter(out, ["row", *columns], lineterminator="\n")
-    writer.writeheader()
-    for name, row in sorted(table.items()):
-        writer.writerow({"row": name, **{column: f"{each:.{digits}g}" for column, each in row.items()}})
-    return out.getvalue()
+def parsed(name: str) -> tuple[str, str, str]:
+    """Part, row and value (without index) of the name of a measured fact."""
+    row, _, column = name.rpartition("/")
+    part, _, where = row.partition("/")
+    return part, where, column.split("@", 1)[0]

@@ -1,66 +1,45 @@
-"""Methods on a few cases: which cases, and everything from the question to the mean that a table shows."""
+"""Rows of methods on a few cases: which cases, and everything from the question to the file of a run."""
 
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-from retarget_bench.analysis import summary
-from retarget_bench.api import CaseInfo, Dataset, optional
+from retarget_bench.api import Case, CaseInfo, Dataset, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import predict as stage_one
-from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.evaluation.score import score
 from retarget_bench.files import digest
 from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins.bound import BoundDataset, BoundMethod
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import CaseResult, ResultPaths
-from retarget_bench.verification.gate.golden import Snapshot, flat
+from retarget_bench.results.header import (
+    Counts,
+    DatasetInfo,
+    DeclaredValue,
+    MethodInfo,
+    Problem,
+    ResultHeader,
+)
+from retarget_bench.results.paths import ARRAY_INDICES
+from retarget_bench.results.store import CaseResult
+from retarget_bench.verification.gate.golden import FACTS, Measured
 
 TASK = "retarget"
 CASES = 5
 """Cases of each split. Their structures, bodies and kinds of performance differ as far as they can."""
 STRUCTURES, OTHERS = 10, 1
 """Weights in the choice of cases: of a new structure, and of a new body or kind."""
-MEAN = "mean"
 
 
 # ---------------------------------------------------------------------------------------------- cases
-def prepare(
-    found: Snapshot, spec: Spec, wanted: Mapping[str, Sequence[str]] | None
-) -> dict[str, Sequence[CaseInfo]]:
-    """Split -> the wanted cases, or those chosen by rule; wanted ones that the data set lacks are missing.
-
-    Also adds them, and the facts of the data set, to what was found.
-    """
-    data = bound.dataset(spec).built
-    listed = {split: data.cases(TASK, split) for split in data.card.splits}
-    found.dataset = {
-        "spec": str(Spec(spec.name, bound.dataset(spec).parameters)),
-        "name": spec.name,
-        "parameters": bound.dataset(spec).parameters,
-        "content": data.content,
-        "lists": {
-            split: {"cases": len(infos), "hash": digest("\n".join(info.id for info in infos))}
-            for split, infos in listed.items()
-        },
+def asked_before(golden: Measured) -> dict[str, list[str]]:
+    """Split -> the ids of the cases of golden rows."""
+    places = {place.split: place for place in store.find_results(golden.rows)}
+    return {
+        split: [info.id for info in store.read_cases(place.cases, TASK, split)]
+        for split, place in places.items()
     }
-    asked: dict[str, Sequence[CaseInfo]] = {}
-    for split, ids in (dict.fromkeys(listed) if wanted is None else wanted).items():
-        known = {info.id: info for info in listed.get(split, ())}
-        if ids is None:
-            asked[split] = choose(data, listed[split])
-            continue
-        if lost := [case for case in ids if case not in known]:
-            found.missing.append(
-                f"{spec} has no longer {len(lost)} of the cases of {split}, {lost[0]} first"
-            )
-        asked[split] = [known[case] for case in ids if case in known]
-    found.smoke = {split: [info.id for info in infos] for split, infos in asked.items()}
-    if not any(asked.values()):
-        found.missing.append(f"{spec} has no case to ask methods")
-    return asked
 
 
 def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
@@ -88,6 +67,27 @@ def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
     return sorted(chosen, key=lambda info: info.id)
 
 
+def _cases(found: Measured, data: BoundDataset, golden: Measured | None) -> dict[str, Sequence[CaseInfo]]:
+    """Split -> the cases of the golden rows, unless the data set says itself that it holds something else
+    now; then those chosen by rule. Adds the facts of the data set."""
+    content = data.built.content
+    found.facts |= {"dataset/spec": str(Spec(data.spec.name, data.parameters)), "dataset/content": content}
+    listed = {split: data.built.cases(TASK, split) for split in data.built.card.splits}
+    for split, infos in listed.items():
+        hash_ = digest("\n".join(info.id for info in infos))
+        found.facts[f"cases/{split}"] = f"{len(infos)} cases, {hash_}"
+    if golden is None or golden.facts.get("dataset/content") != content:
+        return {split: choose(data.built, infos) for split, infos in listed.items()}
+    asked: dict[str, Sequence[CaseInfo]] = {}
+    for split, ids in asked_before(golden).items():
+        known = {info.id: info for info in listed.get(split, ())}
+        asked[split] = [known[case] for case in ids if case in known]
+        if lost := [case for case in ids if case not in known]:
+            gone = f"{len(lost)} of the cases of {split}, {lost[0]} first"
+            found.missing.append(f"{data.spec} has no longer {gone}")
+    return asked
+
+
 # -------------------------------------------------------------------------------------------- methods
 def default_methods() -> list[str]:
     """Labels of the built-in methods that take part in a plain run and are deterministic, variants too."""
@@ -96,108 +96,109 @@ def default_methods() -> list[str]:
         card = optional.method_card(method)
         if registry.find("methods", name).origin != registry.BUILT_IN:
             continue
-        if card.default and "retarget" in card.tasks and not card.stochastic:
+        if card.default and TASK in card.tasks and not card.stochastic:
             variants = [Spec(name, changes) for changes in card.variants]
             found += [str(registry.canonical("methods", spec)) for spec in (Spec(name), *variants)]
     return found
 
 
-def _built(found: Snapshot, labels: Sequence[str]) -> dict[str, Spec]:
-    """Label -> spec of the methods that can be built, with their facts; the others are missing."""
-    specs = {}
-    for label in labels:
-        try:
-            spec = registry.canonical("methods", label)
-            method = bound.method(spec).built
-            version = str(optional.method_card(method).version)
-            found.methods[str(spec)] = {"version": version, "weights": optional.weights_hash(method)}
-            specs[str(spec)] = spec
-        except BenchError as error:
-            found.missing.append(str(error))
-    return specs
-
-
 def measure(
-    found: Snapshot,
-    data: Spec,
-    wanted: Mapping[str, Sequence[str]] | None,
+    found: Measured,
+    golden: Measured | None,
+    data: BoundDataset,
     labels: Sequence[str],
     metrics: tuple[str, ...],
     progress: Callable[[int, int], None],
 ) -> None:
-    """Add the rows of methods: predicted, scored, written, read back and averaged as in any run.
+    """Add the rows of methods: predicted, scored and written as in any run.
 
-    wanted: split -> case ids; None: those that ``choose`` takes. metrics: names, none of sets.
+    metrics: names, none of sets.
     """
-    asked = prepare(found, data, wanted)
+    asked = _cases(found, data, golden)
     if not any(asked.values()):
-        return
-    specs = _built(found, labels)
-    answers: dict[tuple[str, str], list[tuple[CaseInfo, CaseResult]]] = {}
-    questions = [(split, info) for split, infos in asked.items() for info in infos]
-    for done, (split, info) in enumerate(questions, 1):
-        for label, entry in _ask(data, info, specs, metrics, found.missing).items():
-            answers.setdefault((label, split), []).append((info, entry))
-        progress(done, len(questions))
-    with tempfile.TemporaryDirectory(prefix="bench-check-") as folder:
-        plan = Plan(tuple(specs.values()), (data,), metrics=metrics, root=Path(folder))
-        for label, spec in specs.items():
-            written = []
-            for split in asked:
-                if pairs := answers.get((label, split)):
-                    infos, entries = zip(*pairs, strict=True)
-                    unit = EvaluationUnit(plan, bound.dataset(data), split, bound.method(spec))
-                    store.write_results(unit.paths, header_of(unit, entries), entries, infos)
-                    written.append(unit.paths)
-            _add_rows(found, label, written)
+        found.missing.append(f"{data.spec} has no case to ask methods")
+    methods: dict[str, BoundMethod] = {}
+    known = golden.under("weights") if golden else {}
+    for label in labels:
+        try:
+            method = bound.method(registry.canonical("methods", label))
+            found.facts[f"weights/{method.spec}"] = optional.weights_hash(method.built)
+            methods[str(method.spec)] = method
+        except BenchError as error:
+            gone = "; if it is gone for good, remove its line from " + FACTS
+            found.missing.append(f"{error}{gone if label in known else ''}")
+    for done, (split, infos) in enumerate(asked.items(), 1):
+        cases = _loaded(found, data.built, infos)
+        for method in methods.values():
+            if not cases:
+                continue
+            plan = Plan((method.spec,), (data.spec,), metrics=metrics, root=found.rows)
+            unit = EvaluationUnit(plan, data, split, method)
+            entries = _entries(unit, cases)
+            store.write_results(unit.paths, _header(unit, entries), entries, infos)
+        progress(done, len(asked))
 
 
-def _ask(
-    data_spec: Spec,
-    info: CaseInfo,
-    specs: Mapping[str, Spec],
-    metrics: tuple[str, ...],
-    missing: list[str],
-) -> dict[str, CaseResult]:
-    """Label -> what the method gave for one case; nothing where the case itself cannot be loaded."""
-    data = bound.dataset(data_spec).built
+def _loaded(found: Measured, data: Dataset, infos: Sequence[CaseInfo]) -> list[Case]:
+    """The cases; none where one of them cannot be loaded."""
     try:
-        case = data.load(info)
+        return [data.load(info) for info in infos]
     except Exception as error:  # whatever a data set does wrong, the gate could not do its work
-        missing.append(f"case {info.id} cannot be loaded: {type(error).__name__}: {error}")
-        return {}
-    found = {}
-    for label, spec in specs.items():
-        method = bound.method(spec).built
-        seed = store.case_seed(0, str(spec), info.id)
-        outcome = stage_one.predict(method, case, stage_one.context_for(method, data, case, seed))
-        entry = CaseResult(info.id, outcome.status, outcome.message)
+        found.missing.append(f"a case cannot be loaded: {type(error).__name__}: {error}")
+        return []
+
+
+def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> list[CaseResult]:
+    """What a method gives for cases, asked at once where it can be, scored as in any run."""
+    method, metrics = unit.method.built, unit.metrics.of_cases
+    seeds = [store.case_seed(0, str(unit.known_as), case.info.id) for case in cases]
+    contexts = [
+        stage_one.context_for(method, unit.data, case, seed)
+        for case, seed in zip(cases, seeds, strict=True)
+    ]
+    # values per joint are left to frozen motions
+    kept = {k for k, each in bound.declared_values(metrics).items() if each.index not in ARRAY_INDICES}
+    entries = []
+    for case, outcome in zip(cases, stage_one.predict_all(method, cases, contexts), strict=True):
+        entry = CaseResult(case.info.id, outcome.status, outcome.message)
+        entries.append(entry)
         if outcome.prediction is not None:
             try:
-                scored = stage_one.as_scored(outcome.prediction)
-                entry.values = score(bound.metrics(metrics).of_cases, case, scored).sound()
+                values = score(metrics, case, stage_one.as_scored(outcome.prediction)).sound()
+                entry.values = {key: each for key, each in values.items() if key in kept}
             except Exception as error:  # a metric's fault costs the row here, so that it is seen
-                entry = CaseResult(info.id, "failed", f"{type(error).__name__}: {error}")
-        found[label] = entry
-    return found
+                entry.status, entry.message = "failed", f"{type(error).__name__}: {error}"
+    return entries
 
 
-def _add_rows(found: Snapshot, label: str, written: Sequence[ResultPaths]) -> None:
-    """The rows of a method as their files give them back, and the means as a table would show them."""
-    table, problems = found.rows.setdefault(label, {}), {}
-    for paths in written:
-        for entry in store.read_results(paths).entries:
-            name = f"{paths.split} {entry.case}"
-            if entry.status == "ok":
-                table[name] = flat(entry.values)
-            else:
-                problems[name] = f"{entry.status}: {entry.message}"
-    if problems:
-        found.problems[label] = problems
-    for section in summary.split_summaries(written):
-        (means,) = section.scores
-        values: store.Values = {key: mean.value for key, mean in means.means.items()}
-        for key, curve in means.curves.items():
-            values[key] = {index: mean.value for index, mean in curve.items()}
-        if values:
-            table[f"{section.split} {MEAN}"] = flat(values)
+def _header(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHeader:
+    """What tables need to know of a unit, and nothing that is another whenever and wherever it is made."""
+    card, trained = unit.method.card, optional.method_manifest(unit.method.built)
+    declared = {
+        value.id: DeclaredValue.of(value, metric.card.name)
+        for metric in unit.metrics.of_cases
+        for value in metric.card.values
+    }
+    problems = (Problem(status=e.status, message=e.message, cases=(e.case,)) for e in entries)
+    return ResultHeader(
+        keys={},
+        task=TASK,
+        split=unit.split,
+        method=MethodInfo(
+            name=unit.known_as.name,
+            label=str(unit.known_as),
+            parameters=dict(unit.known_as.parameters),
+            privileged=tuple(card.needs),
+            control=bool(card.control),
+            trained_on=None if trained is None else {},
+        ),
+        dataset=DatasetInfo(label=unit.data.label, content=unit.data.content, notes=()),
+        metrics={metric.card.name: str(metric.card.version) for metric in unit.metrics.of_cases},
+        values={
+            # the prose of values is that of the installed metrics
+            key: replace(each, meaning="", formula="", protocol={})
+            for key, each in declared.items()
+        },
+        counts=Counts.of(entry.status for entry in entries),
+        problems=tuple(each for each in problems if each.status != "ok"),
+    )
