@@ -19,7 +19,7 @@ DEPTH = (
 GAP = (
     "gap: how much higher above its ground the lowest contact joint is than the reference's, 0 where it "
     "is lower; frames: those in which a contact joint is labelled planted (labels as "
-    "contact_recall); left out where there is none"
+    "contact_recall.speed); left out where there is none"
 )
 
 

@@ -44,7 +44,7 @@ DEPTH = "depth: how far the lowest vertex of the body is below the ground under 
 GAP = (
     "gap: height over the ground of the lowest vertex of a foot (fore paws of dogs too; vertices that foot "
     "and toes move for the most part), 0 where it is below; pooled over feet and the frames in which a "
-    "contact joint of the foot is labelled planted (labels as contact_recall); left out where "
+    "contact joint of the foot is labelled planted (labels as contact_recall.speed); left out where "
     "there is none"
 )
 PROJECT = "the project's definition: touch, penetration and floating of joints, measured on the skin"

@@ -34,8 +34,8 @@ def _value(suffix: str) -> Value:
         ),
         unit=unit,
         better="lower",
-        formula=f"{rule} contact_recall; {end}",
-        source_formula=f"{rule} contact_recall_src; {end}",
+        formula=f"{rule} contact_recall.speed; {end}",
+        source_formula=f"{rule} contact_recall.speed_src; {end}",
         source="mean horizontal displacement during true contacts, per frame as animation papers state it",
         tolerance=1e-4,
     )

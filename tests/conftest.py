@@ -48,7 +48,7 @@ LONGEST = (
     "methods/test_nkn.py",
     "viewing/test_player.py",
     "engine/test_check_red.py",
-    "metrics/test_fid_people.py",
+    "metrics/test_fid.py",
     "test_plugins.py",
     "test_python.py",
     "methods/test_skin.py",

@@ -230,7 +230,7 @@ def test_info_shows_parameters_and_formulas(bench):
 
 
 @pytest.mark.parametrize("columns", [80, 110])
-@pytest.mark.parametrize("words", [["list"], ["info", "humot"], ["info", "ik"], ["info", "plant"]])
+@pytest.mark.parametrize("words", [["list"], ["info", "humot"], ["info", "ik"], ["info", "contact"]])
 def test_lists_and_descriptions_fit_the_terminal(monkeypatch, words, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
     done = CliRunner().invoke(cli.group, words)

@@ -138,13 +138,9 @@ def test_the_worst_cases_come_first_whatever_better_means(found):
 def test_worst_cases_of_what_no_case_has_are_answered_by_the_reason(tmp_path):
     place = stored.store(tmp_path, "cross", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     needs = stored.VALUES | {"ratio": stored.VALUES["ratio"] | {"needs": ["rotations"]}}
-    stored.changed(
-        place, set_values={"fid_people": stored.VALUES["ratio"] | {"label": "FID"}}, values=needs
-    )
+    stored.changed(place, set_values={"fid": stored.VALUES["ratio"] | {"label": "FID"}}, values=needs)
     found = rb.load_results(tmp_path)
-    with pytest.raises(
-        rb.BenchError, match=r"FID \(fid_people\) is a value of all answers as one set"
-    ) as said:
+    with pytest.raises(rb.BenchError, match=r"FID \(fid\) is a value of all answers as one set") as said:
         found.worst("m", "FID")
     assert len(str(said.value)) < 250
     with pytest.raises(rb.BenchError, match=r"no answer of m has a ratio \(ratio\): needs rotations"):

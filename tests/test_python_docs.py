@@ -76,13 +76,13 @@ def test_the_notebook_answers_its_five_questions(shown, folder):
     best, mine = of(shown, "table().best()")
     assert list(best.columns) == ["self", "intra", "cross"]
     # copies put no foot where it was, and inverse kinematics does
-    assert best.loc["plant_recall", "cross"].startswith("ik")
+    assert best.loc["contact_recall", "cross"].startswith("ik")
     assert best.loc["mpjpe_h.world", "self"].startswith("copy_rotations")
     assert "my_method" in " ".join(mine.to_numpy().ravel())
 
     (compared,) = of(shown, 'compare("ik"')
     verdicts = compared.frame.set_index(["split", "value"]).verdict
-    assert verdicts["cross", "plant_recall"].startswith("ik better")
+    assert verdicts["cross", "contact_recall"].startswith("ik better")
 
     worst = next(found for source, found in shown.items() if source.endswith("\nworst"))
     assert worst["mpjpe_h.world"].is_monotonic_decreasing

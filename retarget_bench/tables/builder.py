@@ -19,16 +19,16 @@ from retarget_bench.tables.model import Group, Problem, Table
 DEFAULT_COLUMNS = (
     "mpjpe_h.world",
     "mpjpe_h.root",
-    "plant_recall",
-    "plant_precision",
-    "fid_people",
+    "contact_recall",
+    "contact_precision",
+    "fid",
     "foot_slide",
     "jerk_ratio",
     "joint_speed_excess",
 )
 """Value ids of the default columns of a split, in order; the first also decides the order of rows and the
 colours of methods."""
-OVERVIEW_COLUMNS = ("mpjpe_h.world", "plant_recall", "fid_people")
+OVERVIEW_COLUMNS = ("mpjpe_h.world", "contact_recall", "fid")
 """Of the table of all splits side by side."""
 LISTED = "bench info --protocols (in Python rb.metrics()) lists all"
 """The end of messages about values, of which there are too many to name."""

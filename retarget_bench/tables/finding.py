@@ -8,7 +8,7 @@ from retarget_bench.tables.model import Column, Group, Row, listed
 
 WHERE = {CROSS: "across structures", INTRA: "within structures", SELF: "on their own bodies"}
 """The usual splits in words."""
-RECALL = "plant_recall"
+RECALL = "contact_recall"
 """The value that says which share of contacts is kept."""
 FEW = 3
 """So many methods at most are named."""

@@ -1,10 +1,10 @@
 """How well FID of people and FID per structure agree on the order of methods, in results that have both.
 
-    bench run ik ... -d 'puppets[size=default]' -m position -m fid -m fid_people --out RUNS
+    bench run ik ... -d 'puppets[size=default]' -m position -m fid_structure -m fid --out RUNS
     python tests/benchmarks/fid_agreement.py RUNS [--least WINDOWS]
 
 Spearman's rank correlation over the methods, per split and structure, with its two-sided p-value, and the
-number of windows of the structure. ``fid`` of fewer windows than it asks for is left out, unless
+number of windows of the structure. ``fid.structure`` of fewer windows than it asks for is left out, unless
 ``--least`` says otherwise; methods without both values are, too.
 """
 
@@ -34,9 +34,9 @@ def main() -> None:
         for each in set_metrics.read(place):
             if each.value is None or each.kind:
                 continue
-            if (each.value_id, each.structure) == ("fid_people", TWO_LEGS):
+            if (each.value_id, each.structure) == ("fid", TWO_LEGS):
                 people[place.split, label] = each.value
-            elif each.value_id == "fid" and each.n >= given.least:
+            elif each.value_id == "fid.structure" and each.n >= given.least:
                 structures[place.split, each.structure][label] = each.value, each.n
     print("| split | structure | methods | windows | Spearman | p |")
     print("|---|---|---:|---:|---:|---:|")

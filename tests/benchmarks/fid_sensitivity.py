@@ -19,7 +19,7 @@ from tqdm import tqdm
 sys.path.insert(0, str(Path(__file__).parents[1] / "metrics"))
 from corruptions import HARMS, MORE_HARMS, Crowd, Study, mirror, people_in, reverse, seen
 
-from retarget_bench.metrics.fid import SHIPPED
+from retarget_bench.metrics.fid_structure import SHIPPED
 from retarget_bench.plugins import registry
 
 ALL = {**HARMS, "time reversed": (reverse, (1.0,)), "mirrored": (mirror, (1.0,))}

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from retarget_bench.metrics.fid import SHIPPED
-from retarget_bench.metrics.fid.frechet import frechet
+from retarget_bench.metrics.fid_structure import SHIPPED
+from retarget_bench.metrics.fid_structure.frechet import frechet
 from retarget_bench.plugins import registry
 from retarget_bench.training.features import network, windows
 

@@ -18,7 +18,13 @@ from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
 
-VALUES = ("contact_recall", "contact_precision", "foot_slide_h", "mpjpe_h.world", "acceleration")
+VALUES = (
+    "contact_recall.speed",
+    "contact_precision.speed",
+    "foot_slide_h",
+    "mpjpe_h.world",
+    "acceleration",
+)
 
 
 def main(methods: list[str]) -> None:
@@ -27,7 +33,7 @@ def main(methods: list[str]) -> None:
         methods=tuple(map(Spec.parse, texts)),
         datasets=(Spec.parse("puppets[size=tiny]"),),
         splits=("intra", "cross"),
-        metrics=("contact", "slide", "position", "smoothness"),
+        metrics=("contact_speed", "slide", "position", "smoothness"),
         root=Path("runs/footfix_effect"),
     )
     with tqdm(unit="case", leave=False) as bar:

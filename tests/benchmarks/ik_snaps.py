@@ -24,8 +24,8 @@ from retarget_bench.datasets.mixamo import plugin as Mixamo
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.methods.ik import plugin as InverseKinematics
+from retarget_bench.metrics import contact as contact_metric
 from retarget_bench.metrics import ground, joint_speed, position, slide, smoothness, touch
-from retarget_bench.metrics import plant as contact_metric
 from retarget_bench.motion import importer
 
 METRICS = [
@@ -34,7 +34,7 @@ METRICS = [
 COLUMNS = {
     "MPJPE": "mpjpe_h.world",
     "aligned": "mpjpe_h.root",
-    "contact": "plant_recall",
+    "contact": "contact_recall",
     "excess": "joint_speed_excess",
     "jerk": "jerk_ratio",
     "skating": "foot_slide_h",

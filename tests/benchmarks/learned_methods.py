@@ -49,14 +49,14 @@ OF_KNOWN_STRUCTURES = (
 BESIDE = ("ik", "copy_rotations", "nkn", "pmnet", STILL)
 LABELS = {
     "mpjpe_h.world": "MPJPE, % of height",
-    "plant_recall": "contact recall",
+    "contact_recall": "contact recall",
     "jerk_ratio": "jerk ratio",
 }
 SPLITS = {"puppets": ("self", "intra", "cross"), "mixamo": ("intra", "cross")}
 BODIES = {"puppets": known.GENERATED, "mixamo": known.REAL}
 
-METRICS = ("position", "plant", "smoothness")
-MPJPE, ALIGNED, RECALL, JERK = "mpjpe_h.world", "mpjpe_h.root", "plant_recall", "jerk_ratio"
+METRICS = ("position", "contact", "smoothness")
+MPJPE, ALIGNED, RECALL, JERK = "mpjpe_h.world", "mpjpe_h.root", "contact_recall", "jerk_ratio"
 Column = tuple[str, str, str]
 """Data set, split, value."""
 INTRA, CROSS = ("puppets", "intra", MPJPE), ("puppets", "cross", MPJPE)

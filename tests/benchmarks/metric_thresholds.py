@@ -1,4 +1,4 @@
-"""What the thresholds of the metrics ``plant`` (``LOW``) and ``joint_speed`` (``SLOW``) are chosen by.
+"""What the thresholds of the metrics ``contact`` (``LOW``) and ``joint_speed`` (``SLOW``) are chosen by.
 
     python tests/benchmarks/metric_thresholds.py
 
@@ -18,8 +18,8 @@ from scipy.ndimage import gaussian_filter1d
 from retarget_bench.api import Case
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
+from retarget_bench.metrics import contact as contact_metric
 from retarget_bench.metrics import joint_speed
-from retarget_bench.metrics import plant as contact_metric
 
 LOWS = (0.0025, 0.005, 0.01, 0.02, 0.03, np.inf)
 NOISES = (0.0, 0.001, 0.002, 0.004)

@@ -42,8 +42,8 @@ PEERS = {
 """Our plug-in -> what papers call it; a star: with networks for each structure, as in PAN's tables."""
 FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
 """They know the structures of their training alone: others are shown beside them on the same cases."""
-MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "plant_recall"
-METRICS = ("position", "plant")
+MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "contact_recall"
+METRICS = ("position", "contact")
 SPLITS = {
     "puppets": ("self", "intra", "cross"),
     "mixamo": ("intra", "cross"),

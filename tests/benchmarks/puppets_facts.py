@@ -26,7 +26,7 @@ from retarget_bench.datasets.puppets.corpus.clips import SIZES, clips
 from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, families, only_tested
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.metrics.contact import plugin as Contact
-from retarget_bench.metrics.plant import plugin as Plant
+from retarget_bench.metrics.contact_speed import plugin as ContactSpeed
 from retarget_bench.metrics.position import plugin as Position
 from retarget_bench.metrics.touch import plugin as SelfTouch
 from retarget_bench.motion.root_rules import SCALING_RULES
@@ -35,9 +35,9 @@ Row = dict[str, float]
 SHOWN = {
     "mpjpe_h.world": "error, % of height",
     "second": "second answer's",
-    "contact_recall": "contact recall, by speed",
-    "plant_recall": "contact recall, by position",
-    "plant_drift": "contact drift, %",
+    "contact_recall.speed": "contact recall, by speed",
+    "contact_recall": "contact recall, by position",
+    "contact_drift": "contact drift, %",
     "touch_gap": "self-contact error, %",
     "touch_recall": "touch recall",
 }
@@ -107,7 +107,7 @@ def loss(case: Case, rule: str) -> Row:
     assert case.alternative is not None
     comparison = copied(case, rule)
     found = {"mpjpe_h.world": world(comparison), "second": world(Comparison(case, case.alternative))}
-    for metric in (Contact(), Plant(), SelfTouch()):
+    for metric in (ContactSpeed(), Contact(), SelfTouch()):
         values = metric.compute(comparison)
         found |= {id_: float(values[id_]) for id_ in SHOWN if id_ in values}
     return found

@@ -188,7 +188,7 @@ def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
     for each in result_matrix.result_matrices(store.find_results(root)):
         if each.split == "self" or len(each.rows) < 2:
             continue
-        for value in ("mpjpe_h.world", "mpjpe_h.root", "plant_recall", "foot_slide", "jerk_ratio"):
+        for value in ("mpjpe_h.world", "mpjpe_h.root", "contact_recall", "foot_slide", "jerk_ratio"):
             numbers = each.numbers((value, ""))
             numbers = numbers[~np.isnan(numbers).all(axis=1)]
             there = each.own & ~np.isnan(numbers).any(axis=0)

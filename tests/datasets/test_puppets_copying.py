@@ -40,7 +40,7 @@ def test_copying_is_clearly_behind_the_reference(split: str) -> None:
     # the ambiguity floor is what another right answer is off; twice that is no matter of taste any more
     assert mean(rows, "mpjpe_h.world") > 2.0 * mean(rows, "second")
     # of the frames in which a foot stands, the reference keeps all; one in ten is well beyond rounding
-    assert mean(rows, "plant_recall") < 0.9
+    assert mean(rows, "contact_recall") < 0.9
     # a touch is kept to one per cent of the height, by the references to less than a millimetre on average
     assert mean(rows, "touch_gap") > 2.0
     assert mean(rows, "touch_recall") < 0.5

@@ -74,7 +74,7 @@ def test_nothing_has_moved_under_the_name_of_the_release() -> None:
     ("part", "name", "words"),
     [
         ("lists", "tiny test cross", "the list of tiny test cross is another one"),
-        ("metrics", "plant", "metric plant has version new, not 1"),
+        ("metrics", "contact", "metric contact has version new, not 1"),
         ("generator", None, "the generator has version new, not 3"),
         ("release", None, "the release is called new now"),
     ],
@@ -84,10 +84,10 @@ def test_whatever_moves_is_named(part: str, name: str | None, words: str) -> Non
         "release": "1.0",
         "generator": "3",
         "lists": {"tiny test cross": "a"},
-        "metrics": {"plant": "1"},
+        "metrics": {"contact": "1"},
     }
     now = {**known, part: "new" if name is None else {name: "new"}}
     assert moved(known, known) == []
     (found,) = moved(known, now)
     assert found.startswith(words)
-    assert moved(known, {**known, "metrics": {"plant": "1", "later": "1"}}) == []
+    assert moved(known, {**known, "metrics": {"contact": "1", "later": "1"}}) == []

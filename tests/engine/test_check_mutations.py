@@ -26,8 +26,8 @@ def compared(ours, part):
 
 
 SMOOTHNESS, SPEED = "retarget_bench.metrics.smoothness", "retarget_bench.metrics.joint_speed"
-SLIDE, PLANT = "retarget_bench.api.comparison", "retarget_bench.metrics.plant"
-FID, CONTACT = "retarget_bench.metrics.fid.frechet", "retarget_bench.motion.contact"
+SLIDE, PLANT = "retarget_bench.api.comparison", "retarget_bench.metrics.contact"
+FID, CONTACT = "retarget_bench.metrics.fid_structure.frechet", "retarget_bench.motion.contact"
 GROUND, RECORDING = "retarget_bench.motion.ground", "retarget_bench.motion.bvh.recording"
 DOCUMENT, CHECK = "retarget_bench.motion.bvh.document", "retarget_bench.plugins.prediction_check"
 STORE, SUMMARY = "retarget_bench.results.store", "retarget_bench.analysis.summary"
@@ -43,7 +43,7 @@ RENDERED = "retarget_bench.tables.rendering.as_text"
 MUTATIONS = {
     "accelerations without their rate": ("smoothness", SMOOTHNESS, "_sizes", "fps**order", "30.0**order"),
     "covariance of a part over n": (
-        "fid", FID, "without",
+        "fid_structure", FID, "without",
         "triangle / np.sqrt(len(rows) - 1)", "triangle / np.sqrt(len(rows))",
     ),
     "clips count as still up to 0.11": ("smoothness", SMOOTHNESS, "STILL", 0.1, 0.11),
@@ -58,10 +58,10 @@ MUTATIONS = {
         "refusals", CHECK, "verified", "abs(answer.fps - case.source.fps) >", "0.0 >",
     ),
     "answers that are not finite": ("refusals", CHECK, "verified", "bad.any()", "False"),
-    "contacts without their rate": ("contact", CONTACT, "planted", "30.0 / fps * ", ""),
+    "contacts without their rate": ("contact_speed", CONTACT, "planted", "30.0 / fps * ", ""),
     "no contact in the first frame": ("slide", CONTACT, "planted", "[slow[:1],", "[slow[:1] & False,"),
     "skating without its rate": ("slide", SLIDE, "steps", "(fps / RATE)", "1.0"),
-    "stays of four frames at any rate": ("plant", PLANT, "_stays", "STAY * fps", "STAY * 30.0"),
+    "stays of four frames at any rate": ("contact", PLANT, "_stays", "STAY * fps", "STAY * 30.0"),
     "joint accelerations without their rate": (
         "joint_speed", SPEED, "JointSpeed.compute", "* comparison.fps", "* 30.0",
     ),

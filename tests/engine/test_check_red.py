@@ -127,7 +127,7 @@ def median(values, comparison):
 
 
 def forgotten(values, comparison):
-    values.pop("contact_precision", None)
+    values.pop("contact_precision.speed", None)
     return values
 
 
@@ -147,22 +147,26 @@ METRICS = {
     "root joint left out": lambda: of(Comparison, "joints", lambda c, j: j[1:]),
     "median for mean": lambda: computed("position", median),
     "radians for degrees": lambda: computed("rotation", scaled("rotation.local", np.pi / 180)),
-    "a value forgotten": lambda: computed("contact", forgotten),
+    "a value forgotten": lambda: computed("contact_speed", forgotten),
     "an error raised": lambda: computed("slide", raises),
     "a millionth more": lambda: computed("smoothness", scaled("jerk", 1 + 1e-6)),
     "frames per second taken for 30.03": lambda: computed("smoothness", scaled("acc", 1.002)),
     "covariance left out": lambda: (
-        type(next(each for each in metrics() if each.card.name == "fid")),
+        type(next(each for each in metrics() if each.card.name == "fid_structure")),
         "value",
         lambda self, name, real, generated: float(
             np.sum((real.features.mean(axis=0) - generated.features.mean(axis=0)) ** 2)
         ),
     ),
     "recall and precision exchanged": lambda: computed(
-        "contact",
+        "contact_speed",
         lambda v, c: (
-            v | {"contact_recall": v["contact_precision"], "contact_precision": v["contact_recall"]}
-            if "contact_recall" in v
+            v
+            | {
+                "contact_recall.speed": v["contact_precision.speed"],
+                "contact_precision.speed": v["contact_recall.speed"],
+            }
+            if "contact_recall.speed" in v
             else v
         ),
     ),

@@ -303,7 +303,7 @@ DRAWN = bound.SETS, "draw.py", "MOST = 1200"
 WINDOWED = bound.FEATURES, "windows.py", "HOP = 8"
 
 
-@pytest.mark.parametrize("name", ["fid", "position"])
+@pytest.mark.parametrize("name", ["fid_structure", "position"])
 @pytest.mark.parametrize("where", [DRAWN, WINDOWED])
 def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
     tmp_path, monkeypatch, name, where
@@ -328,5 +328,5 @@ def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
     assert constant in text
     first = version(text)
     assert version(text.replace(constant, f"{constant}  # windows")) == first
-    assert (version(text.replace(constant, f"{constant}0")) != first) == (name == "fid")
+    assert (version(text.replace(constant, f"{constant}0")) != first) == (name == "fid_structure")
     bound.metrics.cache_clear()

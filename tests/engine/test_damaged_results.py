@@ -91,7 +91,7 @@ def test_rows_that_lost_some_are_told_in_numbers(tmp_path):
 def test_values_of_sets_are_checked_too(tmp_path, harm):
     numbers = [("a>b", "c", {"mpjpe_h.world": 1.0})]
     place = made_up(tmp_path, "intra", "m", numbers)
-    set_files.write(place, [SetValue("fid", "s", 5, 5, value=1.0)])
+    set_files.write(place, [SetValue("fid.structure", "s", 5, 5, value=1.0)])
     made_up(tmp_path, "intra", "m", numbers)
     assert SETS in store.read_header(place.header).files
     harm(place.sets)

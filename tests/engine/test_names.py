@@ -26,15 +26,15 @@ def value(label, metric="", index=""):
 
 
 KNOWN = {
-    "contact_recall": value("contact recall, by speed", "contact"),
+    "contact_recall.speed": value("contact recall, by speed", "contact_speed"),
     "turn.local": value("turning error, local", "turns"),
     "turn.world": value("turning error, global", "turns"),
-    "plant_f1": value("contact F1", "plant"),
-    "plant_recall": value("contact recall", "plant"),
+    "contact_f1": value("contact F1", "contact"),
+    "contact_recall": value("contact recall", "contact"),
     "mpjpe_h.root": value("MPJPE, root-aligned", "position"),
     "mpjpe_h.world": value("MPJPE", "position"),
-    "fid": value("FID, by structure", "fid"),
-    "fid_people": value("FID", "fid_people"),
+    "fid.structure": value("FID, by structure", "fid_structure"),
+    "fid": value("FID", "fid"),
 }
 
 
@@ -48,18 +48,18 @@ KNOWN = {
         ("mpjpe-h", "mpjpe_h.world"),  # of a family, the first default column
         ("position", "mpjpe_h.world"),
         ("mpjpe, root aligned", "mpjpe_h.root"),
-        ("contact recall, by speed", "contact_recall"),
-        ("contact_recall", "contact_recall"),  # an id, whatever else has it as its label
-        ("Contact Recall", "plant_recall"),
-        ("contact-recall", "plant_recall"),
-        ("plant", "plant_recall"),
-        ("contact f1", "plant_f1"),
+        ("contact recall, by speed", "contact_recall.speed"),
+        ("contact_recall.speed", "contact_recall.speed"),  # an id, whatever else has it as its label
+        ("Contact Recall", "contact_recall"),
+        ("contact-recall", "contact_recall"),
+        ("contact", "contact_recall"),
+        ("contact f1", "contact_f1"),
         ("turning error,  GLOBAL", "turn.world"),
         ("root-aligned MPJPE", "mpjpe_h.root"),
-        ("FID by structure", "fid"),
+        ("FID by structure", "fid.structure"),
+        ("fid.structure", "fid.structure"),
+        ("FID", "fid"),
         ("fid", "fid"),
-        ("FID", "fid_people"),
-        ("fid_people", "fid_people"),
         ("FPS", "fps"),
         ("speed", "fps"),
     ],
@@ -97,18 +97,20 @@ def test_a_family_of_several_values_lists_them():
 
 def test_of_values_of_one_label_the_one_that_tables_show_is_meant():
     known = KNOWN | {"older": value("FID", "older")}
-    assert names.value_ids(["FID", "older"], known) == ["fid_people", "older"]
+    assert names.value_ids(["FID", "older"], known) == ["fid", "older"]
 
 
 def test_labels_that_were_split_at_their_commas_are_one_name():
-    asked = ["mpjpe", "MPJPE", "Root-aligned", "contact recall", "by speed", "fid_people"]
+    asked = ["mpjpe", "MPJPE", "Root-aligned", "contact recall", "by speed", "fid"]
     assert names.value_ids(asked, KNOWN) == [
-        *("mpjpe_h.world", "mpjpe_h.root", "contact_recall", "fid_people"),
+        *("mpjpe_h.world", "mpjpe_h.root", "contact_recall.speed", "fid"),
     ]
 
 
 def test_an_unknown_name_is_answered_with_close_ones_or_all():
-    with pytest.raises(BenchError, match=r"value 'contact recal'; did you mean plant_recall \(contact rec"):
+    with pytest.raises(
+        BenchError, match=r"value 'contact recal'; did you mean contact_recall \(contact rec"
+    ):
         names.value_id("contact recal", KNOWN)
     with pytest.raises(
         BenchError, match=r"value 'xyzzy'; there are mpjpe_h\.world \(MPJPE\), .*and others"
@@ -124,7 +126,7 @@ def test_an_unknown_name_is_answered_in_a_line_that_says_how_to_list_all(asked):
 
 
 def test_columns_are_shown_once():
-    assert names.value_ids(["mpjpe", "FID", "position"], KNOWN) == ["mpjpe_h.world", "fid_people"]
+    assert names.value_ids(["mpjpe", "FID", "position"], KNOWN) == ["mpjpe_h.world", "fid"]
 
 
 def test_every_label_and_id_of_the_installed_metrics_is_known_by_itself():
@@ -170,11 +172,11 @@ def test_methods_of_results_too():
     ("asked", "first"),
     [
         ("mpjpe", "MPJPE, value of metric position"),
-        ("contact recall", "contact recall, value of metric plant"),
+        ("contact recall", "contact recall, value of metric contact"),
         ("HuMoT", "method humot (built-in)"),
         ("FID", "metric fid (built-in)"),
-        ("plant_recall", "contact recall, value of metric plant"),
-        ("contact_recall", "contact recall, by speed, value of metric contact"),
+        ("contact_recall", "contact recall, value of metric contact"),
+        ("contact_recall.speed", "contact recall, by speed, value of metric contact_speed"),
     ],
 )
 def test_info_about_whatever_has_the_name(asked, first):
@@ -192,14 +194,14 @@ def test_info_says_what_a_value_is_against_the_source():
 def test_check_watches_the_contact_recall_of_the_table():
     """The line of docs/check.md."""
     asked = _criteria("mpjpe,contact recall", True, ("2%", "contact recall=1%, contact F1, by speed=3%"))
-    assert asked.values == {"mpjpe_h.world", "plant_recall"}
+    assert asked.values == {"mpjpe_h.world", "contact_recall"}
     shares = {key: each.relative for key, each in asked.tolerances.items()}
-    assert shares == {"": 0.02, "plant_recall": 0.01, "contact_f1": 0.03}
+    assert shares == {"": 0.02, "contact_recall": 0.01, "contact_f1.speed": 0.03}
 
 
 def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
     place = store(tmp_path, "cross", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    changed(place, set_values={"fid_people": VALUES["ratio"] | {"label": "FID"}})
+    changed(place, set_values={"fid": VALUES["ratio"] | {"label": "FID"}})
     matrices = result_matrix.result_matrices([place])
     with pytest.raises(BenchError, match=r"FID .* is a value of all answers as one set"):
         plot._value_id(matrices, "FID")
@@ -211,10 +213,10 @@ def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
     [
         ("MPJPE", ("position",)),
         ("position", ("position",)),
-        ("contact recall", ("plant",)),
-        ("contact_recall", ("contact",)),
+        ("contact recall", ("contact",)),
+        ("contact_recall.speed", ("contact_speed",)),
         ("FID", ("fid",)),
-        ("fid[networks=x]", ("fid[networks=x]",)),
+        ("fid_structure[networks=x]", ("fid_structure[networks=x]",)),
         ("nothing", ("nothing",)),
     ],
 )

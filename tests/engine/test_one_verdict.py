@@ -16,7 +16,7 @@ from retarget_bench.results import store as records
 from retarget_bench.results.result_matrix import ResultMatrix
 
 ROWS = Path(__file__).parents[2] / "results" / "golden"
-VALUES = ("mpjpe_h.world", "plant_recall", "foot_slide", "jerk_ratio")
+VALUES = ("mpjpe_h.world", "contact_recall", "foot_slide", "jerk_ratio")
 
 
 def subsets(matrix: ResultMatrix, count: int, seed: int) -> Iterator[ResultMatrix]:

@@ -21,7 +21,7 @@ PEOPLE = "character,legs\na,2\nb,2\n"
 FID = {
     "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
     "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
-    "metric": "fid",
+    "metric": "fid_structure",
 }  # fmt: skip
 
 
@@ -38,12 +38,10 @@ def with_set(place, value, spread, real="real", floor=1.0):
     """A value that differs by about so much, one tenth of the clips with another."""
     tenths = value + spread * np.random.default_rng(int(100 * value)).normal(size=10)
     ends = (value - spread, value + spread)
-    values = [
-        SetValue("fid_people", "two legs", 300, 30, value, *ends, floor, real, "net", without=tuple(tenths))
-    ]
-    files.write(place, [*values, SetValue("fid", "s", 9, 3, reason="too few windows")])
-    told = {"fid_people": FID, "fid": FID}
-    return changed(place, set_values=told, metrics={"fid": "1+aa"}, date="2026-01-01")
+    values = [SetValue("fid", "two legs", 300, 30, value, *ends, floor, real, "net", without=tuple(tenths))]
+    files.write(place, [*values, SetValue("fid.structure", "s", 9, 3, reason="too few windows")])
+    told = {"fid": FID, "fid.structure": FID}
+    return changed(place, set_values=told, metrics={"fid_structure": "1+aa"}, date="2026-01-01")
 
 
 def overview(places, **choice) -> list[Table]:
@@ -143,7 +141,7 @@ def test_a_value_of_the_set_of_all_people_is_a_column(tmp_path):
     with_set(far, 9.0, 0.1)
     with_set(other, 1.5, 0.1, real="other", floor=0.9)
     group = only_group([near, alike, far, other])
-    fid = next(n for n, column in enumerate(group.columns) if column.id == "fid_people")
+    fid = next(n for n, column in enumerate(group.columns) if column.id == "fid")
     cells = {row.label: row.cells[fid] for row in group.rows}
     assert {label: (cell.value, cell.mark) for label, cell in cells.items()} == {
         "a": (2.0, "best"), "b": (2.3, "tied"), "c": (9.0, ""), "d": (1.5, ""),
@@ -216,12 +214,17 @@ def test_csv_has_a_line_per_split(places):
 def test_structures_without_values_of_sets_share_one_note(tmp_path):
     for split in ("self", "cross"):
         place = stored(tmp_path, split, "m", [1.0] * 3)
-        lacking = [SetValue("fid", each, 9, 3, reason=f"fid needs more on {each}") for each in ("s", "t")]
+        lacking = [
+            SetValue("fid.structure", each, 9, 3, reason=f"fid.structure needs more on {each}")
+            for each in ("s", "t")
+        ]
         files.write(place, lacking)
-        changed(place, set_values={"fid": FID}, metrics={"fid": "1+aa"}, date="2026-01-01")
+        changed(
+            place, set_values={"fid.structure": FID}, metrics={"fid_structure": "1+aa"}, date="2026-01-01"
+        )
     found = summary.split_summaries(records.find_results(tmp_path))
     (made,) = builder.tables(found, with_sets=True)
     assert [line for line in made.hints if line.startswith("No values")] == [
         "No values of sets on bodies of these structures: cross s, cross t, self s, self t. "
-        "The first: fid needs more on s."
+        "The first: fid.structure needs more on s."
     ]

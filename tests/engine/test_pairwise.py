@@ -278,7 +278,7 @@ def test_values_left_out_are_named_with_the_reason(tmp_path):
     for place in records.find_results(tmp_path):
         fid = VALUES["ratio"] | {"label": "FID"}
         needs = VALUES | {"ratio": VALUES["ratio"] | {"needs": ["rotations"]}}
-        changed(place, set_values={"fid_people": fid}, values=needs)
+        changed(place, set_values={"fid": fid}, values=needs)
     matrices = result_matrix.result_matrices(records.find_results(tmp_path))
     (found,) = comparing.compare(matrices, "one", "two", ["mpjpe_h.world", "ratio", "FID"])
     assert [each.value for each in found.differences] == ["mpjpe_h.world"]
@@ -287,7 +287,7 @@ def test_values_left_out_are_named_with_the_reason(tmp_path):
     assert "FID (all answers as one set" in note
     (usual,) = comparing.compare(matrices, "one", "two")
     assert [note for note in usual.notes if "FID" in note]
-    with pytest.raises(BenchError, match=r"FID \(fid_people\) is a value of all answers as one set"):
+    with pytest.raises(BenchError, match=r"FID \(fid\) is a value of all answers as one set"):
         comparing.compare(matrices, "one", "two", ["FID"])
 
 

@@ -22,15 +22,22 @@ TABLE = printed.published("pan-table3")
 TO_TWO, TO_FOUR = "quadruped → biped", "biped → quadruped"
 DECLARED = {
     key: {
-        "label": key, "metric": "fid", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
+        "label": key, "metric": "fid_structure", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
         "with_self": False, "meaning": "", "tolerance": 1e-6,
     }
-    for key in ("fid", "kid")
+    for key in ("fid.structure", "kid")
 }  # fmt: skip
 
 
 def value(structure: str, number: float | None, kind: str = "", **changes) -> SetValue:
-    facts = {"value_id": "fid", "n": 1200, "clips": 30, "floor": 5.0, "real": "r", "network": "w"} | changes
+    facts = {
+        "value_id": "fid.structure",
+        "n": 1200,
+        "clips": 30,
+        "floor": 5.0,
+        "real": "r",
+        "network": "w",
+    } | changes
     return SetValue(structure=structure, value=number, kind=kind, **facts)
 
 
@@ -98,7 +105,7 @@ def test_kinds_and_kid_have_columns_of_their_own(tmp_path: Path) -> None:
 
 
 def test_what_has_no_number_says_why(tmp_path: Path) -> None:
-    why = "fid needs 1024 windows in each set, here 85"
+    why = "fid.structure needs 1024 windows in each set, here 85"
     store(tmp_path, "mine", [value("dog", None, reason=why, floor=None), value("man", 9.0)])
     made = drawn(tmp_path)
     (mine,) = (row for row in made.groups[0].ranked if row.label == "mine")
@@ -166,4 +173,4 @@ def test_every_column_is_of_a_direction(column: printed.Column) -> None:
     legs, _, kind = column.cases.partition(" legs")
     assert legs == {"quadruped": "2", "Q": "2", "biped": "4", "B": "4"}[column.label.partition(" ")[0]]
     assert kind.strip() == next((kind for kind in ("idle", "move", "sit") if kind in column.label), "")
-    assert column.value_id == ("kid" if column.label.endswith("KID") else "fid")
+    assert column.value_id == ("kid" if column.label.endswith("KID") else "fid.structure")

@@ -17,16 +17,16 @@ from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 FID = {
     "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
     "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
-    "metric": "fid",
+    "metric": "fid_structure",
 }  # fmt: skip
-WHOLE = SetValue("fid", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
+WHOLE = SetValue("fid.structure", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
 
 
 def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=True):
     place = store(root, "cross", name, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     files.write(place, values)
-    told = {"set_values": {"fid": FID}} if declared else {}
-    return changed(place, metrics={"fid": metrics} if declared else {}, date=date, **told)
+    told = {"set_values": {"fid.structure": FID}} if declared else {}
+    return changed(place, metrics={"fid_structure": metrics} if declared else {}, date=date, **told)
 
 
 def groups(places, columns):
@@ -39,14 +39,16 @@ def groups_of(found, columns):
 
 
 def test_values_stand_beside_their_floor_and_interval(tmp_path):
-    other = SetValue("fid", "body28", 200, 25, 20.0, None, None, 9.0, "real28", "net28")
+    other = SetValue("fid.structure", "body28", 200, 25, 20.0, None, None, 9.0, "real28", "net28")
     places = [
         store_sets(tmp_path, "near", [WHOLE, other]),
         store_sets(
-            tmp_path, "far", [SetValue("fid", "body22", 300, 30, 40.0, 35.0, 45.0, 8.25, "real", "net")]
+            tmp_path,
+            "far",
+            [SetValue("fid.structure", "body22", 300, 30, 40.0, 35.0, 45.0, 8.25, "real", "net")],
         ),
     ]
-    _, (of_cases, one, two) = groups(places, ["mpjpe_h.world", "fid"])
+    _, (of_cases, one, two) = groups(places, ["mpjpe_h.world", "fid.structure"])
     assert of_cases.counted == "cases"
     assert (one.counted, one.split) == ("windows", "cross")
     assert (
@@ -73,17 +75,19 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
         store_sets(tmp_path, "fewer", value(real="another", n=280, floor=8.5), date="2026-02-01"),
         store_sets(tmp_path, "network", value(network="old")),
         store_sets(tmp_path, "metric", [WHOLE], metrics="0+aa"),
-        store_sets(tmp_path, "small", value(value=None, reason="fid needs 1024 windows, here 300")),
+        store_sets(
+            tmp_path, "small", value(value=None, reason="fid.structure needs 1024 windows, here 300")
+        ),
         store_sets(tmp_path, "without", [], declared=False),
     ]
-    made, (group,) = groups(places, ["fid"])
+    made, (group,) = groups(places, ["fid.structure"])
     cells = {row.label: row.cells[0] for row in group.rows}
     assert cells["fewer"].value == 12.5
     assert "280 windows" in cells["fewer"].reason
     assert "its own floor is 8.5" in cells["fewer"].reason
     assert {cells[name].text for name in ("network", "metric")} == {OTHER_VERSION}
     assert cells["small"].text == NOT_APPLICABLE
-    assert cells["small"].reason.startswith("fid needs ")
+    assert cells["small"].reason.startswith("fid.structure needs ")
     assert cells["without"].text == NOT_RUN
     assert group.below[0].endswith("cross 8.2.")
     assert len(made.footnotes) == 5
@@ -93,28 +97,28 @@ def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     places = [store_sets(tmp_path, "m", [WHOLE])]
     (plain,) = builder.tables(summary.split_summaries(places))
     assert [group.counted for group in plain.groups] == ["cases"]
-    assert any("--columns fid" in note for note in plain.notes)
-    assert builder.all_columns(summary.split_summaries(places))[-1] == "fid"
+    assert any("--columns fid.structure" in note for note in plain.notes)
+    assert builder.all_columns(summary.split_summaries(places))[-1] == "fid.structure"
     assert set_metrics.read(places[0]) == [WHOLE]
 
 
 def test_of_several_seeds_the_first_is_told(tmp_path):
     place = changed(store_sets(tmp_path, "m", [WHOLE]), seeds=[0, 1, 2])
-    _, (group,) = groups([place], ["fid"])
+    _, (group,) = groups([place], ["fid.structure"])
     assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
 
 
 def test_csv_names_the_structure(tmp_path):
-    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["mpjpe_h.world", "fid"])
+    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["mpjpe_h.world", "fid.structure"])
     found = list(csv.DictReader(io.StringIO(rendering.comma_separated([made]))))
-    assert [(row["structure"], row["method"], row["fid"]) for row in found] == [
+    assert [(row["structure"], row["method"], row["fid.structure"]) for row in found] == [
         ("", "m", ""), ("body22", "m", "12.5"),
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
 def test_every_renderer_says_what_n_counts(tmp_path, form):
-    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["fid"])
+    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["fid.structure"])
     drawn = rendering.RENDERERS[form]([made])
     assert "12.5" in drawn
     assert "8.2" in drawn or form == "csv"
@@ -128,30 +132,32 @@ def test_a_set_of_a_metrics_own_has_a_group_with_its_values_alone(tmp_path):
     place = store_sets(
         tmp_path,
         "near",
-        [WHOLE, SetValue("fid_people", TWO_LEGS, 316, 43, 1.05, 0.5, 1.5, 0.75, "real", "small")],
+        [WHOLE, SetValue("fid", TWO_LEGS, 316, 43, 1.05, 0.5, 1.5, 0.75, "real", "small")],
     )
-    changed(place, set_values={"fid": FID, "fid_people": {**FID, "metric": "fid_people"}})
-    _, (of_structure, of_people) = groups([place], ["fid", "fid_people"])
-    assert [column.id for column in of_structure.columns] == ["fid"]
-    assert [column.id for column in of_people.columns] == ["fid_people"]
+    changed(place, set_values={"fid.structure": FID, "fid": {**FID, "metric": "fid"}})
+    _, (of_structure, of_people) = groups([place], ["fid.structure", "fid"])
+    assert [column.id for column in of_structure.columns] == ["fid.structure"]
+    assert [column.id for column in of_people.columns] == ["fid"]
     assert of_people.title == "cross, all answers on bodies on two legs as one set: 316 windows of 43 clips"
     assert [row.cells[0].value for row in of_people.rows] == [1.05]
 
 
 def test_structures_without_any_value_are_a_sentence(tmp_path):
-    few = SetValue("fid", "body23", 30, 4, reason="fid needs 1024 windows in each set, here 30")
-    made, found = groups([store_sets(tmp_path, name, [WHOLE, few]) for name in "ab"], ["fid"])
+    few = SetValue(
+        "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
+    )
+    made, found = groups([store_sets(tmp_path, name, [WHOLE, few]) for name in "ab"], ["fid.structure"])
     assert [group.title.split(" as ")[0][-6:] for group in found] == ["body22"]
     assert made.hints == (
         "No values of sets on bodies of these structures: cross body23. "
-        "The first: fid needs 1024 windows in each set, here 30.",
+        "The first: fid.structure needs 1024 windows in each set, here 30.",
     )
 
 
 def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_its_set(tmp_path):
-    people = SetValue("fid_people", TWO_LEGS, 316, 43, 1.05, 0.98, 1.12, 0.75, "real", "net")
+    people = SetValue("fid", TWO_LEGS, 316, 43, 1.05, 0.98, 1.12, 0.75, "real", "net")
     place = store_sets(tmp_path, "m", [people])
-    changed(place, set_values={"fid_people": {**FID, "metric": "fid_people"}})
+    changed(place, set_values={"fid": {**FID, "metric": "fid"}})
     (done,) = (replace(each, bodies="people") for each in summary.split_summaries([place]))
     begun = replace(
         done,
@@ -159,14 +165,16 @@ def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_i
         so_far="1 of 2 clips so far",
         scores=[replace(each, sets=[]) for each in done.scores],
     )
-    _, found = groups_of([done, begun], ["mpjpe_h.world", "fid_people"])
+    _, found = groups_of([done, begun], ["mpjpe_h.world", "fid"])
     said = [sentence for group in found for sentence in group.below]
     assert "intra: not shown: FID (computed of all cases, once they are done)" in said
 
 
 def test_columns_without_any_number_leave_no_legend(tmp_path):
-    few = SetValue("fid", "body23", 30, 4, reason="fid needs 1024 windows in each set, here 30")
-    made, found = groups([store_sets(tmp_path, "one", [few])], ["fid"])
+    few = SetValue(
+        "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
+    )
+    made, found = groups([store_sets(tmp_path, "one", [few])], ["fid.structure"])
     said = rendering.text([made])
     assert not found
     assert "here 30" in said

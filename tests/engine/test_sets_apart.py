@@ -15,7 +15,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.predict import context_for
 from retarget_bench.evaluation.set_metrics import draw, files
 from retarget_bench.evaluation.set_metrics.files import NO_REFERENCE, collect
-from retarget_bench.metrics.fid.frechet import frechet
+from retarget_bench.metrics.fid_structure.frechet import frechet
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store

@@ -114,7 +114,7 @@ def test_what_a_run_has_begun_replaces_older_results_until_those_count_again(tmp
     """Where nothing of theirs is outdated they do not have to be computed again."""
     (place,) = run(tmp_path)
     before = {**files(tmp_path), "header": place.header.read_bytes()}
-    run(tmp_path, metrics=("position", "contact"), limit=1)
+    run(tmp_path, metrics=("position", "contact_speed"), limit=1)
     (found,) = split_summaries([place], select=Selection())
     assert found.so_far == "1 of 5 clips so far"
     assert len(store.read_header(place.any_header).metrics) == 2

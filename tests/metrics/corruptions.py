@@ -15,11 +15,11 @@ import numpy as np
 
 from retarget_bench.api import TWO_LEGS, CaseFeatures, CaseInfo, Prediction, Sample, Stretches
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw
-from retarget_bench.metrics.fid import SHIPPED
-from retarget_bench.metrics.fid.frechet import frechet
-from retarget_bench.metrics.fid.pairs import Fits, Kid
-from retarget_bench.metrics.fid_people import SHIPPED as PEOPLE
-from retarget_bench.metrics.fid_people import FidPeople
+from retarget_bench.metrics.fid import SHIPPED as PEOPLE
+from retarget_bench.metrics.fid import Fid
+from retarget_bench.metrics.fid_structure import SHIPPED
+from retarget_bench.metrics.fid_structure.frechet import frechet
+from retarget_bench.metrics.fid_structure.pairs import Fits, Kid
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
@@ -142,13 +142,13 @@ MORE_HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
 
 # ----------------------------------------------------------------------------------- people as one set
 class Crowd:
-    """Real motion of two-legged bodies as one set, made worse, as the metric ``fid_people`` sees it.
+    """Real motion of two-legged bodies as one set, made worse, as the metric ``fid`` sees it.
 
     motions: clip -> real motion. stretches: what halves are made of; None: of whole clips.
     """
 
     def __init__(self, motions: Mapping[str, Positions]) -> None:
-        self.metric = FidPeople()
+        self.metric = Fid()
         self.stretches: Stretches | None = self.metric.stretches
         self.network = network.find(PEOPLE, TWO_LEGS)
         self.motions = dict(motions)
@@ -167,7 +167,7 @@ class Crowd:
     def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> float:
         """FID of harmed motion; without a harm, the floor."""
         (a, b), (p, q) = (sets := self.sets(harm, amount)).real, sets.generated
-        return (self.metric.value("fid_people", a, q) + self.metric.value("fid_people", b, p)) / 2
+        return (self.metric.value("fid", a, q) + self.metric.value("fid", b, p)) / 2
 
 
 def seen(motion: Prediction) -> Positions:

@@ -17,10 +17,10 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 
 METRICS = (
-    *("contact", "ground", "growth", "joint_speed", "nkn", "pan_contact", "papers"),
-    *("plant", "position", "procrustes", "rotation", "slide", "smoothness", "touch"),
+    *("contact_speed", "ground", "growth", "joint_speed", "nkn", "pan_contact", "papers"),
+    *("contact", "position", "procrustes", "rotation", "slide", "smoothness", "touch"),
 )
-SET_METRICS = ("fid", "fid_people")
+SET_METRICS = ("fid_structure", "fid")
 """Of sets of cases, tested in ``test_fid_*.py``."""
 TASK_METRICS = ("restoration",)
 """Of derived tasks, tested in ``tests/tasks``."""

@@ -11,7 +11,7 @@ from retarget_bench.api import Case, Sample
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import NotSupported
-from retarget_bench.metrics.fid import Fid
+from retarget_bench.metrics.fid_structure import FidStructure
 from retarget_bench.training.features import windows
 
 
@@ -26,7 +26,7 @@ def case() -> Case:
 
 
 def test_an_answer_is_seen_alike_with_and_without_a_reference(case: Case) -> None:
-    metric, answer = Fid(), case.reference
+    metric, answer = FidStructure(), case.reference
     with_one = metric.features(Comparison(case, answer))
     without = metric.features(Comparison(replace(case, reference=None), answer))
     assert len(without.generated) > 1
@@ -38,7 +38,7 @@ def test_an_answer_is_seen_alike_with_and_without_a_reference(case: Case) -> Non
 def test_windows_are_drawn_by_the_speed_of_the_source(case: Case) -> None:
     """Whatever a method makes of the root: mean level speed of the source's hips, in heights."""
     answer = case.target.motion(case.reference.rotations, case.reference.root * 3.0, case.reference.fps)
-    found = Fid().features(Comparison(replace(case, reference=None), answer))
+    found = FidStructure().features(Comparison(replace(case, reference=None), answer))
     hips = case.source.positions[:, case.source.character.joint_of["hips"], ::2]
     steps = np.linalg.norm(np.diff(hips, axis=0), axis=1) * 30.0 / case.source.character.height
     steps = np.concatenate([steps[:1], steps])
@@ -58,11 +58,11 @@ def test_gaussian_features_score_the_closed_form_of_equation_21() -> None:
     def sample(mean: np.ndarray, deviation: np.ndarray) -> Sample:
         return Sample(random.normal(mean, deviation, (n, 3)), np.arange(n).astype(str))
 
-    metric = Fid()
-    value = metric.value("fid", sample(np.zeros(3), np.ones(3)), sample(shift, spread))
+    metric = FidStructure()
+    value = metric.value("fid.structure", sample(np.zeros(3), np.ones(3)), sample(shift, spread))
     closed = (shift**2).sum() + ((1.0 - spread) ** 2).sum()
     assert value == pytest.approx(closed, rel=0.05)
-    floor = metric.value("fid", sample(shift, spread), sample(shift, spread))
+    floor = metric.value("fid.structure", sample(shift, spread), sample(shift, spread))
     assert floor < 0.01
 
 
@@ -71,4 +71,4 @@ def test_a_structure_without_a_network_says_what_makes_one(case: Case) -> None:
     with pytest.raises(
         NotSupported, match="no feature network for structure nobody5; bench train-features"
     ):
-        Fid().network(stranger)
+        FidStructure().network(stranger)

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import Sample
-from retarget_bench.metrics.fid import Fid
-from retarget_bench.metrics.fid.frechet import factor, frechet, without
-from retarget_bench.metrics.fid.pairs import Fits, Kid
+from retarget_bench.metrics.fid_structure import FidStructure
+from retarget_bench.metrics.fid_structure.frechet import factor, frechet, without
+from retarget_bench.metrics.fid_structure.pairs import Fits, Kid
 from tests.examples import examples
 
 
@@ -111,9 +111,9 @@ def parts_of(features: np.ndarray, clips: np.ndarray) -> list[tuple[Sample, Samp
 
 
 def test_below_four_windows_per_dimension_only_kid_is_given():
-    metric = Fid()
+    metric = FidStructure()
     assert {value.id: metric.least(value.id) for value in metric.card.values} == {
-        "fid": 4 * 256,
+        "fid.structure": 4 * 256,
         "kid": 32,
         "coverage": 4 * 256,
         "density": 4 * 256,
@@ -121,7 +121,7 @@ def test_below_four_windows_per_dimension_only_kid_is_given():
 
 
 @pytest.mark.parametrize("odd", ["", "constant", "one clip", "few"])
-@pytest.mark.parametrize("value", ["fid", "kid", "coverage", "density"])
+@pytest.mark.parametrize("value", ["fid.structure", "kid", "coverage", "density"])
 def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
     """Also where a feature never varies, varies in one clip only, or windows are fewer than features."""
     n, d = (60, 100) if odd == "few" else (400, 24)
@@ -131,12 +131,12 @@ def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
         a[:, 3] = 2.0
     if odd == "one clip":
         a[:, 3] = np.where(clips == 4, np.arange(n) % 8, 0.0)
-    metric = Fid()
+    metric = FidStructure()
     for (real, alone), (made, made_alone) in zip(
         parts_of(a, clips), parts_of(b, clips + 1000 * (odd != "few")), strict=True
     ):
         found = metric.value(value, real, made)
-        assert found == pytest.approx(Fid().value(value, alone, made_alone), rel=1e-8)
+        assert found == pytest.approx(FidStructure().value(value, alone, made_alone), rel=1e-8)
 
 
 def test_the_factor_of_most_of_a_set_is_that_of_its_covariance():

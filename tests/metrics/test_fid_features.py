@@ -14,7 +14,7 @@ from metric_cases import character, sides
 from retarget_bench.api.comparison import structure_joints
 from retarget_bench.commands.train_features import command
 from retarget_bench.errors import FileError, NotSupported
-from retarget_bench.metrics.fid import SHIPPED
+from retarget_bench.metrics.fid_structure import SHIPPED
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.motion.skeleton import Skeleton
@@ -300,6 +300,6 @@ def test_a_shipped_network_is_small_whole_and_fits_its_structure(card, puppets):
 
 def test_shipped_networks_are_where_the_card_says(puppets):
     assert Path(SHIPPED).name == "networks"
-    metric = registry.create("metrics", "fid")
+    metric = registry.create("metrics", "fid_structure")
     body = next(each for each in puppets.characters().values() if each.structure == "body22")
     assert metric.network(body) == network.find(SHIPPED, "body22").hash

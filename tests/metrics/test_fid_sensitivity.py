@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from corruptions import HARMS, Study, mirror, reverse
 
-from retarget_bench.metrics.fid import SHIPPED
+from retarget_bench.metrics.fid_structure import SHIPPED
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
 

@@ -30,15 +30,15 @@ from retarget_bench.verification.gate.golden import built_in, parsed, read
 
 REFERENCE_FREE = {
     *(
-        "contact_recall_src",
-        "contact_precision_src",
-        "contact_f1_src",
+        "contact_recall.speed_src",
+        "contact_precision.speed_src",
+        "contact_f1.speed_src",
         "foot_slide_src",
         "foot_slide_h_src",
     ),
     *("jerk", "acceleration", "jerk_ratio_src", "acceleration_ratio_src", "bone_drift"),
     *("penetration.rate", "penetration.mean", "penetration.max"),
-    *("plant_recall_src", "plant_precision_src", "plant_f1_src", "plant_drift_src"),
+    *("contact_recall_src", "contact_precision_src", "contact_f1_src", "contact_drift_src"),
     *(
         f"joint_{order}_excess{part}"
         for order in ("speed", "acceleration")
@@ -158,10 +158,10 @@ def test_bounds_follow_from_unit_and_direction_unless_declared() -> None:
     declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS))
     open_, shares = (0.0, math.inf), (0.0, 1.0)
     wanted = {
-        **{"mpjpe_h.world": open_, "jerk_ratio": open_, "fid": open_, "density": open_},
-        **{"contact_f1": shares, "coverage": shares, "kid": (-math.inf, math.inf)},
+        **{"mpjpe_h.world": open_, "jerk_ratio": open_, "fid.structure": open_, "density": open_},
+        **{"contact_f1.speed": shares, "coverage": shares, "kid": (-math.inf, math.inf)},
         **{"penetration.rate": (0.0, 100.0), "rotation.local": (0.0, 180.0)},
     }
     assert {name: declared[name].bounds for name in wanted} == wanted
-    recall = declared["contact_recall"]
+    recall = declared["contact_recall.speed"]
     assert [recall.allows(each) for each in (0.0, 1.0 + 1e-9, 7.0, -0.5, math.nan)] == [1, 1, 0, 0, 0]

@@ -39,12 +39,12 @@ UPRIGHT = {
     "root_path.drift",
     "nkn_mse_h",
     "nkn_mse_local",
-} | {id_ for id_, family in FAMILY.items() if family in ("slide", "ground", "plant")}
+} | {id_ for id_, family in FAMILY.items() if family in ("slide", "ground", "contact")}
 """Values that know which way is up."""
 OWN_MOTION = {
     id_
     for id_, family in FAMILY.items()
-    if family in ("contact", "joint_speed", "pan_contact", "smoothness", "touch") and id_ != "acc"
+    if family in ("contact_speed", "joint_speed", "pan_contact", "smoothness", "touch") and id_ != "acc"
 }
 """Values that do not feel where in the world, and which way round, the prediction alone is performed."""
 
@@ -129,7 +129,7 @@ def test_a_tilted_stage_is_felt_by_what_knows_up() -> None:
     tilt = rotation.from_rotation_vector(np.array([1.2, 0.0, 0.5]))
     before, after = everything(case), everything(all_moved(case, tilt, np.zeros(3)))
     # this prediction never stands where its source does, tilted or not
-    shares = {"plant_recall_src", "plant_precision_src", "plant_f1_src"}
+    shares = {"contact_recall_src", "contact_precision_src", "contact_f1_src"}
     assert_felt(before, after, UPRIGHT - shares)
 
 
@@ -167,7 +167,7 @@ def test_plants_do_not_feel_where_on_a_flat_floor(seed: int, angle: float, x: fl
     case = sides(FRAMES, seed)
     turn = rotation.from_rotation_vector(np.array([0.0, angle, 0.0]))
     before, after = everything(case), everything(alone_moved(case, turn, np.array([x, 0.0, z])))
-    plant = {id_ for id_, family in FAMILY.items() if family == "plant"}
+    plant = {id_ for id_, family in FAMILY.items() if family == "contact"}
     assert_same(before, after, plant & set(before))
 
 
@@ -211,6 +211,12 @@ def test_the_reference_itself_is_perfect(seed: int) -> None:
     errors = {id_ for id_, family in FAMILY.items() if family in perfect}
     assert_same(found, found, errors, 0.0)
     assert found["star"] == 0.0
-    for id_ in ("contact_recall", "contact_precision", "contact_f1", "jerk_ratio", "acceleration_ratio"):
+    for id_ in (
+        "contact_recall.speed",
+        "contact_precision.speed",
+        "contact_f1.speed",
+        "jerk_ratio",
+        "acceleration_ratio",
+    ):
         assert found[id_] == pytest.approx(1.0)
     assert (found["acc"], found["floating.rate"]) == (0.0, 0.0)

@@ -29,7 +29,7 @@ STRUCTURES = {"b": "two_legs", "c": "four_legs"}
 def runs(tmp_path_factory):
     """Two methods on two structures, with values of sets; one answered half of the cases of c."""
     root = tmp_path_factory.mktemp("sets")
-    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid", "needs": []}
+    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
     for method, error, lost in (("near", 1.0, 0), ("far", 4.0, 3)):
         rows = [
             (f"a>{target}", f"c{k}", {"mpjpe_h.world": error + 0.1 * k, "ratio": 1 + 0.1 * k})
@@ -40,11 +40,16 @@ def runs(tmp_path_factory):
         rows[answered:] = [(pair, clip, "unsupported") for pair, clip, _ in rows[answered:]]
         place = stored.store(root, "cross", method, rows)
         values = [
-            SetValue("fid", each, 300, 30, 12.5 * error, 10.0, 50.0, 8.25, "real", "net")
+            SetValue("fid.structure", each, 300, 30, 12.5 * error, 10.0, 50.0, 8.25, "real", "net")
             for each in STRUCTURES.values()
         ]
         files.write(place, values)
-        stored.changed(place, metrics={"fid": "1+aa"}, date="2026-01-01", set_values={"fid": declared})
+        stored.changed(
+            place,
+            metrics={"fid_structure": "1+aa"},
+            date="2026-01-01",
+            set_values={"fid.structure": declared},
+        )
     return root
 
 
@@ -115,11 +120,17 @@ def test_cases_that_means_leave_out_are_told_and_common_ones_are_listed(tmp_path
 
 
 def test_a_page_of_sets_alone_lists_the_cases(tmp_path, open_page):
-    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid", "needs": []}
+    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
     place = stored.store(tmp_path / "runs", "cross", "near", [("a>b", f"c{k}", {}) for k in range(3)])
-    files.write(place, [SetValue("fid", "two_legs", 300, 30, 12.5, 10.0, 50.0, 8.25, "real", "net")])
+    files.write(
+        place, [SetValue("fid.structure", "two_legs", 300, 30, 12.5, 10.0, 50.0, 8.25, "real", "net")]
+    )
     stored.changed(
-        place, values={}, metrics={"fid": "1+aa"}, date="2026-01-01", set_values={"fid": declared}
+        place,
+        values={},
+        metrics={"fid_structure": "1+aa"},
+        date="2026-01-01",
+        set_values={"fid.structure": declared},
     )
     report(tmp_path / "runs", "-o", tmp_path / "r.html", "--no-player")
     page = open_page(tmp_path / "r.html", width=1200)

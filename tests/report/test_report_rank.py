@@ -73,12 +73,19 @@ def test_columns_are_those_asked_for_and_the_first_one_ranks(runs, tmp_path):
 
 
 def test_values_of_sets_stand_in_the_tables_asked_for_or_not(tmp_path):
-    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid", "needs": []}
+    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
     for method, value in (("near", 12.5), ("far", 40.0)):
         place = stored.store(tmp_path / "runs", "cross", method, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-        files.write(place, [SetValue("fid", "body22", 300, 30, value, 10.0, 50.0, 8.25, "real", "net")])
-        stored.changed(place, metrics={"fid": "1+aa"}, date="2026-01-01", set_values={"fid": declared})
-    for more in ([], ["--columns", "fid"]):
+        files.write(
+            place, [SetValue("fid.structure", "body22", 300, 30, value, 10.0, 50.0, 8.25, "real", "net")]
+        )
+        stored.changed(
+            place,
+            metrics={"fid_structure": "1+aa"},
+            date="2026-01-01",
+            set_values={"fid.structure": declared},
+        )
+    for more in ([], ["--columns", "fid.structure"]):
         report(tmp_path / "runs", "-o", tmp_path / "s.html", "--no-player", *more)
         text = Tags((tmp_path / "s.html").read_text(encoding="utf-8")).text
         assert "all answers on bodies of structure body22 as one set: 300 windows of 30 clips" in text

@@ -17,7 +17,7 @@ from retarget_bench.api.comparison import Comparison, structure_joints
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.set_metrics import draw, evaluate
-from retarget_bench.metrics.fid_people import SHIPPED, FidPeople
+from retarget_bench.metrics.fid import SHIPPED, Fid
 from retarget_bench.motion.structures import reduce
 from retarget_bench.training.features import data, network
 
@@ -75,7 +75,7 @@ def test_real_motion_of_other_families_has_a_floor_and_keeps_the_order_of_harms(
 def test_it_is_of_cases_from_two_legs_to_two_legs(cases, puppets):
     person = next(iter(cases.values()))
     dog = next(each for each in puppets.characters().values() if each.four_legged)
-    metric = FidPeople()
+    metric = Fid()
     assert {metric.set_of(each) for each in cases.values()} == {TWO_LEGS}
     assert metric.set_of(replace(person, target=dog)) == ""
     barking = dog.positions(np.zeros((70, len(dog.skeleton), 3)), 30.0)
@@ -103,15 +103,15 @@ def test_a_body_without_a_hand_is_in_no_set(cases):
     case = next(iter(cases.values()))
     roles = tuple(None if role == "left_hand" else role for role in case.target.roles)
     maimed = replace(case.target, roles=roles)
-    assert FidPeople().set_of(replace(case, target=maimed)) == ""
+    assert Fid().set_of(replace(case, target=maimed)) == ""
     with pytest.raises(NotSupported, match="is known as left_hand"):
-        FidPeople().network(maimed)
+        Fid().network(maimed)
 
 
 def test_answers_without_a_reference_are_seen_the_same(cases):
     case = next(iter(cases.values()))
-    with_one = FidPeople().features(Comparison(case, case.reference))
-    without = FidPeople().features(Comparison(replace(case, reference=None), case.reference))
+    with_one = Fid().features(Comparison(case, case.reference))
+    without = Fid().features(Comparison(replace(case, reference=None), case.reference))
     np.testing.assert_array_equal(without.generated, with_one.generated)
     assert without.real.shape == (0, 32)
     assert len(without.speed) == len(without.generated)
