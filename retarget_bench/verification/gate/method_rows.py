@@ -177,7 +177,7 @@ def _header(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHeader
     declared = {
         value.id: DeclaredValue.of(value, metric.card.name)
         for metric in unit.metrics.of_cases
-        for value in metric.card.values
+        for value in metric.card.computed
     }
     problems = (Problem(status=e.status, message=e.message, cases=(e.case,)) for e in entries)
     return ResultHeader(
