@@ -126,6 +126,8 @@ def test_the_jackknife_of_a_mean_is_its_textbook_error():
     low, high = evaluate.interval(values.mean(), without)
     assert (high - low) / 2 == pytest.approx(2.262157 * evaluate.deviation(without), rel=1e-6)
     assert (high + low) / 2 == pytest.approx(values.mean())
+    tenths = set_metrics.SetValue("v", "s", 70, 10, values.mean(), without=tuple(without)).tenths
+    assert tenths.tolist() == pytest.approx(values.mean(axis=1).tolist())  # of a mean they are the groups' own
 
 
 def test_the_interval_holds_the_truth_as_often_as_it_says():
@@ -181,6 +183,9 @@ def test_a_run_stores_features_and_values_and_the_references_score_the_floor(fin
     assert gap.n == 3 * 24
     assert gap.clips == 24
     assert gap.low <= gap.value <= gap.high
+    assert gap.tenths.mean() == pytest.approx(gap.value)
+    half = 2.262157 * gap.tenths.std(ddof=1) / np.sqrt(10)  # the interval's, from what the file keeps
+    assert (gap.high - gap.low) / 2 == pytest.approx(half, rel=1e-5)
     assert (many.value, many.reason) == (None, f"toy_many needs 1000000 windows in each set, here {gap.n}")
     floor, _ = set_metrics.read(right)
     assert floor.value == pytest.approx(floor.floor, rel=1e-5)

@@ -7,6 +7,10 @@ import pytest
 from stored import store
 
 from retarget_bench.analysis import statistics, summary
+from retarget_bench.analysis.ranking import ranked_cases
+from retarget_bench.results import result_matrix
+from retarget_bench.results import store as records
+from retarget_bench.tables import builder
 
 VALUE = "mpjpe_h.world"
 CLIPS = [f"c{n:02}" for n in range(24)]
@@ -164,3 +168,25 @@ def test_the_same_results_in_two_folders_are_told_apart(tmp_path, hard):
         f"m ({tmp_path / 'new'})",
     ]
     assert found.rankings[VALUE].tied == (f"m ({tmp_path / 'old'})",)
+
+
+@pytest.mark.parametrize(("broken", "ranked"), [(1, True), (2, False)])
+def test_nobody_is_ranked_by_what_references_break_themselves(tmp_path, hard, broken, ranked):
+    """One case of 24 is 4 %, two are 8 %."""
+    for name, worse in (("one", 1.0), ("two", 2.0)):
+        entries = [
+            ("a>b", clip, {VALUE: float(worse * number), "ratio": 100.0 if n < broken else 0.0})
+            for n, (clip, number) in enumerate(zip(CLIPS, hard, strict=True))
+        ]
+        store(tmp_path, "intra", name, entries)
+    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    matrix.values[VALUE] = replace(matrix.values[VALUE], doubt="ratio")
+    found = summary.split_summary(matrix)
+    assert (VALUE in found.rankings) == ranked
+    assert scores(found)["two"].means[VALUE].value == pytest.approx(2 * hard.mean())
+    assert (ranked_cases(matrix, VALUE) is not None) == ranked
+    ((group,),) = (made.groups for made in builder.tables([found], (VALUE,)))
+    said = [sentence for sentence in group.below if "no method is ranked" in sentence]
+    assert bool(said) != ranked
+    assert ranked or "beyond what it allows in 8 % of the cases" in said[0]
+    assert not any(cell.mark for row in group.rows for cell in row.cells) or ranked
