@@ -126,8 +126,9 @@ def test_the_jackknife_of_a_mean_is_its_textbook_error():
     low, high = evaluate.interval(values.mean(), without)
     assert (high - low) / 2 == pytest.approx(2.262157 * evaluate.deviation(without), rel=1e-6)
     assert (high + low) / 2 == pytest.approx(values.mean())
+    # of a mean they are the means of the groups
     tenths = set_metrics.SetValue("v", "s", 70, 10, values.mean(), without=tuple(without)).tenths
-    assert tenths.tolist() == pytest.approx(values.mean(axis=1).tolist())  # of a mean they are the groups' own
+    assert tenths.tolist() == pytest.approx(values.mean(axis=1).tolist())
 
 
 def test_the_interval_holds_the_truth_as_often_as_it_says():
