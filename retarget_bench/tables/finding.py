@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import CROSS, INTRA, SELF
-from retarget_bench.tables.model import Column, Group, Row, listed
+from retarget_bench.tables.model import Column, Group, Row, count, listed
 
 WHERE = {CROSS: "across structures", INTRA: "within structures", SELF: "on their own bodies"}
 """The usual splits in words."""
@@ -22,8 +22,8 @@ def finding(group: Group, found: Sequence[SplitSummary]) -> str:
     """
     split = group.columns[0].split if group.columns else ""
     at = [number for number, column in enumerate(group.columns) if column.split == split]
-    where = split or group.split
-    where = WHERE.get(where, f"on {where}")
+    name = split or group.split
+    where = f"{WHERE[name]} ({name})" if name in WHERE else f"on {name}"
     shares = {
         score.label: score.header.method.training_share
         for section in found
@@ -46,7 +46,7 @@ def _best(group: Group, at: Sequence[int]) -> str:
         marks = {row.label: row.cells[number].mark for row in group.ranked}
         if best := [label for label, mark in marks.items() if mark == "best"]:
             ties = sum(mark == "tied" for mark in marks.values())
-            tied = f" ({ties} tied)" if ties else ""
+            tied = f" ({count(ties, 'other')} tied)" if ties else ""
             columns.setdefault(best[0], []).append(group.columns[number].label + tied)
     said = [f"{label} by {listed(labels)}" for label, labels in columns.items()]
     if not said:
@@ -56,7 +56,7 @@ def _best(group: Group, at: Sequence[int]) -> str:
 
 
 def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:
-    """The share of contacts that learned methods keep, and the best of the others."""
+    """The share of contacts that learned methods keep, the best of the others, and the rest of those."""
     number = next((n for n in at if group.columns[n].id == RECALL), None)
     if number is None:
         return ""
@@ -66,10 +66,15 @@ def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:
     if not mine or not others:
         return ""
     best = max(others, key=others.__getitem__)
-    least, most = (_percent(number, column) for number in (min(mine.values()), max(mine.values())))
     who = "learned methods keep" if len(mine) > 1 else f"{next(iter(mine))} keeps"
-    kept = f"{least} %" if least == most else f"{least} to {most} %"
-    return f"{who} {kept} of contacts, {best} {_percent(others[best], column)} %"
+    kept = _range([min(mine.values()), max(mine.values())], column)
+    said = f"{who} {kept} of contacts, {best} {_percent(others.pop(best), column)} %"
+    return said + (f", other untrained ones {_range(list(others.values()), column)}" if others else "")
+
+
+def _range(numbers: Sequence[float], column: Column) -> str:
+    least, most = _percent(min(numbers), column), _percent(max(numbers), column)
+    return f"{least} %" if least == most else f"{least} to {most} %"
 
 
 def _numbers(rows: Sequence[Row], number: int) -> dict[str, float]:
@@ -88,9 +93,9 @@ def _training(learned: Sequence[str], shares: dict[str, float], subject: str) ->
         return ""
     told = [f"{100 * share:.2g}" for share in sorted(known.values())]
     amount = f"{told[0]} %" if told[0] == told[-1] else f"{told[0]} to {told[-1]} %"
-    if len(known) == 1:
-        return f"{next(iter(known))} saw {amount} of its paper's training"
-    if len(known) < len(learned):
-        names = listed(list(known)) if len(known) <= FEW else f"{len(known)} learned methods"
-        return f"{names} saw {amount} of their papers' training"
-    return f"{subject or 'learned methods'} saw {amount} of their papers' training"
+    if len(known) == len(learned) > 1:
+        return f"{subject or 'learned methods'} saw {amount} of their papers' training"
+    each = [f"{label} saw {100 * share:.2g} %" for label, share in known.items()]
+    said = listed(each) if len(known) <= FEW else f"{len(known)} learned methods saw {amount}"
+    said += " of its paper's training" if len(known) == 1 else " of their papers' training"
+    return said + (", of others it is not known" if len(known) < len(learned) else "")

@@ -54,10 +54,7 @@ class MethodGroup:
             unranked=tuple(row for row in rows if row.mark),
             common=self._common(),
             below=(
-                *floors(
-                    [(each, key, PEOPLE_SET) for each, key in self.spots if key in self.builder.whole],
-                    self.builder,
-                ),
+                *self._floors(rows),
                 *absent,
                 *(f"{each.split}: {each.so_far}." for each in self.sections if each.so_far),
                 *filter(None, (self._beside_best(row.label) for row in rows)),
@@ -67,6 +64,18 @@ class MethodGroup:
                 *self._unclear(),
             ),
         )
+
+    def _floors(self, rows: Sequence[Row]) -> list[str]:
+        """The references' scores by values of sets, unless the row of a control shows them."""
+        at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.whole]
+        sets = [(section, key, PEOPLE_SET) for section, key in (self.spots[number] for number in at)]
+        known = [usual_value(section, which, key).floor for section, key, which in sets]
+        texts = [
+            "" if floor is None else self.builder.shown(floor, key)
+            for floor, (_, key, _) in zip(known, sets, strict=True)
+        ]
+        given = any(row.mark and [row.cells[number].text for number in at] == texts for row in rows)
+        return [] if given else floors(sets, self.builder)
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""

@@ -36,8 +36,8 @@ def test_all_that_is_known_is_said(tmp_path):
     learned(tmp_path, "net", 3.0, 0.09, 0.0001)
     learned(tmp_path, "deep", 4.0, 0.46, 0.02)
     assert said(tmp_path) == (
-        "Across structures ik is best by world and contact recall; learned methods keep 9 to 46 % of "
-        "contacts, ik 96 %; they saw 0.01 to 2 % of their papers' training."
+        "Across structures (cross) ik is best by world and contact recall; learned methods keep 9 to "
+        "46 % of contacts, ik 96 %, other untrained ones 50 %; they saw 0.01 to 2 % of their papers' training."
     )
 
 
@@ -45,8 +45,8 @@ def test_another_best_by_another_value_and_a_learned_one_alone(tmp_path):
     stored(tmp_path, "ik", 2.0, 0.96)
     learned(tmp_path, "net", 1.0, 0.25, 0.5)
     assert said(tmp_path) == (
-        "Across structures net is best by world and ik by contact recall; net keeps 25 % of contacts, "
-        "ik 96 %; net saw 50 % of its paper's training."
+        "Across structures (cross) net is best by world and ik by contact recall; net keeps 25 % of "
+        "contacts, ik 96 %; net saw 50 % of its paper's training."
     )
 
 
@@ -54,15 +54,19 @@ def test_ties_are_counted(tmp_path):
     for name in ("one", "two", "three"):
         stored(tmp_path, name, 1.0)
     stored(tmp_path, "worse", 2.0)
-    assert said(tmp_path) == "Across structures one is best by world (2 tied)."
+    assert said(tmp_path) == "Across structures (cross) one is best by world (2 others tied)."
 
 
 @pytest.mark.parametrize("share", [None, 0.1])
 def test_what_is_not_known_is_left_out(tmp_path, share):
     learned(tmp_path, "net", 1.0, share=share)
     learned(tmp_path, "deep", 2.0)
-    whole = "Across structures net is best by world"
-    assert said(tmp_path) == (f"{whole}; net saw 10 % of its paper's training." if share else f"{whole}.")
+    whole = "Across structures (cross) net is best by world"
+    assert said(tmp_path) == (
+        f"{whole}; net saw 10 % of its paper's training, of others it is not known."
+        if share
+        else f"{whole}."
+    )
 
 
 def test_too_few_clips_for_marks_and_splits_of_a_data_sets_own_name_nobody_wrongly(tmp_path):

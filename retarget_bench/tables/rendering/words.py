@@ -25,7 +25,7 @@ TIED = (
 )
 BRIEF_MARKS = (
     f"{MARKS['best']} best, {MARKS['tied']} no significant difference from it ({100 * ALPHA:g} %, over "
-    "clips); other ranked rows are worse."
+    "clips), no mark: significantly worse."
 )
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
