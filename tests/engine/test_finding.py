@@ -37,7 +37,8 @@ def test_all_that_is_known_is_said(tmp_path):
     learned(tmp_path, "deep", 4.0, 0.46, 0.02)
     assert said(tmp_path) == (
         "Across structures (cross) ik is best by world and contact recall; learned methods keep 9 to "
-        "46 % of contacts, ik 96 %, other untrained ones 50 %; they saw 0.01 to 2 % of their papers' training."
+        "46 % of contacts, ik 96 %, other untrained ones 50 %; they saw 0.01 to 2 % of their papers' "
+        "training."
     )
 
 
