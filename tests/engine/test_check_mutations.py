@@ -30,7 +30,7 @@ SLIDE, PLANT = "retarget_bench.api.comparison", "retarget_bench.metrics.contact"
 FID, CONTACT = "retarget_bench.metrics.fid_structure.frechet", "retarget_bench.motion.contact"
 GROUND, RECORDING = "retarget_bench.motion.ground", "retarget_bench.motion.bvh.recording"
 DOCUMENT, CHECK = "retarget_bench.motion.bvh.document", "retarget_bench.plugins.prediction_check"
-STORE, SUMMARY = "retarget_bench.results.store", "retarget_bench.analysis.summary"
+STORE, RANKING = "retarget_bench.results.store", "retarget_bench.analysis.ranking"
 STATISTICS = "retarget_bench.analysis.statistics"
 COMPARISON, TRANSFER = "retarget_bench.api.comparison", "retarget_bench.motion.transfer"
 MEASURES, POSE = "retarget_bench.motion.measures", "retarget_bench.motion.reference_pose"
@@ -65,7 +65,12 @@ MUTATIONS = {
     "joint accelerations without their rate": (
         "joint_speed", SPEED, "JointSpeed.compute", "* comparison.fps", "* 30.0",
     ),
-    "p-values not adjusted": ("table", STATISTICS, "holm", "factors * np.asarray", "np.asarray"),
+    "p-values not adjusted": (
+        "table", STATISTICS, "against_best", "draws, np.minimum(stages[first], stages[second]))", "draws)",
+    ),
+    "p-values of values not adjusted": (
+        "table", STATISTICS, "step_down", "(differences, draws, stages)", "(differences, draws)",
+    ),
     "intervals not corrected for skew": (
         "table", STATISTICS, "mean_intervals", "np.nan_to_num(skewness)", "0 * np.nan_to_num(skewness)",
     ),
@@ -76,7 +81,7 @@ MUTATIONS = {
     "ratios ranked by plain differences": (
         "table", STATISTICS, "losses", "np.abs(np.log(numbers / goal))", "np.abs(numbers - goal)",
     ),
-    "controls ranked": ("table", SUMMARY, "never_ranked", "if method.control", "if False"),
+    "controls ranked": ("table", RANKING, "never_ranked", "if method.control", "if False"),
     "rates as printed": ("reader", DOCUMENT, "frame_rate", "10.0 ** int(exponent)", "0.0"),
     "places in the order of the channels": (
         "reader", RECORDING, "_stated_places",
@@ -116,16 +121,16 @@ MUTATIONS = {
         "table", PAIRWISE, "Difference.verdict", 'facts.better == "higher"', 'facts.better == "lower"',
     ),
     "paired intervals the other way round": (
-        "table", PAIRWISE, "_difference", "paired_intervals(apart)", "paired_intervals(-apart)",
+        "table", PAIRWISE, "_difference", "paired_intervals(apart[None])", "paired_intervals(-apart[None])",
     ),
     "adjusted p-values in their own order": (
-        "table", STATISTICS, "holm", "adjusted[order]", "adjusted[np.arange(len(order))]",
+        "table", STATISTICS, "step_down", "stages[order] =", "stages[np.arange(len(order))] =",
     ),
     "the largest distance of sets is best": (
-        "table", GROUPS, "_set_mark", "min(found", "max(found",
+        "table", RANKING, "set_ranking", "statistics.losses(", "-statistics.losses(",
     ),
     "the floor is what answers score": (
-        "table", METHOD_GROUPS, "MethodGroup._floors", ").floor", ").value",
+        "table", METHOD_GROUPS, "floors", ").floor", ").value",
     ),
     "self pairs left out of pooled means": (
         "table", MATRIX, "_aligned", "if own_self is not None and", "if False and",

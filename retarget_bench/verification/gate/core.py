@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.analysis import summary
+from retarget_bench.analysis.pairwise import Difference
 from retarget_bench.api import INTRA, SELF, TWO_LEGS, Case, CaseInfo, Direction
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.evaluation.set_metrics import files as set_files
@@ -222,10 +223,12 @@ def table(folder: Path) -> Rows:
         # of bodies of one kind, so that the value of sets is a column with marks
         found = [replace(each, bodies=TWO_LEGS) for each in summary.split_summaries(written)]
         made = builder.tables(found, (*VALUES, DISTANCE))
-        compared = comparing.compare(
-            [each for each in result_matrix.result_matrices(written) if each.split == INTRA], "best", "far",
-            tuple(VALUES),
-        )  # fmt: skip
+        matrices = [each for each in result_matrix.result_matrices(written) if each.split == INTRA]
+        compared = [
+            each
+            for first in ("best", "near")
+            for each in comparing.compare(matrices, first, "far", tuple(VALUES))
+        ]
     (section,) = (each for each in found if each.split == INTRA)
     for group in (group for each in made for group in each.groups if group.split == INTRA):
         for row in group.rows:
@@ -237,22 +240,24 @@ def table(folder: Path) -> Rows:
                 columns = {name: float(each) for name, each in numbers.items() if each is not None}
                 yield f"{row.label} {column.id}", {**columns, "mark": float(list(MARKS).index(cell.mark))}
         yield "floors", _numbered("floor", [said for said in group.below if said.startswith("Floor")])
-    for each in compared[0].differences:
-        facts = {name: getattr(each, name) for name in ("difference", "p", "adjusted", "cases", "clips")}
-        between = [each.interval.low, each.interval.high] if each.interval else []
-        yield (
-            f"best, far {each.value}",
-            {
-                **facts,
-                **_numbered("interval", between),
-                **_numbered("won", each.won),
-                "verdict": each.verdict,
-            },
-        )
+    for both in compared:
+        for each in both.differences:
+            yield f"{both.first}, {both.second} {each.value}", _difference(each)
     yield "text", _drawn(rendering.text(made, intervals=True))
     yield "comparison", _drawn(pairwise_text.text(compared, 100))
     yield "default columns", _numbered("id", builder.DEFAULT_COLUMNS)
     yield "first table", _numbered("id", builder.OVERVIEW_COLUMNS)
+
+
+def _difference(one: Difference) -> dict[str, float | str]:
+    facts = {name: getattr(one, name) for name in ("difference", "p", "adjusted", "cases", "clips")}
+    between = [one.interval.low, one.interval.high] if one.interval else []
+    return {
+        **facts,
+        **_numbered("interval", between),
+        **_numbered("won", one.won),
+        "verdict": one.verdict,
+    }
 
 
 def _drawn(text: str) -> dict[str, float | str]:
