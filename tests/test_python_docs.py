@@ -74,7 +74,7 @@ def of(shown: dict[str, Any], *words: str) -> list[Any]:
 
 def test_the_notebook_answers_its_five_questions(shown, folder):
     best, mine = of(shown, "table().best()")
-    assert list(best.columns) == ["self", "intra", "cross"]
+    assert list(best.columns) == ["cross", "intra", "self"]
     # copies put no foot where it was, and inverse kinematics does
     assert best.loc["contact_recall", "cross"].startswith("ik")
     assert best.loc["mpjpe_h.world", "self"].startswith("copy_rotations")

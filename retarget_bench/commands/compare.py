@@ -12,8 +12,8 @@ from retarget_bench import defaults
 from retarget_bench.commands import options
 
 if TYPE_CHECKING:
-    from retarget_bench.python.comparing import Pair
     from retarget_bench.results.result_matrix import ResultMatrix
+    from retarget_bench.tables.comparing import Pair
 
 FORMATS = ("text", "md", "csv")
 
@@ -54,8 +54,8 @@ def command(
     is in both is compared with itself, as after a change.
     """
     from retarget_bench.analysis.selection import of_bodies
-    from retarget_bench.python import comparing
     from retarget_bench.results import store
+    from retarget_bench.tables import comparing
     from retarget_bench.tables.rendering.pairwise_text import RENDERERS, text
 
     folders = [Path(name) for name in (first, second)]

@@ -23,7 +23,6 @@ from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.figures import method_order
-from retarget_bench.python import comparing
 from retarget_bench.python.arguments import checked
 from retarget_bench.python.motions import Motion, with_rotations
 from retarget_bench.python.views import Comparison, ListFrame, Player, TableView
@@ -31,7 +30,7 @@ from retarget_bench.report import writing
 from retarget_bench.results import result_matrix, store
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import builder, names, requested
+from retarget_bench.tables import builder, comparing, names, requested
 from retarget_bench.tables.model import count
 from retarget_bench.tables.requested import Request
 from retarget_bench.viewer import results_library, scene_builder

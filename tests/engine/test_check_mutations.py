@@ -63,7 +63,7 @@ MUTATIONS = {
     "skating without its rate": ("slide", SLIDE, "steps", "(fps / RATE)", "1.0"),
     "stays of four frames at any rate": ("contact", PLANT, "_stays", "STAY * fps", "STAY * 30.0"),
     "joint accelerations without their rate": (
-        "joint_speed", SPEED, "JointSpeed.compute", "* comparison.fps", "* 30.0",
+        "joint_speed", SPEED, "JointSpeed.compute", "* comparison.fps for", "* 30.0 for",
     ),
     "p-values not adjusted": (
         "table", STATISTICS, "against_best", "draws, np.minimum(stages[first], stages[second]))", "draws)",

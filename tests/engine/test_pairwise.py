@@ -13,9 +13,9 @@ from stored import VALUES, changed, store
 from retarget_bench.analysis import pairwise, selection, statistics
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
-from retarget_bench.python import comparing
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
+from retarget_bench.tables import comparing
 from retarget_bench.tables.rendering import pairwise_text
 
 CLIPS = 20

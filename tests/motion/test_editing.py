@@ -67,7 +67,7 @@ def test_any_bodies_and_lengths_give_finite_motions_of_as_many_frames(pair, fram
         assert found.frames == frames
     assert np.isfinite(found.positions).all()
     np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-9)
-    assert all(note.endswith("are relaxed") for note in notes)
+    assert all(note.endswith(("are relaxed", "were in the floor")) for note in notes)
     assert edits.compared(source, wanted).frames == found.frames
     assert isinstance(legs.guess(pair[0], target), str)
 

@@ -22,6 +22,9 @@ from retarget_bench.tables.published.printed import SEEN, STRUCTURE, Column, Pub
 FEWER = "answered fewer cases"
 
 
+UNTRAINED = "the method is untrained, so no structure is seen or unseen"
+
+
 @dataclass(frozen=True)
 class OurRow:
     """One method on one data set: column -> cell, where it has any; reasons: why it has none.
@@ -34,6 +37,9 @@ class OurRow:
     cells: Mapping[str, Cell]
     reasons: Mapping[str, str] = field(default_factory=dict)
     variant: str = ""
+
+
+UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
 
 @dataclass(frozen=True)
@@ -230,7 +236,12 @@ class _Part:
             elif asked and cell.n < asked:
                 reason = f"over the {cell.n} of the {count(asked, 'common case')} that it has"
                 cells[key] = replace(cell, reason=reason)
-        return OurRow(label, mark or (FEWER if fewer else ""), cells, variant=variant(method))
+        reasons = {
+            column.label: UNTRAINED
+            for column in self.table.columns
+            if column.chosen_by == "training" and method.trained_on is None
+        }
+        return OurRow(label, mark or (FEWER if fewer else ""), cells, reasons, variant(method))
 
     def _cells(self, numbers: Mapping[str, np.ndarray]) -> dict[str, Cell]:
         """The cells of one method. numbers: column -> ``(cases,)``."""

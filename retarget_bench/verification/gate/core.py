@@ -23,11 +23,10 @@ from retarget_bench.motion.bvh import recording
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.prediction_check import FARTHEST, UNIT_TOLERANCE, Invalid, verified
-from retarget_bench.python import comparing
 from retarget_bench.results import result_matrix, store
 from retarget_bench.results.header import Counts, DatasetInfo, DeclaredValue, MethodInfo, ResultHeader
 from retarget_bench.results.store import CaseResult, ResultPaths
-from retarget_bench.tables import builder, rendering
+from retarget_bench.tables import builder, comparing, rendering
 from retarget_bench.tables.model import MARKS
 from retarget_bench.tables.rendering import pairwise_text
 from retarget_bench.verification.gate import frozen
