@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.ranking import ranked_cases
+from retarget_bench.analysis.ranking import doubt, ranked_cases
 from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
@@ -22,6 +22,7 @@ class Difference:
     difference:    of the first from the second, in the value's unit; where a value is best at a goal, of
                    their distances |log(value / goal)| from it.
     won:           clips on which the first is better, and the second (of a description: higher, lower).
+    withheld:      why there is no verdict, though there may be clips enough; "" where there is one.
     p, adjusted:   of the mean difference being 0, by sign flips over clips; adjusted as ``compare`` says.
     """
 
@@ -36,14 +37,17 @@ class Difference:
     adjusted: float
     cases: int
     clips: int
+    withheld: str = ""
 
     @property
     def verdict(self) -> str:
         """``first``, ``second`` (which is better), ``higher``, ``lower`` (the first, of a description),
         ``same`` (no clip differs by more than the value's tolerance), ``few`` (too few clips for a
-        verdict) or ``open`` (not significant)."""
+        verdict), ``open`` (not significant) or ``withheld``."""
         if not any(self.won):
             return "same"
+        if self.withheld:
+            return "withheld"
         if self.clips < ENOUGH_CLIPS:
             return "few"
         if self.adjusted >= ALPHA:
@@ -111,8 +115,16 @@ def compare(
         differences=tuple(
             _difference(pair, float(next(adjusted)) if pair.p is None else pair.p) for pair in pairs
         ),
-        notes=tuple(_notes(first, second)),
+        notes=(*_notes(first, second), *_withheld(pairs)),
     )
+
+
+def _withheld(pairs: Sequence["_Pair"]) -> list[str]:
+    reasons: dict[str, list[str]] = {}
+    for pair in pairs:
+        if pair.withheld:
+            reasons.setdefault(pair.withheld, []).append(pair.facts.label)
+    return [f"no verdict by {', '.join(labels)}: {reason}" for reason, labels in reasons.items()]
 
 
 @dataclass(frozen=True)
@@ -120,6 +132,7 @@ class _Pair:
     """One value of two methods over the cases that count.
 
     means: of both. apart: ``(clips,)`` differences, nan where a clip has none. p: the table's, if any.
+    withheld: why there is no verdict, or "".
     """
 
     value: str
@@ -128,6 +141,7 @@ class _Pair:
     apart: np.ndarray
     cases: int
     p: float | None
+    withheld: str
 
 
 def _pair(
@@ -152,12 +166,15 @@ def _pair(
     pair = statistics.per_clip(scale, matrix.clips)
     means = np.nanmean(statistics.per_clip(both, matrix.clips), axis=1)
     apart = statistics.differences(pair[0], pair[1], facts.tolerance)
-    return _Pair(value, facts, (float(means[0]), float(means[1])), apart, cases, p)
+    waiting = first.header.waiting or second.header.waiting
+    withheld = "cases are missing" if waiting else doubt(matrix, value)
+    return _Pair(value, facts, (float(means[0]), float(means[1])), apart, cases, p, withheld)
 
 
 def _difference(pair: _Pair, adjusted: float) -> Difference:
     apart = pair.apart[~np.isnan(pair.apart)]
-    higher, lower = int((apart > 0).sum()), int((apart < 0).sum())
+    least = pair.facts.tolerance
+    higher, lower = int((apart > least).sum()), int((apart < -least).sum())
     return Difference(
         value=pair.value,
         facts=pair.facts,
@@ -170,6 +187,7 @@ def _difference(pair: _Pair, adjusted: float) -> Difference:
         adjusted=adjusted,
         cases=pair.cases,
         clips=len(apart),
+        withheld=pair.withheld,
     )
 
 

@@ -100,7 +100,7 @@ def _label(name: str, labels: set[str]) -> str | None:
 
 def without_variants(matrix: ResultMatrix) -> ResultMatrix:
     """The matrix without the variants that methods' cards name, beside the methods themselves."""
-    labels = {row.label for row in matrix.rows}
+    labels = {row.header.method.label for row in matrix.rows}
     left = tuple(row.label for row in matrix.rows if is_variant(row.header.method, labels))
     return replace(matrix, rows=tuple(row for row in matrix.rows if row.label not in left), variants=left)
 

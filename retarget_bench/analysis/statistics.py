@@ -26,9 +26,9 @@ POWER = 0.8
 EXACT_CLIPS = 13
 """Up to here all sign flips are tried."""
 SAMPLED_FLIPS = 99_999
-"""Above, so many are drawn; the smallest p-value is one in a hundred thousand."""
+"""Above, so many are drawn where a p-value of the family is between half the level and twice that."""
 FIRST_FLIPS = 9_999
-"""So many of them do where all p-values of a family are twice the level, or half of it, or farther off."""
+"""So many are drawn first, and do where none is; the smallest p-value is then one in ten thousand."""
 FLIPS_AT_ONCE = 500
 """Few enough for the processor's cache."""
 FARTHEST_ERRORS = 1e3
@@ -144,7 +144,7 @@ def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.nda
     Returns its index, and p-values ``(methods,)`` of the differences from the best, 1 for the best itself,
     adjusted as in ``step_down``. The family is all pairs of the methods that are not told from the best
     before (those whose statistic is farther from 0), not only their pairs with the best: which one is best
-    was read off the same numbers. Differences of a clip up to ``tolerance`` count as none.
+    was read off the same numbers. Rows of which no clip differs by more than ``tolerance`` do not differ.
     """
     best = int(np.argmin(means.mean(axis=1)))
     order = np.argsort(-_statistic(differences(means, means[best], tolerance)), kind="stable")
@@ -320,9 +320,10 @@ def clips_for_power(p: float, adjusted: float, clips: int) -> int | None:
 
 # --------------------------------------------------------------------------------------------- numbers
 def differences(first: np.ndarray, second: np.ndarray, tolerance: float) -> np.ndarray:
-    """``first - second``, and 0 where that is within the tolerance of the value."""
+    """``first - second`` by clip, along the last axis; 0 throughout where no clip differs by more than the
+    tolerance of the value."""
     apart = first - second
-    return np.where(np.abs(apart) <= tolerance, 0.0, apart)
+    return np.where((np.abs(apart) > tolerance).any(axis=-1, keepdims=True), apart, 0.0 * apart)
 
 
 def losses(numbers: np.ndarray, better: str, goal: float = 1.0) -> np.ndarray:

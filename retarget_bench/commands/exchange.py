@@ -199,7 +199,10 @@ def _check(folder: Path, root: str | None) -> int:
     for level, sentences in (("error", errors), ("warning", warnings)):
         for sentence in sentences:
             echo(f"{level}: {sentence}")
-    echo(f"{folder}: " + (f"{len(errors)} errors" if errors else "can be submitted"))
+    echo(
+        f"{folder}: "
+        + (f"{len(errors)} error{'s' if len(errors) > 1 else ''}" if errors else "can be submitted")
+    )
     return int(bool(errors))
 
 

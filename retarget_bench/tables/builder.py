@@ -13,8 +13,9 @@ from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import provenance
 from retarget_bench.tables.finding import finding
 from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, lacking
-from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
+from retarget_bench.tables.method_groups import MethodGroup, by_part, speeds
 from retarget_bench.tables.model import Group, Problem, Table
+from retarget_bench.tables.set_groups import by_set, without_sets
 
 DEFAULT_COLUMNS = (
     "mpjpe_h.world",
@@ -226,8 +227,9 @@ def _columns(
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
     for key in wanted:
-        shown = key if key in builder.whole else stand_in(key, present)
-        reason = _no_set(section, key) if key in builder.whole else ""
+        of_sets = key in builder.whole or (section.so_far and key in declared_sets([section]))
+        shown = key if of_sets else stand_in(key, present)
+        reason = _no_set(section, key) if of_sets else ""
         if shown is not None and not reason:
             keys.append(shown)
         elif key in builder.declared:

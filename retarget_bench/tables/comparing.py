@@ -90,8 +90,9 @@ def _values(matrix: ResultMatrix, wanted: Sequence[str] | None, everything: bool
     there = list(dict.fromkeys(value for value, index in matrix.keys if not index))
     if everything:
         wanted = entries(there)
-    shown = (stand_in(key, there) for key in (DEFAULT_COLUMNS if wanted is None else wanted))
-    return [key for key in shown if key in there]
+    usual = DEFAULT_COLUMNS if wanted is None else wanted
+    shown = [key for key in (stand_in(each, there) for each in usual) if key in there]
+    return shown or (entries(there) if wanted is None else [])
 
 
 # ---------------------------------------------------------------------------------------------- left out

@@ -1,5 +1,6 @@
 """Columns and cells of tables: numbers and marks, or why there is no number."""
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -259,3 +260,12 @@ def _set_mark(
     }
     ranking = set_ranking(alike, declared)
     return ranking.mark(score.label) if ranking else ""
+
+
+def by_number(value: float | None, column: Column | None, label: str) -> tuple[int, float, str]:
+    """Sort key of rows that no ranking orders: the better first, those without a number last."""
+    if value is None or column is None:
+        return 2, 0.0, label
+    if column.better == "target":
+        return 1, abs(math.log(value / column.goal)) if value > 0 else math.inf, label
+    return 1, -value if column.better == "higher" else value, label

@@ -9,6 +9,7 @@ from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
+from retarget_bench.results.metres import UNITS
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names
 from retarget_bench.tables.groups import FPS
@@ -87,8 +88,14 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
         layout = "splits" if layout == "both" else layout
     made = builder.tables(shown, columns, by or "", layout=layout)
     if asked.unit:  # ids say per cent of the height, and CSV has no units
-        made = [replace(table, title=f"{table.title} in metres") for table in made]
+        made = [_titled(table) for table in made]
     return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
+
+
+def _titled(table: Table) -> Table:
+    """A table that says so where any of its values is in metres."""
+    units = {column.unit for column in (*table.columns, *table.subjects)}
+    return replace(table, title=f"{table.title} in metres") if units & set(UNITS.values()) else table
 
 
 def task_tables(

@@ -36,7 +36,7 @@ COMPARISON, TRANSFER = "retarget_bench.api.comparison", "retarget_bench.motion.t
 MEASURES, POSE = "retarget_bench.motion.measures", "retarget_bench.motion.reference_pose"
 CHARACTER, WRITING = "retarget_bench.motion.character", "retarget_bench.motion.bvh.writing"
 BUILDER, MODEL = "retarget_bench.tables.builder", "retarget_bench.tables.model"
-GROUPS, METHOD_GROUPS = "retarget_bench.tables.groups", "retarget_bench.tables.method_groups"
+GROUPS, SET_GROUPS = "retarget_bench.tables.groups", "retarget_bench.tables.set_groups"
 PAIRWISE, MATRIX = "retarget_bench.analysis.pairwise", "retarget_bench.results.result_matrix"
 RENDERED = "retarget_bench.tables.rendering.as_text"
 
@@ -130,7 +130,7 @@ MUTATIONS = {
         "table", RANKING, "set_ranking", "statistics.losses(", "-statistics.losses(",
     ),
     "the floor is what answers score": (
-        "table", METHOD_GROUPS, "floors", ").floor", ").value",
+        "table", SET_GROUPS, "floors", ").floor", ").value",
     ),
     "self pairs left out of pooled means": (
         "table", MATRIX, "_aligned", "if own_self is not None and", "if False and",

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from stored import store
 
 from retarget_bench.analysis import pairwise, selection
 from retarget_bench.analysis.ranking import ranked_cases
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
+from retarget_bench.results.header import WAITING, Problem
 from retarget_bench.results.result_matrix import ResultMatrix
-
-ROWS = Path(__file__).parents[2] / "results" / "golden"
-VALUES = ("mpjpe_h.world", "contact_recall", "foot_slide", "jerk_ratio")
+from retarget_bench.tables import comparing
 
 
 def subsets(matrix: ResultMatrix, count: int, seed: int) -> Iterator[ResultMatrix]:
@@ -76,9 +75,39 @@ def test_marks_and_verdicts_agree_on_random_clips(tmp_path):
     assert unclear, "no draw had a worse method that varies too much to be told from the best"
 
 
-@pytest.mark.slow
-def test_they_agree_on_a_thousand_subsets_of_shipped_rows():
-    matrices = result_matrix.result_matrices(records.find_results(ROWS))
-    for matrix in matrices:
-        for some in subsets(matrix, -(-1000 // len(matrices)), 2):
-            assert contradictions(some, VALUES) == []
+def two(root: Path, first: list[float], second: list[float], value: str = "mpjpe_h.world") -> ResultMatrix:
+    for label, numbers in (("one", first), ("two", second)):
+        entries = [("x>y", f"clip {n:02}", {value: number}) for n, number in enumerate(numbers)]
+        store(root, "cross", label, entries)
+    (matrix,) = result_matrix.result_matrices(records.find_results(root))
+    return matrix
+
+
+def test_small_differences_count_beside_large_ones_in_both(tmp_path):
+    """Better by a little on most clips, worse by more on few: the winner is who has the better mean."""
+    better = [2.0 - 9e-4] * 35 + [2.0 + 3e-3] * 8
+    matrix = two(tmp_path, [2.0] * 43, better)
+    matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], tolerance=1e-3)
+    ranking, _ = ranked_cases(matrix, "mpjpe_h.world")
+    (one,) = pairwise.compare(matrix, *matrix.rows, ["mpjpe_h.world"], matrix).differences
+    assert ranking.best == "two"
+    assert one.difference > 0
+    assert one.won == (8, 0), "no clip is won by less than the tolerance"
+    assert contradictions(matrix, ["mpjpe_h.world"]) == []
+
+
+def test_where_a_table_ranks_nobody_a_comparison_has_no_verdict(tmp_path):
+    matrix = two(tmp_path, [1.0] * 12, [2.0 + n / 100 for n in range(12)])
+    (one,) = pairwise.compare(matrix, *matrix.rows, ["mpjpe_h.world"], matrix).differences
+    assert one.verdict == "first"
+    waiting = (Problem(status="missing", message=WAITING, cases=("x",)),)
+    rows = tuple(replace(row, header=replace(row.header, problems=waiting)) for row in matrix.rows)
+    found = pairwise.compare(replace(matrix, rows=rows), *rows, ["mpjpe_h.world"], matrix)
+    assert found.differences[0].verdict == "withheld"
+    assert "no verdict by world: cases are missing" in found.notes
+
+
+def test_a_value_of_ones_own_is_compared_where_there_is_no_usual_one(tmp_path):
+    matrix = two(tmp_path, [1.0] * 12, [2.0] * 12, value="ratio")
+    (found,) = comparing.compare([matrix], "one", "two")
+    assert [each.value for each in found.differences] == ["ratio"]

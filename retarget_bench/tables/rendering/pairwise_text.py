@@ -140,6 +140,7 @@ def verdict(found: PairwiseComparison, one: Difference) -> str:
         "same": "the same",
         "few": "too few clips",
         "open": "not significant",
+        "withheld": "no verdict",
     }[one.verdict]
     return f"{words} {SUCH}" if one.limited else words
 

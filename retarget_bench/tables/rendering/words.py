@@ -185,6 +185,7 @@ def counted(group: Group) -> str:
 def brief(group: Group) -> str:
     """The meaning of the marks and what else stands below a group, in a line."""
     marks = [BRIEF_MARKS] if any(cell.mark for row in group.rows for cell in row.cells) else []
+    marks = [f"{each.removesuffix('.')}, but for:" if group.below else each for each in marks]
     return " ".join([*marks, *group.below])
 
 

@@ -150,6 +150,8 @@ class Stale:
         for kind in PROTOCOL:
             before, after = golden.under(kind), now.under(kind)
             moved[kind] = {name for name, text in after.items() if before.get(name) != text}
+            if kind == "cases":  # of whole splits, whichever methods are measured
+                moved[kind] |= before.keys() - after.keys()
         other_data = bool(moved["dataset"])
         metric_of = {name: text.partition(":")[0] for name, text in now.under("value").items()}
         values = {name for name, metric in metric_of.items() if metric in moved["metric"]} | moved["value"]

@@ -75,6 +75,8 @@ def read(folder: Path) -> Measured:
     facts = dict(rows)
     if len(facts) < len(rows):
         raise FileError(folder / FACTS, "says a fact twice; restore the golden rows")
+    if "dataset/spec" not in facts:
+        raise FileError(folder / FACTS, "does not say what data it is of; restore the golden rows")
     return Measured(folder / ROWS, facts)
 
 
