@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from retarget_bench.analysis.ranking import doubt
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion.roles import BODY_PARTS
@@ -99,8 +100,13 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
 
 
 def _indexed(matrix: ResultMatrix, index: str, what: str) -> dict[str, DeclaredValue]:
-    """The values of this index, declared as values without one. Raises BenchError where there is none."""
-    found = {key: replace(each, index="") for key, each in matrix.values.items() if each.index == index}
+    """The values of this index, declared as values without one; those that references break rank nobody.
+    Raises BenchError where there is none."""
+    found = {
+        key: replace(each, index="", better="none" if doubt(matrix, key) else each.better)
+        for key, each in matrix.values.items()
+        if each.index == index
+    }
     if not found:
         raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench score computes them")
     return found
