@@ -11,7 +11,7 @@ from itertools import groupby
 
 from retarget_bench import files
 from retarget_bench.errors import printable
-from retarget_bench.tables.model import Cell, Column, Group, Row, Table
+from retarget_bench.tables.model import Cell, Column, Group, Mark, Row, Table
 from retarget_bench.tables.rendering import words
 
 ESCAPES = {
@@ -97,6 +97,9 @@ def _parts(whole: Group, intervals: bool) -> list[Group]:
     ]
 
 
+SIGNS: dict[Mark, str] = {"": "", "best": "Bold:", "tied": "underlined:"}
+
+
 def _environment(table: Table, group: Group, label: str, intervals: bool) -> str:
     name = "table*" if len(group.columns) > ONE_COLUMN else "table"
     return "\n".join(
@@ -109,7 +112,10 @@ def _environment(table: Table, group: Group, label: str, intervals: bool) -> str
             *(_tabular(group, intervals) if group.columns else [plain(words.NO_COLUMN)]),
             rf"\end{{{name}}}",
             *(f"% {printable(line)}" for line in group.below),
-            *(f"% {lead.lstrip()}{printable(line)}" for lead, line in words.legend(table, notes=True)),
+            *(
+                f"% {lead.lstrip()}{printable(line)}"
+                for lead, line in words.legend(table, notes=True, signs=SIGNS)
+            ),
             "",
         ]
     )

@@ -3,11 +3,22 @@
 import re
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, LEVEL, unseen
 from retarget_bench.tables.groups import FPS
-from retarget_bench.tables.model import CONTROL, EMPTY, MARKS, Cell, Column, Group, Problem, Row, Table
+from retarget_bench.tables.model import (
+    CONTROL,
+    EMPTY,
+    MARKS,
+    Cell,
+    Column,
+    Group,
+    Mark,
+    Problem,
+    Row,
+    Table,
+)
 from retarget_bench.tables.model import NOT_RANKED as NOT_RANKED
 
 NO_COLUMN = "no case here has any of the values asked for"
@@ -49,11 +60,13 @@ _COMMAND = re.compile(r"\bbench [a-z-]+(?: --?[a-z][a-z-]*(?: [a-z][\w,-]*)?)*")
 
 
 # --------------------------------------------------------------------------------------- below a table
-def legend(table: Table, notes: bool, intervals: bool = False) -> list[tuple[str, str]]:
+def legend(
+    table: Table, notes: bool, intervals: bool = False, signs: Mapping[Mark, str] = MARKS
+) -> list[tuple[str, str]]:
     """(lead, sentence) of all that stands below a table; leads are bullets, numbers of footnotes or "".
 
     notes: how numbers are made in full, the meaning of columns, and every note; published tables have
-    these always. intervals: whether these are shown.
+    these always. intervals: whether these are shown. signs: of the best and those tied with it.
     """
     notes = notes or bool(table.reading)
     marks = has_marks([table])
@@ -61,7 +74,7 @@ def legend(table: Table, notes: bool, intervals: bool = False) -> list[tuple[str
     if table.groups and (notes or _only_speeds(table)):
         said.append(f"{means(table)} {ARROWS}")
     if marks and notes:
-        full = f"{MARKS['best']} {BEST}; {MARKS['tied']} {TIED}."
+        full = f"{signs['best']} {BEST}; {signs['tied']} {TIED}."
         said.append(" ".join([full, *rare(table.cells)]))
     elif marks:
         said.append(BRIEF_MARKS)
