@@ -156,7 +156,8 @@ def _pair(
         ranking, common = ranked
         if labels <= set(ranking.order):
             both = np.where(common, both, np.nan)
-            p = ranking.p[(labels - {ranking.best}).pop()] if ranking.best in labels else None
+            others = labels - {ranking.best}
+            p = ranking.p[others.pop()] if len(others) == 1 < len(labels) else None
     both[:, np.isnan(both).any(axis=0)] = np.nan
     cases = int((~np.isnan(both[0])).sum())
     if not cases:

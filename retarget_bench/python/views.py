@@ -83,9 +83,8 @@ class TableView:
     def best(self) -> pd.DataFrame:
         """The best of the ranked methods: a line per value, a column per split.
 
-        Methods whose difference from the best is not significant follow after ``=`` (for FID: whose
-        intervals meet); ``(not tested)`` stands where there are too few clips to tell. In a breakdown: of
-        every part.
+        Methods tied with the best follow after ``=``; ``(not tested)`` stands where there are too few clips
+        to tell. In a breakdown: of every part.
         """
         place = self.frame["place"].fillna(self.frame["mark"].map({"best": 1, "tied": 2}))
         ranked = self.frame.assign(place=place)[place.notna()].sort_values("place", kind="stable")

@@ -1,6 +1,7 @@
 """The regression gate on toys: marks, accepting, and damaged files."""
 
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -230,6 +231,22 @@ def test_cases_that_are_gone_end_with_two_and_cannot_be_accepted(baseline, bench
     assert status == 2
     assert "nothing was accepted" in said
     assert content(baseline) == before
+
+
+def test_golden_rows_without_one_of_their_splits_end_with_two(baseline, bench):
+    (folder,) = (each for each in baseline.rglob("intra") if each.is_dir())
+    shutil.rmtree(folder)
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert re.search(r"could not measure +golden rows +intra +the golden rows of this split are gone", said)
+
+
+def test_values_that_nothing_measured_has_end_with_two(baseline, bench):
+    status, said = bench("--baseline", baseline, "--columns", "fid")
+    assert status == 2
+    assert "fid" in said
+    assert "not measured of methods" in said
+    assert bench("--baseline", baseline, "--columns", "mpjpe_h.world")[0] == 0
 
 
 def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):

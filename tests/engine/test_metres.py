@@ -98,6 +98,7 @@ def test_the_text_says_metres(tmp_path):
     root = tall_and_small(tmp_path)
     usual, shown = (rb.load_results(root).table("world", unit=unit) for unit in ("", "m"))
     assert "data in metres" in str(shown)
+    assert "in metres" not in str(rb.load_results(root).table("ratio", unit="m"))
     assert [set(each.frame["unit"]) for each in (usual, shown)] == [{"% of height"}, {"m"}]
     assert "in m, by pair" in str(rb.load_results(root).table("world", unit="m", by="pair"))
 

@@ -107,6 +107,13 @@ def test_where_a_table_ranks_nobody_a_comparison_has_no_verdict(tmp_path):
     assert "no verdict by world: cases are missing" in found.notes
 
 
+def test_a_method_beside_itself_is_the_same(tmp_path):
+    matrix = two(tmp_path, [1.0] * 12, [2.0] * 12)
+    for name in ("one", "two"):
+        (found,) = comparing.compare([matrix], name, name)
+        assert [(each.verdict, each.adjusted) for each in found.differences] == [("same", 1.0)]
+
+
 def test_a_value_of_ones_own_is_compared_where_there_is_no_usual_one(tmp_path):
     matrix = two(tmp_path, [1.0] * 12, [2.0] * 12, value="ratio")
     (found,) = comparing.compare([matrix], "one", "two")

@@ -83,6 +83,18 @@ def test_variants_of_the_card_step_back_where_the_method_itself_is_there(tmp_pat
     assert labels(places, methods=(variant,)) == [variant]
 
 
+def test_they_step_back_in_results_of_two_folders_too(tmp_path):
+    variant = "copy_rotations[root_rule=none]"
+    told = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
+    places = []
+    for folder in ("one", "two"):
+        places += [stored(tmp_path / folder, "copy_rotations"), stored(tmp_path / folder, "v", **told)]
+    shown = labels(places)
+    assert len(shown) == 2
+    assert all(each.startswith("copy_rotations (") for each in shown)
+    assert len(labels(places, variants=True)) == 4
+
+
 def test_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
     variant = "copy_rotations[root_rule=none]"
     stored(tmp_path, "copy_rotations")

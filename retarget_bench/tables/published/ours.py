@@ -20,8 +20,6 @@ from retarget_bench.tables.model import Cell, count
 from retarget_bench.tables.published.printed import SEEN, STRUCTURE, Column, PublishedTable
 
 FEWER = "answered fewer cases"
-
-
 UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
 
@@ -37,9 +35,6 @@ class OurRow:
     cells: Mapping[str, Cell]
     reasons: Mapping[str, str] = field(default_factory=dict)
     variant: str = ""
-
-
-UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
 
 @dataclass(frozen=True)

@@ -122,12 +122,32 @@ def compare(golden: Measured, now: Measured, asked: Criteria = EVERYTHING) -> Co
         for key, why in now.errors.items()
         if not any(name.startswith(f"{key.rpartition('/')[0] or key}/") for name in golden.facts)
     ]
-    found += stale.changes
+    found += [*stale.changes, *_gone(golden), *_unmeasured(now, asked)]
     found += _facts(golden, now, asked, stale) if now.complete else ()
     found += _methods(golden, now, asked, stale)
     order = list(Status)
     changes = sorted(filter(None, found), key=lambda each: (order.index(each.status), -each.size))
     return Comparison(tuple(changes), len(found))
+
+
+def _gone(golden: Measured) -> Iterator[Change]:
+    """The splits that golden facts speak of and golden rows lack."""
+    there = {place.split for place in store.find_results(golden.rows)}
+    for split, told in golden.under("cases").items():
+        if split not in there and told.split()[0] != "0":
+            why = "the golden rows of this split are gone; restore them"
+            yield Change(Status.UNMEASURED, "golden rows", where=split, why=why)
+
+
+def _unmeasured(now: Measured, asked: Criteria) -> Iterator[Change]:
+    """The values asked for that nothing has that was measured."""
+    parts = (parsed(name) for name in now.facts)
+    there = {value for part, _, value in parts if part not in PROTOCOL}
+    for place in store.find_results(now.rows):
+        there |= store.read_header(place.header).values.keys()
+    for value in sorted(set(asked.values) - there):
+        why = "not measured of methods; without --method it is, on frozen motions"
+        yield Change(Status.UNMEASURED, value=value, why=why)
 
 
 # ------------------------------------------------------------------------------------------ protocols
@@ -150,8 +170,6 @@ class Stale:
         for kind in PROTOCOL:
             before, after = golden.under(kind), now.under(kind)
             moved[kind] = {name for name, text in after.items() if before.get(name) != text}
-            if kind == "cases":  # of whole splits, whichever methods are measured
-                moved[kind] |= before.keys() - after.keys()
         other_data = bool(moved["dataset"])
         metric_of = {name: text.partition(":")[0] for name, text in now.under("value").items()}
         values = {name for name, metric in metric_of.items() if metric in moved["metric"]} | moved["value"]
@@ -280,7 +298,8 @@ def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> 
         for split, new in new_rows.items():
             old = old_rows.get(split)
             if old is None or before[split].cases != after[split].cases:
-                yield Change(Status.INCOMPARABLE, label, where=split, why="other cases were asked")
+                why = "there is no golden row yet" if old is None else "other cases were asked"
+                yield Change(Status.INCOMPARABLE, label, where=split, why=why)
                 continue
             pair = _Pair(after[split], old, new)
             yield _answered(pair)
