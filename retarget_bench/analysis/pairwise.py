@@ -185,7 +185,7 @@ def _difference(pair: _Pair, adjusted: float) -> Difference:
         won=(higher, lower) if pair.facts.better in ("higher", "none") else (lower, higher),
         interval=statistics.paired_intervals(apart[None])[0],
         p=float(statistics.sign_flip(apart[None])[0]),
-        adjusted=adjusted,
+        adjusted=1.0 if abs(apart.mean()) <= least else adjusted,
         cases=pair.cases,
         clips=len(apart),
         withheld=pair.withheld,

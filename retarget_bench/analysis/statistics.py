@@ -144,7 +144,7 @@ def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.nda
     Returns its index, and p-values ``(methods,)`` of the differences from the best, 1 for the best itself,
     adjusted as in ``step_down``. The family is all pairs of the methods that are not told from the best
     before (those whose statistic is farther from 0), not only their pairs with the best: which one is best
-    was read off the same numbers. Rows of which no clip differs by more than ``tolerance`` do not differ.
+    was read off the same numbers. p is 1 where means differ by no more than ``tolerance``.
     """
     best = int(np.argmin(means.mean(axis=1)))
     order = np.argsort(-_statistic(differences(means, means[best], tolerance)), kind="stable")
@@ -160,6 +160,8 @@ def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.nda
         p[order] = np.maximum.accumulate(p[order])
         if not _close(p[order]).any():
             break
+    averages = means.mean(axis=1)
+    p[averages - averages[best] <= tolerance] = 1.0
     return best, p
 
 
