@@ -32,7 +32,7 @@ class LinearJoints(completion.Completer):
             version="1",
             accepts=("motion", "positions"),
             uses=("training",),
-            tasks=("upsample",),
+            tasks=("joint-completion",),
             parameters={
                 "ridge": "penalty of the regression, as a share of the mean variance of a coordinate",
                 "poses": "how many training poses it is fitted on",

@@ -34,7 +34,7 @@ class NearestPose(completion.Completer):
             version="1",
             accepts=("motion", "positions"),
             uses=("training",),
-            tasks=("upsample",),
+            tasks=("joint-completion",),
             parameters={
                 "neighbours": "how many training poses are averaged",
                 "poses": "how many training poses there are to choose from",

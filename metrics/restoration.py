@@ -53,7 +53,7 @@ class Restoration:
                 "restored_cm over the joints that the source does not have; left out where it has all",
             ),
         ),
-        tasks=("reconstruct", "denoise", "upsample"),
+        tasks=("reconstruct", "denoise", "joint-completion"),
     )
 
     def compute(self, comparison: Comparison) -> Mapping[str, float]:

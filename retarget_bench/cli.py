@@ -16,9 +16,7 @@ from retarget_bench.errors import BenchError
 
 COMMANDS = {
     "run": ("run", "Predict, score and show the table. Start here."),
-    "predict": ("run.predict", "First stage only: write a method's predictions."),
-    "score": ("run.score", "Second stage only: score predictions, also a folder made elsewhere."),
-    "task": ("run.task", "Reconstruction, denoising and joint completion, on any data set."),
+    "score": ("run.score", "Score a folder of predictions that another program made."),
     "work": ("work", "Carry out shards of a run with --executor, by hand or by a scheduler."),
     "table": ("table", "Show the results that exist."),
     "compare": ("compare", "Compare two methods, or two versions of one: differences and p-values."),
@@ -56,7 +54,7 @@ COMMANDS = {
 }
 """Command -> its module in ``commands`` (and its name there, if not ``command``), and its help line."""
 
-CONTINUED = ("run", "task", "predict", "score", "data", "work", "retarget")
+CONTINUED = ("run", "score", "data", "work", "retarget")
 """Commands that keep what they finished and continue from there."""
 
 

@@ -9,7 +9,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import FLAT, Ground
 from retarget_bench.motion.motion import Motion, Prediction, Source
 
-TASKS = ("retarget", "reconstruct", "denoise", "upsample", "points")
+TASKS = ("retarget", "reconstruct", "denoise", "joint-completion", "points")
 """All but the first are derived from any data set's own motion (``retarget_bench/evaluation/tasks``)."""
 PAIRED = ("retarget", "points")
 """Those of pairs of bodies, in all splits of a data set."""

@@ -15,6 +15,7 @@ from retarget_bench import defaults
 from retarget_bench.commands import options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.python.plans import dataset_spec
 from retarget_bench.python.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -50,7 +51,6 @@ _TOLERANCE = re.compile(r"(?:(?P<name>[^=]+)=)?(?P<number>\d+\.?\d*|\.\d+)\s*(?P
 )
 @click.option("-d", "--dataset", metavar="DATASET", help="[default: that of the golden rows]")
 @options.root_option
-@options.plugin_option
 @click.option("--accept", is_flag=True, help="Make what is measured now the golden rows.")
 @click.option("--because", metavar="TEXT", help="With --accept: why numbers may move; it is logged.")
 @click.option(
@@ -85,7 +85,7 @@ def command(
     folder = baseline or golden.built_in()
     if root is not None and dataset is None:
         dataset = golden.read(folder).facts["dataset/spec"] if golden.exists(folder) else defaults.DATASET
-    spec = None if dataset is None else options.dataset_spec(dataset, root)
+    spec = None if dataset is None else dataset_spec(dataset, root)
     with TemporaryDirectory(prefix="bench-check-") as scratch:
         try:
             with progress_bar("bench check", "items") as progress:

@@ -10,6 +10,7 @@ from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.plans import dataset_spec
 from retarget_bench.python.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -37,7 +38,6 @@ def data() -> None:
     help="How motions are written.",
 )
 @options.root_option
-@options.plugin_option
 def export_data(dataset: str, folder: Path, form: str, root: str | None) -> None:
     """Write a whole data set, references, labels and training clips included, as files.
 
@@ -47,7 +47,7 @@ def export_data(dataset: str, folder: Path, form: str, root: str | None) -> None
     """
     from retarget_bench.exchange import dataset_export
 
-    spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
+    spec = registry.canonical("datasets", dataset_spec(dataset, root))
     with progress_bar("bench data export", "clips") as progress:
         data = registry.create("datasets", spec)
         for done, total in dataset_export.export(data, str(spec), folder, form):
@@ -61,7 +61,6 @@ def export_data(dataset: str, folder: Path, form: str, root: str | None) -> None
 @dataset_argument
 @options.root_option
 @options.jobs_option
-@options.plugin_option
 def prepare_data(dataset: str, root: str | None, jobs: int) -> None:
     """Make the training motion and training pairs of a data set and keep them in the cache folder.
 
@@ -75,7 +74,7 @@ def prepare_data(dataset: str, root: str | None, jobs: int) -> None:
     from retarget_bench.motion.bvh.catalogue import some
     from retarget_bench.training.prepare import prepare
 
-    spec, total = registry.canonical("datasets", options.dataset_spec(dataset, root)), 0
+    spec, total = registry.canonical("datasets", dataset_spec(dataset, root)), 0
     unusable: list[str] = []
     with progress_bar("bench data prepare", "items") as progress:
         for done, total in prepare(spec, jobs, unusable):
@@ -90,7 +89,6 @@ def prepare_data(dataset: str, root: str | None, jobs: int) -> None:
 @click.argument("folder", metavar="DIR", type=options.FOLDER)
 @options.root_option
 @options.split_option
-@options.plugin_option
 def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...]) -> None:
     """Write a data set's sources and target characters as BVH and NumPy files, without any reference.
 
@@ -102,7 +100,7 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     from retarget_bench.api.datasets import chosen_splits
     from retarget_bench.exchange.case_export import export
 
-    spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
+    spec = registry.canonical("datasets", dataset_spec(dataset, root))
     source = registry.create("datasets", spec)
     infos = [info for split in chosen_splits(source, splits) for info in source.cases("retarget", split)]
     # where the files lie here says nothing to whoever reads the manifest
@@ -147,7 +145,6 @@ def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...])
     help="With --board: the page, or a .md, .tex or .csv file.",
 )
 @options.root_option
-@options.plugin_option
 def submit(
     folder: Path,
     make: str | None,

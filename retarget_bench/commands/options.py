@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import shutil
 from collections.abc import Callable, Sequence
@@ -10,13 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import click
-from click.shell_completion import CompletionItem
 
 from retarget_bench import defaults, files
+from retarget_bench.api import TASKS
+from retarget_bench.commands.declared import plugin_names
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
     from retarget_bench.results.store import ResultPaths
@@ -38,77 +36,13 @@ def together(*options: Decorator) -> Decorator:
     return add
 
 
-def plugin_names(
-    *kinds: registry.Kind,
-) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
-    """Shell completion by names of plug-ins, none imported; post-processors after a ``+``."""
-
-    def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        del ctx, param
-        before, plus, begun = incomplete.rpartition("+")
-        found: tuple[registry.Kind, ...] = ("posts",) if plus else kinds
-        entries = [entry for kind in found for entry in registry.names(kind)]
-        fitting = [entry for entry in entries if entry.name.startswith(begun)]
-        return [CompletionItem(before + plus + e.name, help=e.summary) for e in fitting]
-
-    return complete
-
-
 SEED = click.IntRange(0, 2**63 - 1)
 """The range of seeds that torch accepts."""
-
-TASKS = {
-    "retarget": "retarget",
-    "reconstruct": "reconstruct",
-    "denoise": "denoise",
-    "joint-completion": "upsample",
-    "points": "points",
-}
-"""Name of a task on the command line -> its id, which results are stored under."""
-
-
-class TaskChoice(click.Choice[str]):
-    """A task by its name; its id, and ``_`` in place of ``-``, are accepted too. Gives the id."""
-
-    def __init__(self) -> None:
-        super().__init__(list(TASKS))
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        if value in TASKS.values():
-            return str(value)
-        return TASKS[super().convert(value.replace("_", "-"), param, ctx)]
-
-
-RUN_TASKS = ("retarget", "points")
-"""Tasks of ``bench run``; the others are those of ``bench task``."""
 
 
 def maker(task: str) -> str:
     """The command that makes results of a task."""
-    if task == RUN_TASKS[0]:
-        return "bench run"
-    return f"bench run --task {task}" if task in RUN_TASKS else f"bench task {task_name(task)}"
-
-
-def task_name(task: str) -> str:
-    """The name of a task on the command line."""
-    return next(name for name, id_ in TASKS.items() if id_ == task)
-
-
-def dataset_spec(dataset: str, root: str | Path | None = None) -> Spec:
-    """The data set that ``-d`` and ``--root`` name together; ``--root`` wins."""
-    spec = Spec.parse(dataset)
-    return spec if root is None else spec.with_parameters(root=str(root))
-
-
-def _add_plugins(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
-    del ctx, param
-    if paths:
-        from retarget_bench.plugins.trial import try_import
-    for path in paths:
-        try_import(path)
-        registry.add_file(path)
-    return paths
+    return "bench run" if task == TASKS[0] else f"bench run --task {task}"
 
 
 def split_names(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
@@ -122,17 +56,6 @@ def _job_count(ctx: click.Context, param: click.Parameter, given: int | None) ->
     return given or defaults.jobs()
 
 
-plugin_option = click.option(
-    "--plugin",
-    "plugins",
-    multiple=True,
-    metavar="FILE",
-    is_eager=True,
-    expose_value=False,
-    callback=_add_plugins,
-    type=click.Path(),
-    help="Also load the method, metric, data set or post-processor in this Python file.",
-)
 dataset_option = click.option(
     "-d",
     "--dataset",
@@ -155,14 +78,6 @@ split_option = click.option(
     help="A split of the data set, such as cross (bench info DATASET lists them); may be repeated. "
     "[default: all]",
 )
-out_option = click.option(
-    "--out",
-    metavar="DIR",
-    default=defaults.OUT,
-    show_default=True,
-    type=FOLDER,
-    help="The folder of results.",
-)
 jobs_option = click.option(
     "-j",
     "--jobs",
@@ -178,55 +93,6 @@ seed_option = click.option(
     show_default=True,
     metavar="N",
     help="Base seed, from which the seed of every case is derived.",
-)
-seeds_option = click.option(
-    "--seeds",
-    type=click.IntRange(min=1),
-    default=1,
-    show_default=True,
-    metavar="N",
-    help="Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
-)
-
-
-class _Limit(click.FloatRange):
-    """A range that has no place for what is no number."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        found: float = super().convert(value, param, ctx)
-        if math.isnan(found):
-            self.fail(f"{value} is no number", param, ctx)
-        return found
-
-
-limit_options = together(
-    click.option(
-        "--timeout",
-        type=_Limit(min=0, min_open=True, max=1e9, max_open=True),
-        metavar="SECONDS",
-        help="A method that has not answered a case by then has failed on it. [default: a minute, and a "
-        "second for each frame]",
-    ),
-    click.option(
-        "--memory",
-        type=_Limit(min=0, min_open=True, max=1e9, max_open=True),
-        metavar="GB",
-        help="A method that takes more while it answers a case has failed on it. [default: no limit]",
-    ),
-    click.option(
-        "--isolate",
-        metavar="COMMAND",
-        help="Start methods under this command: bwrap, so that they can write to no file of yours and see "
-        "no other process, or any other prefix.",
-    ),
-)
-executor_option = click.option(
-    "--executor",
-    default="local",
-    show_default=True,
-    metavar="NAME",
-    help="Where cases are computed: local, ray, slurm or hand, with options in brackets: "
-    "'slurm[partition=cpu,cpus=4]'.",
 )
 roots_argument = click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=PATH)
 only_dataset_option = click.option(

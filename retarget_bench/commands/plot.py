@@ -14,6 +14,7 @@ from retarget_bench.commands import motion_files, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
+from retarget_bench.python.plans import dataset_spec
 
 if TYPE_CHECKING:
     from retarget_bench.figures.data.model import Figure
@@ -315,7 +316,6 @@ COMMANDS = (
 @options.root_option
 @click.option("--at", metavar="SECONDS,...", help="When to show the body. [default: five times]")
 @motion_files.reading_options()
-@options.plugin_option
 def attention(
     method: str,
     output: Path,
@@ -340,14 +340,13 @@ def attention(
     times = _times(at)
     from retarget_bench.evaluation import attention as asking
     from retarget_bench.figures.plotting import attention as picture
-    from retarget_bench.plugins.spec import Spec
 
-    spec = Spec.parse(method).alone
+    spec = named.parse(method).alone
     looked = registry.create("methods", spec)
     if source is not None:
         motion, title = motion_files.imported(source, reading).motion, source.name
     else:
-        motion, title = _of_case(options.dataset_spec(dataset, root), str(case_id)), str(case_id)
+        motion, title = _of_case(dataset_spec(dataset, root), str(case_id)), str(case_id)
     found = asking.ask(looked, motion, spec.name)
     frames = asking.frames_at(times, motion)
     if numbers:

@@ -15,6 +15,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.plugins import parameters, registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.plans import dataset_spec
 
 ANY_PLUGIN = options.plugin_names(*registry.KINDS)
 TITLES = {
@@ -47,7 +48,6 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 @click.argument(
     "kinds", nargs=-1, type=click.Choice(registry.KINDS), metavar=f"[{'|'.join(registry.KINDS)}]..."
 )
-@options.plugin_option
 def list_plugins(kinds: tuple[registry.Kind, ...]) -> None:
     """List methods, metrics, data sets and post-processors: built in, installed, or of --plugin."""
     for kind in kinds or registry.KINDS:
@@ -74,7 +74,6 @@ def section(kind: registry.Kind) -> str:
     "name", required=False, metavar="[NAME]", shell_complete=options.plugin_names(*registry.KINDS)
 )
 @click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
-@options.plugin_option
 def info(name: str | None, protocols: bool) -> None:
     """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
 
@@ -104,7 +103,7 @@ def _described(name: str) -> list[list[str]]:
 
     text, known = registry.spelled(name), names.installed()
     try:
-        spec = Spec.parse(text)
+        spec = named.parse(text)
         kinds = registry.kinds_of(spec.name)
     except BenchError:
         if not (found := names.candidates(name, known)):
@@ -355,19 +354,18 @@ def _write_all(texts: dict[Path, str]) -> None:
     help=f"Try a method or metric on this data set. [default: {defaults.DATASET}]",
 )
 @options.root_option
-@options.plugin_option
 def test(name: str, dataset: str | None, root: str | None) -> int:
     """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
 
     NAME is a method, metric, data set or post-processor, with parameters in brackets if needed. METHOD+POST
     is checked as a method.
     """
-    spec = Spec.parse(name)
-    data = options.dataset_spec(dataset or defaults.DATASET, root if dataset else None)
+    spec = named.parse(name)
+    data = dataset_spec(dataset or defaults.DATASET, root if dataset else None)
     failed = 0
     kinds: list[registry.Kind] = ["methods"] if spec.posts else registry.kinds_of(spec.name)
     for kind in kinds:
-        failed += _tested(kind, options.dataset_spec(name, root) if kind == "datasets" else spec, data)
+        failed += _tested(kind, dataset_spec(name, root) if kind == "datasets" else spec, data)
     return int(failed > 0)
 
 

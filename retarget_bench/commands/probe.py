@@ -13,6 +13,7 @@ from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.plans import dataset_spec
 
 if TYPE_CHECKING:
     from retarget_bench.api import CaseInfo, Dataset
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 @click.option("--only", metavar="ID,ID", default="", help="Only these probes.")
 @click.option("--strict", is_flag=True, help="Exit 1 if a probe fails.")
 @options.out_option
-@options.plugin_option
 def command(
     methods: tuple[str, ...],
     dataset: str,
@@ -56,14 +56,14 @@ def command(
     if unknown := [name for name in options.ids(only) if name not in known]:
         raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(known)}")
     probes = [known[name] for name in options.ids(only)] or list(PROBES)
-    specs = [registry.canonical("methods", Spec.parse(name)) for name in methods]
+    specs = [registry.canonical("methods", named.parse(name)) for name in methods]
     data = None
     if source and target:
         subjects, groups = _of_files(source, target)
     elif source or target:
         raise BenchError("give both --source and --target, or neither of them")
     else:
-        data = registry.canonical("datasets", options.dataset_spec(dataset, root))
+        data = registry.canonical("datasets", dataset_spec(dataset, root))
         subjects, groups = _of_dataset(data, splits, cases)
     from tqdm import tqdm
 

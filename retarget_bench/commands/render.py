@@ -14,6 +14,7 @@ from retarget_bench import defaults
 from retarget_bench.commands import options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
+from retarget_bench.python.plans import dataset_spec
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -57,7 +58,6 @@ SOURCE_OPTIONS = options.together(
         type=click.Choice(["source", "reference"]),
         help="Leave the source or the reference out.",
     ),
-    options.plugin_option,
 )
 """Options that choose results and methods: the arguments of ``scene_of``."""
 
@@ -268,17 +268,16 @@ def _asked(
     """A case of a data set with what methods answer now."""
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins import bound
-    from retarget_bench.plugins.spec import Spec
     from retarget_bench.viewer import results_library, scene_builder
 
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
-    spec = options.dataset_spec(dataset or defaults.DATASET, root)
-    asked = Spec.parse(task)
+    spec = dataset_spec(dataset or defaults.DATASET, root)
+    asked = named.parse(task)
     data = plan.data_of(bound.dataset(spec), str(asked))
     ids = [info.id for split in data.card.splits for info in data.cases(asked.name, split)]
     return scene_builder.of_case_asked(
-        spec, None, results_library.matching(ids, name), [Spec.parse(m) for m in methods], task=task
+        spec, None, results_library.matching(ids, name), [named.parse(m) for m in methods], task=task
     )
 
 

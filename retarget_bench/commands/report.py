@@ -39,7 +39,6 @@ from retarget_bench.commands.terminal import echo
 @options.only_dataset_option
 @click.option("--task", type=options.TaskChoice(), help="Only results of this task.")
 @options.root_option
-@options.plugin_option
 def command(
     roots: tuple[Path, ...],
     output: Path,

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 @retarget_options.folder_options
 @retarget_options.look_options
 @options.seed_option
-@options.plugin_option
 @retarget_options.quiet_option
 def command(
     sources: tuple[Path, ...],

@@ -16,6 +16,7 @@ from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.python.plans import dataset_spec
 
 if TYPE_CHECKING:
     from retarget_bench.training.checkpoint import Checkpoint
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
 @click.option("--resume", is_flag=True, help="Continue the run in DIR from its last checkpoint.")
 @click.option("--init", metavar="WEIGHTS", help="Initial weights: shipped ones, a card, or a run.")
 @options.jobs_option
-@options.plugin_option
 def command(
     method: str | None, datasets: tuple[str, ...], root: str | None, resume: bool, **given: Any
 ) -> int:
@@ -78,7 +78,7 @@ def command(
     from retarget_bench.training import parallel
     from retarget_bench.training.train import TrainingOptions, train
 
-    spec = Spec.parse(method) if method else None
+    spec = named.parse(method) if method else None
     asked = TrainingOptions(method=spec, dataset=_data(datasets, root), resume=resume, **given)
     with closing(ConsoleReporter()) as reporter:
         try:
@@ -103,9 +103,9 @@ def _data(datasets: tuple[str, ...], root: str | None) -> Spec | None:
         if root is not None:
             raise click.UsageError("--root says where a data set lies; say by -d which one")
         return None
-    spec = joint_spec([Spec.parse(each) for each in datasets])
+    spec = joint_spec([named.parse(each) for each in datasets])
     if not spec.posts:
-        return options.dataset_spec(str(spec), root)
+        return dataset_spec(str(spec), root)
     if root is not None:
         raise click.UsageError(
             "--root is of one data set; with several, each says where it lies: -d 'NAME[root=DIR]'"
@@ -214,8 +214,8 @@ def _ending(done: TrainingResult) -> str:
     from retarget_bench.training.joint_datasets import tested
     from retarget_bench.training.request import without_places
 
-    method = Spec.parse(done.asked.method).with_parameters(weights=str(done.folder))
-    data = tested(Spec.parse(done.asked.dataset))
+    method = named.parse(done.asked.method).with_parameters(weights=str(done.folder))
+    data = tested(named.parse(done.asked.dataset))
     root = data.parameters.get("root") if data else None
     where = f" --root {shlex.quote(str(root))}" if root else ""
     on = f"'{without_places(str(data))}'{where}" if data else "DATASET"
@@ -266,7 +266,6 @@ def _plugins() -> str:
 @options.format_option(*FORMATS)
 @options.output_option
 @options.jobs_option
-@options.plugin_option
 def ablate(
     method: str,
     table: str,
@@ -292,14 +291,13 @@ def ablate(
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
     from retarget_bench.plugins import registry
-    from retarget_bench.plugins.spec import Spec
     from retarget_bench.python import ablations
     from retarget_bench.tables.rendering import WITH_INTERVALS
     from retarget_bench.training.train import TrainingOptions
 
-    spec = Spec.parse(method)
-    data = registry.canonical("datasets", options.dataset_spec(dataset, root))
-    tested = Spec.parse(test) if test else data
+    spec = named.parse(method)
+    data = registry.canonical("datasets", dataset_spec(dataset, root))
+    tested = named.parse(test) if test else data
     ablation = ablations.find(spec, table)
     ablations.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this

@@ -9,6 +9,7 @@ import click
 from retarget_bench.commands import options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.plugins import bound
+from retarget_bench.python.plans import dataset_spec
 from retarget_bench.python.progress import progress_bar
 
 
@@ -36,7 +37,6 @@ from retarget_bench.python.progress import progress_bar
 )
 @options.root_option
 @options.jobs_option
-@options.plugin_option
 def command(
     dataset: str,
     structures: tuple[str, ...],
@@ -59,7 +59,7 @@ def command(
     from retarget_bench.training.features import network
     from retarget_bench.training.features.train import CONFIG_OF_TWO_LEGS, FeatureTrainingConfig, train
 
-    spec = options.dataset_spec(dataset, root)
+    spec = dataset_spec(dataset, root)
     data, folder = bound.dataset(spec).built, out or network.own_folder()
     for source in material.sources(data, structures):
         config = CONFIG_OF_TWO_LEGS if source.structure == TWO_LEGS else FeatureTrainingConfig()

@@ -29,7 +29,6 @@ PORT = 8080
     "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0: any that is free."
 )
 @click.option("--no-open", is_flag=True, help="Do not open the browser, only say where to look.")
-@options.plugin_option
 def command(
     sources: tuple[str, ...],
     results: tuple[Path, ...],

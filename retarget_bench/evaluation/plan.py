@@ -4,10 +4,11 @@ import shlex
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any, Literal
 
+from retarget_bench import defaults
 from retarget_bench.api import CaseInfo, Dataset, SetMetric, optional
 from retarget_bench.api.datasets import chosen_splits
 from retarget_bench.errors import BenchError
@@ -20,58 +21,106 @@ from retarget_bench.evaluation.score import BASE
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import facts_digest
 from retarget_bench.motion.character import Character
+from retarget_bench.options import check, option
 from retarget_bench.plugins import assets, bound, registry
 from retarget_bench.plugins.bound import BoundDataset, BoundMethod, BoundMetrics
 from retarget_bench.plugins.code_hash import folder_hash
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
-Redo = Literal["never", "missing", "failed", "always"]
+Overwrite = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
 
-MOST = 1e9
-"""No limit in seconds or gigabytes is as large."""
 OWN_CASES = (RETARGET, "probe")
 """Tasks whose cases are the data set's own."""
 
 
 @dataclass(frozen=True)
-class Plan:
+class Settings:
+    """How a run is carried out. Raises BenchError for values that it cannot have."""
+
+    task: str = option(
+        RETARGET,
+        "What is asked: retarget, points (the source is known by points on its surface alone), reconstruct, "
+        "denoise or joint-completion; levels and the number of motions in brackets: 'denoise[levels=\"0,5\"]'.",
+    )
+    limit: int | None = option(None, "Only N clips of each split, evenly spread.", at_least=1, metavar="N")
+    overwrite: Overwrite = option(
+        "missing",
+        "Results to compute. never: none; missing: missing and outdated ones; failed: these and failed ones; "
+        "always: all.",
+    )
+    out: Path = option(
+        partial(Path, defaults.OUT), "The folder of results.", shown=defaults.OUT, letter="o", metavar="DIR"
+    )
+    jobs: int = option(
+        defaults.jobs,
+        "Number of processes.",
+        shown=f"one per core, at most {defaults.MOST_JOBS}",
+        letter="j",
+        at_least=1,
+        metavar="N",
+    )
+    executor: str = option(
+        "local",
+        "Where cases are computed: local, ray, slurm or hand, with options in brackets: "
+        "'slurm[partition=cpu,cpus=4]'.",
+        metavar="NAME",
+    )
+    seed: int = option(
+        0, "Base seed, from which the seed of every case is derived.", at_least=0, metavar="N"
+    )
+    seeds: int = option(
+        1,
+        "Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
+        at_least=1,
+        metavar="N",
+    )
+    timeout: float | None = option(
+        None,
+        "A method that has not answered a case by then has failed on it.",
+        shown="a minute, and a second for each frame",
+        above=0,
+        below=1e9,
+        metavar="SECONDS",
+    )
+    memory: float | None = option(
+        None,
+        "A method that takes more while it answers a case has failed on it.",
+        shown="no limit",
+        above=0,
+        below=1e9,
+        metavar="GB",
+    )
+    isolate: str = option(
+        "",
+        "Start methods under this command: bwrap, so that they can write to no file of yours and see no other "
+        "process, or any other prefix.",
+        metavar="COMMAND",
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True)
+class Plan(Settings):
     """A request. Plain data throughout: it travels to worker processes.
 
     splits:   of the data sets; none: all that they have.
-    task:     ``retarget``, or a derived one with its parameters (``denoise[levels=5]``).
-    stage:    predict only, score only, or both.
-    redo:     never: compute nothing; missing: what is missing or was made by other code, data or
-              parameters; failed: also what failed; always: everything.
-    external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
-    seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
-    timeout:  seconds in which a method answers a case; 0: a minute, and a second for each frame.
-    memory:   gigabytes that a method may take; 0: as the machine has.
-    isolate:  a command that methods are started under, see ``prediction/limits.py``; "": none.
     clips:    patterns of the clips that are asked for, see ``clips.py``; none: all.
-    limit:    at most so many clips of each split are asked for; 0: all.
-    executor: where the missing cases are computed: ``local``, or one of ``evaluation/executors``.
+    stage:    predict only, score only, or both.
+    external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
     """
 
     methods: tuple[Spec, ...]
     datasets: tuple[Spec, ...]
     splits: tuple[str, ...] = ()
     metrics: tuple[str, ...] = ()
-    task: str = RETARGET
-    root: Path = Path("runs")
-    seed: int = 0
-    seeds: int = 1
-    jobs: int = 1
-    stage: Stage = "run"
-    redo: Redo = "missing"
-    external: Path | None = None
-    timeout: float = 0.0
-    memory: float = 0.0
-    isolate: str = ""
     clips: tuple[str, ...] = ()
-    limit: int = 0
-    executor: str = "local"
+    jobs: int = field(default=1, kw_only=True)
+    stage: Stage = "run"
+    external: Path | None = None
     plugin_files: tuple[tuple[str, registry.Kind], ...] = field(default_factory=registry.files)
 
 
@@ -125,7 +174,7 @@ class EvaluationUnit:
     @cached_property
     def asked(self) -> Sequence[CaseInfo]:
         """The cases of the clips that the plan asks for."""
-        limits = self.plan.clips, self.plan.limit
+        limits = self.plan.clips, self.plan.limit or 0
         return clips.chosen(self.infos, *limits) if any(limits) else self.infos
 
     @cached_property
@@ -142,7 +191,7 @@ class EvaluationUnit:
     def paths(self) -> store.ResultPaths:
         name = self.known_as.slug + (f".seed-{self.seed_number}" if self.seed_number else "")
         task = Spec.parse(self.plan.task).slug
-        return store.ResultPaths(self.plan.root, self.dataset.slug, task, self.split, name)
+        return store.ResultPaths(self.plan.out, self.dataset.slug, task, self.split, name)
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:

@@ -36,15 +36,15 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
     some clips leaves results that are not complete. Raises BenchError where another run is writing to
     the same folder.
     """
-    busy = f"another run is writing to {plan.root}; wait until it has ended, or give another folder"
+    busy = f"another run is writing to {plan.out}; wait until it has ended, or give another folder"
     with (
-        nullcontext() if plan.redo == "never" else locked(plan.root / LOCK, busy),
+        nullcontext() if plan.overwrite == "never" else locked(plan.out / LOCK, busy),
         Local(plan.jobs) as local,
     ):
         engine = executors.engine(plan.executor, local)
         wanted = _with_cases(plan, evaluation_units(plan))
         todo = [unit for unit in wanted if _lacks(unit)]
-        for unit in wanted if plan.redo != "never" else ():
+        for unit in wanted if plan.overwrite != "never" else ():
             if case_metadata.damaged(unit.paths):
                 case_metadata.write(unit.paths, unit.data, unit.infos)
             if unit not in todo:
@@ -54,7 +54,7 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
         if plan.stage != "predict":
             whole = {unit: found for unit, found in done.items() if len(found) == len(unit.infos)}
             _finish(plan, local, whole)
-            if timed and plan.redo != "never" and len(whole) == len(done):
+            if timed and plan.overwrite != "never" and len(whole) == len(done):
                 _time(plan, local)
     return [unit.paths for unit in wanted]
 
@@ -65,8 +65,8 @@ def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, 
     if plan.stage == "predict":
         return {unit: {} for unit in units}
     by_paths = {unit.paths: unit for unit in units}
-    if plan.redo != "never":
-        _take_over(plan.root, by_paths)
+    if plan.overwrite != "never":
+        _take_over(plan.out, by_paths)
     found = {unit: _journalled(unit) for unit in by_paths.values()}
     for unit in found:
         if not store.lists(unit.paths, unit.infos):
@@ -126,10 +126,10 @@ def _not_asked(unit: EvaluationUnit, done: Entries) -> Collection[str]:
 
 def _lacks(unit: EvaluationUnit) -> bool:
     """Whether anything of a unit is to be computed: it is not complete, or not up to date."""
-    redo = unit.plan.redo
-    if redo == "never":
+    overwrite = unit.plan.overwrite
+    if overwrite == "never":
         return False
-    if redo == "always" or unit.plan.stage == "predict":
+    if overwrite == "always" or unit.plan.stage == "predict":
         return True
     try:
         header = store.read_header(unit.paths.header)
@@ -138,7 +138,7 @@ def _lacks(unit: EvaluationUnit) -> bool:
         return True
     counts = header.counts
     complete = header.keys == unit.keys and counts.asked == len(unit.infos) and not counts.missing
-    again = redo == "failed" and (counts.failed + counts.invalid or header.faults)
+    again = overwrite == "failed" and (counts.failed + counts.invalid or header.faults)
     return not complete or bool(again)
 
 
@@ -157,7 +157,7 @@ def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
 
 def _journalled(unit: EvaluationUnit) -> Entries:
     """The entries that an interrupted run left, unless they are to be made anew."""
-    found = journal.open_journal(unit.paths, unit.keys, anew=unit.plan.redo != "missing")
+    found = journal.open_journal(unit.paths, unit.keys, anew=unit.plan.overwrite != "missing")
     sets = bool(unit.metrics.of_sets)
     return {
         case: entry

@@ -66,7 +66,7 @@ class ShardWork:
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
         self.metrics = bound.metrics(self.plan.metrics)
-        limits = Limits(self.plan.timeout, int(self.plan.memory * 2**30), self.plan.isolate)
+        limits = Limits(self.plan.timeout or 0.0, int((self.plan.memory or 0.0) * 2**30), self.plan.isolate)
         place = scratch / str(os.getpid())
         self.pool: WorkerPool = (
             before.pool if before else WorkerPool(place, scratch, self.plan.plugin_files, limits)
@@ -204,8 +204,12 @@ class ShardWork:
         """The outcome where the method need not or must not be asked; None where it is to be."""
         if self.plan.external is not None:
             return elsewhere(self.plan.external, case)
-        stored = None if self.plan.redo == "always" else _stored(paths, key, case)
-        retry = self.plan.redo == "failed" and stored is not None and stored.status in ("failed", "invalid")
+        stored = None if self.plan.overwrite == "always" else _stored(paths, key, case)
+        retry = (
+            self.plan.overwrite == "failed"
+            and stored is not None
+            and stored.status in ("failed", "invalid")
+        )
         if stored is not None and not retry:
             return stored
         return MISSING if self.plan.stage == "score" else None

@@ -168,7 +168,7 @@ class StoredPlan:
         cls, plan: Plan, units: Sequence[Unit], shards: Iterable[Sequence[Task]], **more: Any
     ) -> Self:
         """Store a plan; more: facts that those who carry it out need."""
-        stored = cls(plan.root / FOLDER / secrets.token_hex(6))
+        stored = cls(plan.out / FOLDER / secrets.token_hex(6))
         sizes = []
         for number, shard in enumerate(shards):
             _write(
@@ -264,7 +264,7 @@ class StoredPlan:
         typed |= {each: tuple(facts[each]) for each in ("splits", "metrics", "clips")}
         typed["plugin_files"] = tuple(map(tuple, facts["plugin_files"]))
         typed["external"] = Path(facts["external"]) if facts["external"] else None
-        return Plan(**{**facts, **typed, "root": self.root})
+        return Plan(**{**facts, **typed, "out": self.root})
 
 
 class PartWriter:
@@ -322,7 +322,7 @@ def taken_over(
 
 
 def _plan_facts(plan: Plan, data: Iterable[Spec]) -> dict[str, Any]:
-    left_out = ("root", "executor")
+    left_out = ("out", "executor")
     facts = {name: value for name, value in vars(plan).items() if name not in left_out}
     facts |= {"methods": list(map(str, plan.methods)), "datasets": list(map(str, data))}
     return facts | {"external": str(plan.external.resolve()) if plan.external else None}

@@ -66,7 +66,7 @@ def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
     """Places by task, retargeting first, and by what tables call the data set."""
     groups: dict[tuple[int, str, str], list[ResultPaths]] = {}
     for place, name in dataset_names.shown(dataset_names.headers(places)).items():
-        rank = TASKS.index(place.task.split("-")[0])
+        rank = TASKS.index(place.kind)
         groups.setdefault((rank, place.task, name), []).append(place)
     return [groups[key] for key in sorted(groups)]
 

@@ -104,7 +104,7 @@ def plan_of(
         splits=tuple(split for split in there if any(column.takes(split) for column in asked)),
         metrics=_metrics(ablation),
         task=TASK,
-        root=out,
+        out=out,
         jobs=jobs,
     )
 

@@ -1,28 +1,56 @@
-"""Arguments of the Python interface checked against their annotations: a wrong one is a sentence."""
+"""Arguments of the Python interface: those that are declared as options, and checks against annotations."""
 
 from __future__ import annotations
 
 import inspect
-import numbers
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable
 from functools import cache, wraps
-from types import SimpleNamespace, UnionType
-from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+from types import SimpleNamespace
+from typing import Any, Concatenate, ParamSpec, TypeVar, get_type_hints
 
 from retarget_bench.errors import BenchError
+from retarget_bench.options import declared, fits, shown, words
 
 P = ParamSpec("P")
+O = TypeVar("O")  # noqa: E741
+S = TypeVar("S")
 T = TypeVar("T")
-NUMBERS: dict[Any, type] = {int: numbers.Integral, float: numbers.Real}
-WORDS = {
-    "str": "text",
-    "PathLike": "a path",
-    "int": "a whole number",
-    "float": "a number",
-    "NoneType": "None",
-    "ModuleType": "a module",
-    "Callable": "a class or function",
-}
+
+
+def takes(options: Callable[P, O]) -> Callable[[Callable[[O], T]], Callable[P, T]]:
+    """Make a function of an object of options one of these options, by their names and with their help."""
+
+    def with_arguments(function: Callable[[O], T]) -> Callable[P, T]:
+        @wraps(function)
+        def call(*given: P.args, **named: P.kwargs) -> T:
+            return function(options(*given, **named))
+
+        return _documented(call, options, 0)
+
+    return with_arguments
+
+
+def takes_after(options: Callable[P, O]) -> Callable[[Callable[[S, O], T]], Callable[Concatenate[S, P], T]]:
+    """``takes`` for a method, or a function whose first argument is none of the options."""
+
+    def with_arguments(function: Callable[[S, O], T]) -> Callable[Concatenate[S, P], T]:
+        @wraps(function)
+        def call(first: S, /, *given: P.args, **named: P.kwargs) -> T:
+            return function(first, options(*given, **named))
+
+        return _documented(call, options, 1)
+
+    return with_arguments
+
+
+def _documented(call: Any, options: Any, before: int) -> Any:
+    """The function with the options' signature, and their help below its own text."""
+    mine = list(inspect.signature(inspect.unwrap(call)).parameters.values())[:before]
+    theirs = inspect.signature(options).parameters.values()
+    call.__signature__ = inspect.Signature([*mine, *theirs])
+    lines = [f"{name}: {each.option.help}" for name, each in declared(options).items()]
+    call.__doc__ = "\n\n".join([inspect.cleandoc(call.__doc__ or ""), "Options\n-------", *lines])
+    return call
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
@@ -46,8 +74,8 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
             for each in value if several else (value,):
                 if not fits(each, known[name]):
                     raise BenchError(
-                        f"{function.__name__}: {name} is {_shown(each)}, of type {type(each).__name__}; "
-                        f"it takes {' or '.join(dict.fromkeys(_words(known[name])))}"
+                        f"{function.__name__}: {name} is {shown(each)}; "
+                        f"it takes {' or '.join(dict.fromkeys(words(known[name])))}"
                     )
         return function(*given, **named)
 
@@ -65,39 +93,3 @@ def _kinds(function: Callable[..., Any]) -> dict[str, Any]:
     }
     scope = inspect.unwrap(function).__globals__
     return get_type_hints(SimpleNamespace(__annotations__=named), scope)
-
-
-def fits(value: object, kind: Any) -> bool:
-    """True if a value is of an annotated type, sequences item by item."""
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin in (Union, UnionType):
-        return any(fits(value, each) for each in inner)
-    if origin is Sequence:
-        if not isinstance(value, Collection) or isinstance(value, str | bytes):
-            return False
-        return all(fits(each, inner[0]) for each in value)
-    if origin is Callable:
-        return callable(value)
-    if origin is Literal:
-        return value in inner
-    kind = NUMBERS.get(kind, origin or kind)
-    return kind in (Any, bool) or isinstance(value, kind)
-
-
-def _words(kind: Any) -> list[str]:
-    """The types that an annotation allows, for people."""
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin in (Union, UnionType):
-        return [word for each in inner for word in _words(each)]
-    if origin is Literal:
-        return [repr(each) for each in inner]
-    if origin is Sequence:
-        each, *others = _words(inner[0])
-        return [f"a list of {'such' if others else each}"]
-    name = getattr(origin or kind, "__name__", str(kind))
-    return [WORDS.get(name, f"a {name}")]
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."

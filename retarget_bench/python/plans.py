@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
@@ -14,8 +15,10 @@ from retarget_bench import defaults
 from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.api.optional import method_card, metric_tasks
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.plan import Plan
-from retarget_bench.plugins import registry
+from retarget_bench.evaluation import clips, tasks
+from retarget_bench.evaluation.plan import Plan, Settings
+from retarget_bench.options import Names, listed, option
+from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.assets import asset_hashes
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
@@ -30,25 +33,87 @@ BY_DEFAULT = "default"
 """Stands for all metrics that take part in a task by default."""
 
 
-def make_plan(
-    methods: Sequence[Spec], datasets: Sequence[Spec], metrics: Sequence[str], tell: Tell, **others: Any
-) -> Plan:
-    """A plan. Without methods or metrics: those that take part in the task by default. The metric
-    ``default`` stands for all of these, beside which others may be named.
+@dataclass(frozen=True)
+class RunOptions(Settings):
+    """What is run, by names."""
+
+    methods: Named | Sequence[Named] = option(
+        (), "The methods; none: all that are untrained or come with weights.", kw_only=False
+    )
+    dataset: str = option(
+        defaults.DATASET,
+        "The data set, with its parameters in brackets.",
+        letter="d",
+        metavar="DATASET",
+        names=("datasets",),
+    )
+    root: str | PathLike[str] | None = option(
+        None, "Folder of the data: short for DATASET[root=DIR].", metavar="DIR"
+    )
+    splits: Names = option(
+        (),
+        "Splits of the data set, such as cross (bench info DATASET lists them).",
+        shown="all",
+        letter="s",
+        metavar="SPLIT",
+    )
+    metrics: Names = option(
+        (),
+        "Metrics to compute, by name or by a value of theirs (MPJPE), or `default`: those of a plain run.",
+        shown="default",
+        metavar="METRIC",
+        names=("metrics",),
+    )
+    clips: Names = option(
+        (),
+        "Only clips of these names ('walk*,jump'). A later run without it does the rest.",
+        metavar="PATTERN",
+    )
+    timed: bool = option(True, "Measure the speed of methods, which takes a few seconds.", python=True)
+    progress: bool = option(True, "Show a progress bar.", python=True)
+
+
+def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
+    """The plan of what is asked for. Without methods or metrics: those that take part in the task by
+    default. The metric ``default`` stands for all of these, beside which others may be named.
 
     tell: is given a sentence for every broken plug-in that is left out. others: fields of the plan.
+    Raises BenchError for files that are no plug-ins, and for a list without methods.
     """
-    task = Spec.parse(others.get("task", TASKS[0])).name
+    task = tasks.canonical(Spec.parse(options.task))
+    methods = several(options.methods)
+    if not methods and options.methods != ():
+        raise BenchError(
+            "methods is empty, so that nothing is to be run; name some, or leave it out for all that are "
+            "untrained or come with weights"
+        )
     return Plan(
-        methods=tuple(methods) or default_methods(task, tell),
-        datasets=tuple(datasets),
-        metrics=_metrics(metrics, task, tell),
-        **others,
+        methods=tuple(map(method_spec, methods)) or default_methods(task.name, tell),
+        datasets=(dataset_spec(options.dataset, options.root),),
+        splits=listed(options.splits),
+        metrics=_metrics(listed(options.metrics), task.name, tell),
+        clips=clips.patterns([options.clips] if isinstance(options.clips, str) else options.clips),
+        **{each.name: getattr(options, each.name) for each in fields(Settings)}
+        | {"task": str(task)}
+        | others,
     )
 
 
+def dataset_spec(dataset: str, root: str | PathLike[str] | None = None) -> Spec:
+    """The data set that a name and a folder of its files mean together; the folder wins."""
+    spec = named.parse(dataset)
+    return spec if root is None else spec.with_parameters(root=str(root))
+
+
+def several(methods: Named | Sequence[Named]) -> Sequence[Named]:
+    """One method, or some, as a list."""
+    if isinstance(methods, str | PathLike | ModuleType) or callable(methods):
+        return [methods]
+    return methods
+
+
 def _metrics(asked: Sequence[str], task: str, tell: Tell) -> tuple[str, ...]:
-    others = metric_names([each for each in asked if each != BY_DEFAULT])
+    others = metric_names([named.with_names(each) for each in asked if each != BY_DEFAULT])
     usual = default_metrics(task, tell) if BY_DEFAULT in asked or not asked else ()
     return tuple(dict.fromkeys([*usual, *others]))
 
@@ -59,7 +124,7 @@ def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
     Tasks whose sources are positions or points leave out methods that do not accept them, and derived tasks
     of one body methods with privileged inputs.
     """
-    kind = {"denoise": "positions", "upsample": "positions", "points": "points"}.get(task, "motion")
+    kind = {"denoise": "positions", "joint-completion": "positions", "points": "points"}.get(task, "motion")
     specs = []
     for name, each in _working("methods", tell).items():
         card = method_card(each)
@@ -139,9 +204,9 @@ def method_spec(method: Named) -> Spec:
 
     Raises BenchError for what worker processes cannot find by a name or a file.
     """
-    if isinstance(method, str) and not method.endswith(".py"):
-        return Spec.parse(method)
-    if isinstance(method, str | PathLike):
+    if isinstance(method, str):
+        return named.parse(method)
+    if isinstance(method, PathLike):
         path = Path(method)
         try_import(path)
     else:  # imported already

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import shlex
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -21,7 +20,6 @@ from retarget_bench.analysis.breakdown import By
 from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies, of_splits
 from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.figures import method_order
 from retarget_bench.python.arguments import checked
 from retarget_bench.python.motions import Motion, with_rotations
@@ -329,12 +327,8 @@ class Results:
 
 def _maker(task: str, folder: Path) -> str:
     """What makes results of a task."""
-    if (kind := task.split("-")[0]) == PAIRED[1]:
-        return f"the command bench run --task {kind} --out {shlex.quote(str(folder))}"
-    if kind not in DERIVED:
-        return f"rb.run(..., out={str(folder)!r})"
-    name = "joint-completion" if kind == "upsample" else kind
-    return f"the command bench task {name} --out {shlex.quote(str(folder))}"
+    asked = "" if task == TASKS[0] else f"task={task!r}, "
+    return f"rb.run(..., {asked}out={str(folder)!r})"
 
 
 def _facts(matrix: ResultMatrix, name: str) -> np.ndarray:
@@ -349,7 +343,9 @@ def _check_replaceable(folder: Path, overwrite: bool) -> None:
     """Raises BenchError for a folder with anything but results in it, and for one with results unless these
     are to be overwritten."""
     inside = [each.relative_to(folder).parts for each in folder.rglob("*") if not each.is_dir()]
-    strange = [parts for parts in inside if len(parts) < 4 or parts[1].split("-")[0] not in TASKS]
+    strange = [
+        parts for parts in inside if len(parts) < 4 or re.sub(r"-[0-9a-f]{8}$", "", parts[1]) not in TASKS
+    ]
     if not folder.is_dir() or strange:
         raise BenchError(f"{folder} holds other files than results, and is not overwritten")
     if inside and not overwrite:

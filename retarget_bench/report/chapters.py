@@ -139,7 +139,7 @@ def chapters(
     Raises BenchError where a root has no results, and where nothing is left.
     """
     found = results(roots)
-    chosen = [place for place in found if task is None or place.task.split("-")[0] == task]
+    chosen = [place for place in found if task is None or place.kind == task]
     chosen = chosen if dataset is None else of_dataset(chosen, dataset)
     chosen = [place for place in chosen if not only or place in only]
     if not chosen:
@@ -178,7 +178,7 @@ def _chapters(
 
     name: what tables call the data set.
     """
-    retargeted = places[0].task.split("-")[0] in PAIRED
+    retargeted = places[0].kind in PAIRED
     found = [replace(each, dataset=name) for each in result_matrix.result_matrices(places)]
     selection = Selection(variants=variants or not retargeted, apart=retargeted)
     by_bodies: dict[str, list[ResultMatrix]] = {}
@@ -275,7 +275,7 @@ def _tables(
     places: Sequence[ResultPaths], sections: Sequence[SplitSummary], columns: Sequence[str]
 ) -> list[Table]:
     """The tables of one task on one data set. columns: those that it does not have are left out."""
-    task = places[0].task.split("-")[0]
+    task = places[0].kind
     there = set(builder.all_columns(sections))
     wanted = [column for column in columns if column in there]
     by: By | None = requested.TASK_BREAKDOWN[task] if task in DERIVED and task != "reconstruct" else None

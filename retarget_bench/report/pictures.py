@@ -62,9 +62,13 @@ def figures(chapter: Chapter, order: Sequence[str]) -> dict[str, list[Figure]]:
     matrices = [split.matrix for split in chapter.splits]
     main = chapter.splits[0].main.id
     alike = [split.matrix for split in chapter.splits if split.main.id == main]
-    if chapter.kind in ("denoise", "upsample"):
+    if chapter.kind in ("denoise", "joint-completion"):
         for matrix in matrices:
-            add(lines.denoise if chapter.kind == "denoise" else lines.upsample, matrix, _halves(chapter))
+            add(
+                lines.denoise if chapter.kind == "denoise" else lines.joint_completion,
+                matrix,
+                _halves(chapter),
+            )
     for make in (rows.clips, rows.kinds):
         for split in chapter.splits:
             add(make, [split.matrix], split.main.id)
@@ -139,7 +143,7 @@ READINGS = {
         "edge is far worse than doing nothing. Dashed lines are of structures that a method's training did "
         "not have.",
     ),
-    "upsample": (
+    "joint-completion": (
         "Error over the share of joints that was given",
         "Lower is better. What stands at the upper edge is far worse than most. Dashed lines are of "
         "structures that a method's training did not have.",

@@ -1,5 +1,6 @@
 """Where the results of one method on one split lie, and the result of one case."""
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -29,6 +30,11 @@ class ResultPaths:
     @property
     def folder(self) -> Path:
         return self.root / self.dataset / self.task / self.split
+
+    @property
+    def kind(self) -> str:
+        """The name of the task, without its parameters: see ``Spec.slug``."""
+        return re.sub(r"-[0-9a-f]{8}$", "", self.task)
 
     @property
     def rows(self) -> Path:

@@ -20,10 +20,14 @@ LAYOUTS: dict[str, builder.Layout] = {"html": "both", "csv": "splits", "json": "
 TASK_COLUMNS = {
     "reconstruct": ("restored_cm", "jerk_ratio"),
     "denoise": ("restored_cm", "jerk_ratio"),
-    "upsample": ("restored_cm", "restored_cm.missing"),
+    "joint-completion": ("restored_cm", "restored_cm.missing"),
 }
 """Derived task -> its default columns."""
-TASK_BREAKDOWN: dict[str, By] = {"reconstruct": "structure", "denoise": "level", "upsample": "level"}
+TASK_BREAKDOWN: dict[str, By] = {
+    "reconstruct": "structure",
+    "denoise": "level",
+    "joint-completion": "level",
+}
 """Derived task -> its default breakdown, since a mean over levels says little."""
 
 
@@ -59,7 +63,7 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
 
     Raises BenchError for columns, bodies and splits that no result has.
     """
-    by, task = asked.by, places[0].task.split("-")[0]
+    by, task = asked.by, places[0].kind
     usual = asked.columns is None and not asked.everything
     plain = asked.at_least is None and not (asked.against or asked.unit)
     if task in TASK_COLUMNS and usual and plain:

@@ -121,7 +121,7 @@ class JointCompletion(TaskQuestion):
         number = _number(word)
         if not 0.0 < number <= 1.0:
             allowed = f"the proportion of joints that are given, above 0 and at most 1, or {MAJOR}"
-            raise BenchError(f"upsample: levels are {allowed}; got {word}")
+            raise BenchError(f"joint-completion: levels are {allowed}; got {word}")
         return Level(f"{number:g}", f"joints-{number:g}", float(f"{number:g}"))
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
@@ -152,7 +152,7 @@ class JointCompletion(TaskQuestion):
 QUESTIONS: Mapping[str, type[TaskQuestion]] = {
     "reconstruct": TaskQuestion,
     "denoise": Denoise,
-    "upsample": JointCompletion,
+    "joint-completion": JointCompletion,
 }
 
 

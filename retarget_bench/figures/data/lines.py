@@ -173,7 +173,9 @@ def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence
     return _task_figure("denoise", matrix, shown, [chart])
 
 
-def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
+def joint_completion(
+    matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()
+) -> Figure:
     """The error over the proportion of joints that are given (HuMoT's Figure 9), of all joints and of those
     that are missing; beside the lines, which are of random draws, the major joints of its Figure 12.
 
@@ -189,8 +191,8 @@ def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequenc
         lines = _level_lines(matrix, sections, seen, value, given, extra=extra)
         if not lines and value == AFTER:
             raise NothingToDraw(
-                "these results have no restored_cm, which the metric restoration gives; bench task "
-                "upsample with -m restoration, or without -m, computes it"
+                "these results have no restored_cm, which the metric restoration gives; a "
+                "run that names it among --metrics, or no metric, computes it"
             )
         highest = [max(m.mean.value for m in line.marks) for line in lines if line.marks]
         end = 1.05 * axis_limits.top(highest, 3)
@@ -199,7 +201,7 @@ def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequenc
         )
         y = Axis("error, cm", -SIDE * end, end, cut=True)
         charts += [LineChart(matrix.split, title, x, y, lines)] if lines else []
-    return _task_figure("upsample", matrix, sections, charts)
+    return _task_figure("joint-completion", matrix, sections, charts)
 
 
 def major_share(places: Iterable[ResultPaths]) -> float | None:

@@ -35,9 +35,9 @@ SHARE = 0.7
 """Of a row's height, what its marks share."""
 STEP = 11.0
 """Points between two bars of ties."""
-HEIGHTS = {"recall": 1.9, "denoise": 3.0, "upsample": 2.6, "growth": 2.3}
+HEIGHTS = {"recall": 1.9, "denoise": 3.0, "joint-completion": 2.6, "growth": 2.3}
 """Inches of a panel of lines."""
-WIDE = {"denoise": 4.2, "upsample": 3.0}
+WIDE = {"denoise": 4.2, "joint-completion": 3.0}
 """Inches that a panel is to have at least; 1.9 otherwise."""
 NAMES, NAME_GAP = 0.3, 8.5
 """Share of the width that names at the ends of lines may take, and points between two of them."""

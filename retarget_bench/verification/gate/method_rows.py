@@ -132,7 +132,7 @@ def measure(
         for method in methods.values():
             if not cases:
                 continue
-            plan = Plan((method.spec,), (data.spec,), metrics=metrics, root=found.rows)
+            plan = Plan((method.spec,), (data.spec,), metrics=metrics, out=found.rows)
             unit = EvaluationUnit(plan, data, split, method)
             entries = _entries(unit, cases)
             store.write_results(unit.paths, _header(unit, entries), entries, infos)

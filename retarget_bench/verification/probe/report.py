@@ -84,7 +84,7 @@ def entries(replies: Sequence[Reply]) -> list[CaseResult]:
 
 def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[ResultPaths]:
     """Write the rows of one method, a result per split; gives their paths."""
-    plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, root=root)
+    plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, out=root)
     written = []
     code = code_hash(package_code("verification.probe"))
     for split in dict.fromkeys(reply.subject.info.split for reply in replies):

@@ -1,0 +1,187 @@
+"""Options declared once: a field with its help is an option of a command, an argument in Python and an entry
+of a suite file.
+
+A class of options is a frozen dataclass whose fields are made by ``option``. ``commands/declared.py`` makes
+the command's options from it, ``python/arguments.py`` the arguments of a function, ``commands/suite.py`` the
+entries of a file. All three build the same object, which checks itself.
+"""
+
+from __future__ import annotations
+
+import numbers
+import re
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cache
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from retarget_bench.errors import BenchError
+
+Names = str | Sequence[str]
+"""One name, or several."""
+_COMMA = re.compile(r",(?![^\[\]]*\])")
+NUMBERS: dict[Any, type] = {int: numbers.Integral, float: numbers.Real}
+
+
+@dataclass(frozen=True)
+class Option:
+    """What a field says of itself beside its name, type and default.
+
+    help:    a sentence. shown: its default in words, where that is not the value itself.
+    letter:  its short form in commands. metavar: what stands for its value there.
+    at_least, above, below: limits of a number.
+    names:   kinds of plug-ins that shells complete it by.
+    python:  an option of Python alone.
+    """
+
+    help: str
+    shown: str = ""
+    letter: str = ""
+    metavar: str = ""
+    at_least: float | None = None
+    above: float | None = None
+    below: float | None = None
+    names: tuple[str, ...] = ()
+    python: bool = False
+
+    @property
+    def range(self) -> str:
+        """The limits of a number, in words."""
+        least = () if self.at_least is None else (f"at least {self.at_least:g}",)
+        above = () if self.above is None else (f"above {self.above:g}",)
+        below = () if self.below is None else (f"below {self.below:g}",)
+        return " and ".join((*least, *above, *below))
+
+    def allows(self, number: float) -> bool:
+        """True for a number within the limits; not for what is no number."""
+        least = number == number if self.at_least is None else number >= self.at_least
+        above = self.above is None or number > self.above
+        return least and above and (self.below is None or number < self.below)
+
+
+def option(default: Any, help: str, *, kw_only: bool = True, **others: Any) -> Any:
+    """A field of a class of options. default: its value, or a function that makes it. others: see
+    ``Option``."""
+    made = {"default_factory": default} if callable(default) else {"default": default}
+    return field(**made, kw_only=kw_only, metadata={"option": Option(help, **others)})
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A field of a class of options: its name, annotated type, default and what it says of itself."""
+
+    name: str
+    kind: Any
+    default: Any
+    option: Option
+
+    @property
+    def several(self) -> bool:
+        """True where it takes several values."""
+        return any(get_origin(each) in (Sequence, tuple) for each in _parts(self.kind))
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The values that it can have, where these are listed; () elsewhere."""
+        return tuple(
+            each for part in _parts(self.kind) if get_origin(part) is Literal for each in get_args(part)
+        )
+
+    def is_a(self, kind: type) -> bool:
+        return kind in _parts(self.kind)
+
+
+@cache
+def declared(options: type) -> dict[str, Declared]:
+    """The fields of a class of options by name, in their order, those of bases first."""
+    kinds = get_type_hints(options)
+    return {
+        each.name: Declared(
+            each.name,
+            kinds[each.name],
+            each.default_factory() if callable(each.default_factory) else each.default,
+            each.metadata["option"],
+        )
+        for each in fields(options)
+        if "option" in each.metadata
+    }
+
+
+def check(options: object) -> None:
+    """Raises BenchError that names the field whose value is of another type, not among its choices, or
+    beyond its limits."""
+    for each in declared(type(options)).values():
+        value = getattr(options, each.name)
+        if each.choices and isinstance(value, str) and value not in each.choices:
+            known = ", ".join(filter(None, each.choices))
+            raise BenchError(f"{each.name}: {value!r} is not known; it is one of {known}")
+        if not fits(value, each.kind):
+            raise BenchError(
+                f"{each.name} is {shown(value)}; it takes {' or '.join(dict.fromkeys(words(each.kind)))}"
+            )
+        if value is not None and each.option.range and not each.option.allows(value):
+            raise BenchError(f"{each.name} is {value:g}; it must be {each.option.range}")
+
+
+def listed(names: Names) -> tuple[str, ...]:
+    """Names as a tuple, each once. A text may hold several with commas between them; those in brackets separate
+    parameters."""
+    several = [names] if isinstance(names, str) else names
+    parts = [part.strip() for text in several for part in _COMMA.split(text)]
+    return tuple(dict.fromkeys(filter(None, parts)))
+
+
+# ------------------------------------------------------------------------------------ annotated types
+def _parts(kind: Any) -> tuple[Any, ...]:
+    """The members of a union; the type itself elsewhere."""
+    return get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+
+
+def fits(value: object, kind: Any) -> bool:
+    """True if a value is of an annotated type, sequences item by item."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return any(fits(value, each) for each in inner)
+    if origin in (Sequence, tuple):
+        if not isinstance(value, Collection) or isinstance(value, str | bytes):
+            return False
+        return all(fits(each, inner[0]) for each in value)
+    if origin is Callable:
+        return callable(value)
+    if origin is Literal:
+        return value in inner
+    kind = NUMBERS.get(kind, origin or kind)
+    return kind in (Any, bool) or isinstance(value, kind)
+
+
+_WORDS = {
+    "str": "text",
+    "PathLike": "a path",
+    "Path": "a path",
+    "int": "a whole number",
+    "float": "a number",
+    "NoneType": "None",
+    "ModuleType": "a module",
+    "Callable": "a class or function",
+}
+
+
+def words(kind: Any) -> list[str]:
+    """The types that an annotation allows, for people."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return [word for each in inner for word in words(each)]
+    if origin is Literal:
+        return [repr(each) for each in inner]
+    if origin in (Sequence, tuple):
+        each, *others = words(inner[0])
+        return [f"a list of {'such' if others else each}"]
+    name = getattr(origin or kind, "__name__", str(kind))
+    return [_WORDS.get(name, f"a {name}")]
+
+
+def shown(value: object) -> str:
+    """A value and its type, for an error."""
+    text = repr(value)
+    return f"{text if len(text) <= 40 else f'{text[:37]}...'}, of type {type(value).__name__}"
