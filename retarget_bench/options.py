@@ -1,9 +1,9 @@
-"""Options declared once: a field with its help is an option of a command, an argument in Python and an entry
-of a suite file.
+"""Options declared once: a field with its help is an option of a command, an argument in Python and an
+entry of a suite file.
 
 A class of options is an ``OptionSet`` whose fields are made by ``option``. ``commands/declared.py`` makes
-the command's options from it, ``python/arguments.py`` the arguments of a function, ``commands/suite.py`` the
-entries of a file. All three build the same object, which checks itself.
+the command's options from it, ``python/arguments.py`` the arguments of a function, ``commands/suite.py``
+the entries of a file. All three build the same object, which checks itself.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def option(
     kw_only: bool = True,
     **others: Any,
 ) -> Any:
-    """A field of a class of options, which must be given where it has no default. others: see ``Option``."""
+    """A field of a class of options, to be given where it has no default. others: see ``Option``."""
     told = {"option": Option(help, **others)}
     return field(default=default, default_factory=default_factory, kw_only=kw_only, metadata=told)
 
@@ -163,8 +163,8 @@ def declared(options: Any) -> dict[str, Declared]:
 
 
 def listed(names: Names) -> tuple[str, ...]:
-    """Names as a tuple, each once. A text may hold several with commas between them; those in brackets separate
-    parameters."""
+    """Names as a tuple, each once. A text may hold several with commas between them; those in brackets
+    separate parameters."""
     several = [names] if isinstance(names, str) else names
     parts = [part.strip() for text in several for part in _COMMA.split(text)]
     return tuple(dict.fromkeys(filter(None, parts)))

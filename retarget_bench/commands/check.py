@@ -16,7 +16,8 @@ from retarget_bench.commands import declared
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.options import Names, OptionSet, listed, option
-from retarget_bench.python.plans import dataset_spec, method_spec
+from retarget_bench.plugins import named
+from retarget_bench.python.plans import method_spec
 from retarget_bench.python.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -48,7 +49,8 @@ class Options(OptionSet):
     )
     worse_only: bool = option("Let numbers of methods get better.", default=False)
     tolerance: Names = option(
-        "By how much a method's mean may differ, such as 2%; of one value mpjpe=2%, or mpjpe=0.1 in its unit.",
+        "By how much a method's mean may differ, such as 2%; of one value "
+        "mpjpe=2%, or mpjpe=0.1 in its unit.",
         default=(),
         metavar="SHARE",
     )
@@ -87,7 +89,7 @@ def command(options: Options) -> int:
     folder = options.results or golden.built_in()
     if options.root is not None and dataset is None:
         dataset = golden.read(folder).facts["dataset/spec"] if golden.exists(folder) else defaults.DATASET
-    spec = None if dataset is None else dataset_spec(dataset, options.root)
+    spec = None if dataset is None else named.dataset(dataset, options.root)
     with TemporaryDirectory(prefix="bench-check-") as scratch:
         try:
             with progress_bar("bench check", "items") as progress:

@@ -31,7 +31,8 @@ class OfResults(OptionSet):
         "Folders written by bench run.", default=(), shown=defaults.OUT, letter="r", metavar="DIR"
     )
     dataset: str | None = option(
-        "Only results of this data set, as bench run was given it ('folder[root=DIR]') or as tables call it.",
+        "Only results of this data set, as bench run was given it "
+        "('folder[root=DIR]') or as tables call it.",
         default=None,
         letter="d",
         metavar="DATASET",

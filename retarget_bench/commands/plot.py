@@ -226,14 +226,13 @@ def _source(asked: Options) -> Motion:
     """The motion of a file, or the source of a case. Raises BenchError where there is neither, or it has no
     rotations."""
     from retarget_bench.motion.motion import Motion
-    from retarget_bench.plugins import bound
+    from retarget_bench.plugins import bound, named
     from retarget_bench.python.motions import load_motion
-    from retarget_bench.python.plans import dataset_spec
     from retarget_bench.viewer import results_library
 
     if results_library.are_files([asked.source]):
         return load_motion(asked.source)
-    data = bound.dataset(dataset_spec(asked.dataset or defaults.DATASET)).built
+    data = bound.dataset(named.dataset(asked.dataset or defaults.DATASET)).built
     infos = {info.id: info for split in data.card.splits for info in data.cases(defaults.TASK, split)}
     if asked.source not in infos:
         near = difflib.get_close_matches(asked.source, infos, 3, 0.5) or list(infos)[:3]

@@ -15,6 +15,7 @@ from retarget_bench.commands import declared, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, listed, option
+from retarget_bench.plugins import named
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -217,12 +218,12 @@ def _answered(name: str, methods: Sequence[str], asked: Options) -> Scene:
     from retarget_bench.evaluation import plan, tasks
     from retarget_bench.plugins import bound
     from retarget_bench.plugins.spec import Spec
-    from retarget_bench.python.plans import dataset_spec, method_spec
+    from retarget_bench.python.plans import method_spec
     from retarget_bench.viewer import results_library, scene_builder
 
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
-    spec = dataset_spec(asked.dataset or defaults.DATASET, asked.root)
+    spec = named.dataset(asked.dataset or defaults.DATASET, asked.root)
     task = tasks.canonical(Spec.parse(asked.task))
     data = plan.data_of(bound.dataset(spec), str(task))
     ids = [info.id for split in data.card.splits for info in data.cases(task.name, split)]

@@ -97,8 +97,8 @@ _SCORED_WITH = ("dataset", "root", "splits", "metrics", "task", "overwrite", "ou
 def score(folder: Path, name: str | None, options: RunOptions) -> None:
     """Score predictions that another program made: a FOLDER of motions.
 
-    It holds one .npz or .bvh per case, named as in the manifest that `bench export --questions` wrote; where
-    the manifest lies in the folder, its data set is used, and only splits of which it lists cases.
+    It holds one .npz or .bvh per case, named as in the manifest that `bench export --questions` wrote;
+    where the manifest lies in the folder, its data set is used, and only splits of which it lists cases.
     """
     from dataclasses import replace
 

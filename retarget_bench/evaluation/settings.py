@@ -16,15 +16,19 @@ class Settings(OptionSet):
     """How a run is carried out. Raises BenchError for values that it cannot have."""
 
     task: str = option(
-        "What is asked: retarget, points (the source is known by points on its surface alone), reconstruct, "
-        "denoise or joint-completion; levels and the number of motions in brackets: 'denoise[levels=\"0,5\"]'.",
+        "What is asked: retarget, points (the source is known by points on its "
+        "surface alone), reconstruct, "
+        ""
+        "denoise or joint-completion; levels and the number of motions in "
+        "brackets: 'denoise[levels=\"0,5\"]'.",
         default="retarget",
     )
     limit: int | None = option(
         "Only N clips of each split, evenly spread.", default=None, at_least=1, metavar="N"
     )
     overwrite: Overwrite = option(
-        "Results to compute. never: none; missing: missing and outdated ones; failed: these and failed ones; "
+        "Results to compute. never: none; missing: missing and outdated ones; "
+        "failed: these and failed ones; "
         "always: all.",
         default="missing",
     )
@@ -71,7 +75,8 @@ class Settings(OptionSet):
         metavar="GB",
     )
     isolate: str = option(
-        "Start methods under this command: bwrap, so that they can write to no file of yours and see no other "
+        "Start methods under this command: bwrap, so that they can write to no "
+        "file of yours and see no other "
         "process, or any other prefix.",
         default="",
         metavar="COMMAND",

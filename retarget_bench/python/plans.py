@@ -51,18 +51,12 @@ def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
         )
     return Plan(
         methods=tuple(map(method_spec, methods)) or default_methods(task.name, tell),
-        datasets=(dataset_spec(options.dataset, options.root),),
+        datasets=(named.dataset(options.dataset, options.root),),
         splits=listed(options.splits),
         metrics=_metrics(listed(options.metrics), task.name, tell),
         clips=clips.patterns([options.clips] if isinstance(options.clips, str) else options.clips),
         **settings | {"task": str(task), "out": Path(options.out)} | others,
     )
-
-
-def dataset_spec(dataset: str, root: str | PathLike[str] | None = None) -> Spec:
-    """The data set that a name and a folder of its files mean together; the folder wins."""
-    spec = named.parse(dataset)
-    return spec if root is None else spec.with_parameters(root=str(root))
 
 
 def several(methods: Named | Sequence[Named]) -> Sequence[Named]:

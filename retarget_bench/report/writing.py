@@ -21,7 +21,8 @@ class ReportOptions(OptionSet):
     )
     title: str = option("The heading of the page.", default="")
     clips: int | None = option(
-        "How many cases can be seen in motion: the worst, median and best ones, of many kinds and pairs; 0: "
+        "How many cases can be seen in motion: the worst, median and best "
+        "ones, of many kinds and pairs; 0: "
         "none.",
         default=None,
         shown="all, or as many as fit 4 MB",

@@ -64,8 +64,11 @@ class Request(OptionSet):
         shown="people, where there are any",
     )
     by: By | Literal[""] = option(
-        "Break values down: a line per pair, clip, kind of performance, structure, level of a task, joint, part "
-        "of the body, by what was seen in training, or per point of a curve. Without columns: the first value "
+        "Break values down: a line per pair, clip, kind of performance, "
+        "structure, level of a task, joint, part "
+        ""
+        "of the body, by what was seen in training, or per point of a curve. "
+        "Without columns: the first value "
         "that there is.",
         default="",
     )

@@ -1,4 +1,4 @@
-"""``bench probe``: invariance of a method to equivalent inputs."""
+"""``bench test --probes``: invariance of a method to equivalent inputs."""
 
 from __future__ import annotations
 
@@ -6,76 +6,52 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
-from retarget_bench.commands import options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
+from retarget_bench.options import listed
+from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.python.plans import dataset_spec
+
+EVERYTHING = "all"
 
 if TYPE_CHECKING:
     from retarget_bench.api import CaseInfo, Dataset
+    from retarget_bench.commands.plugins import TestOptions
     from retarget_bench.results.store import ResultPaths
     from retarget_bench.verification.probe.asking import Reply, Subject
 
 
-@click.command("probe")
-@options.methods_argument("METHOD...", required=True)
-@options.dataset_option
-@options.root_option
-@options.split_option
-@click.option("--source", type=options.PATH, metavar="FILE", help="A motion file instead of a data set.")
-@click.option("--target", type=options.PATH, metavar="FILE", help="Motion file of the target.")
-@click.option("--cases", type=click.IntRange(1), default=24, show_default=True, help="Number of cases.")
-@click.option("--only", metavar="ID,ID", default="", help="Only these probes.")
-@click.option("--strict", is_flag=True, help="Exit 1 if a probe fails.")
-@options.out_option
-def command(
-    methods: tuple[str, ...],
-    dataset: str,
-    root: str | None,
-    splits: tuple[str, ...],
-    source: Path | None,
-    target: Path | None,
-    cases: int,
-    only: str,
-    strict: bool,
-    out: Path,
-) -> int:
-    """Give methods equivalent inputs, and measure by how much their answers differ.
+def run(methods: Sequence[Spec], asked: TestOptions) -> int:
+    """Give methods equivalent inputs, and measure by how much their answers differ; 1 where one is off.
 
-    Names, order and axes of joints, rest poses, split and merged bones, size, unit, place, heading, mirror
-    image, time and frame rate are changed one by one; the answer must stay the same, or change with them.
-    It also measures whether answers depend on the source. Exits 0 with findings, or 1 with --strict.
+    Raises BenchError for unknown probes, and where a source has no target.
     """
     from retarget_bench.verification.probe.probes import PROBES
 
-    known = {probe.id: probe for probe in PROBES}
-    if unknown := [name for name in options.ids(only) if name not in known]:
+    known, names = {probe.id: probe for probe in PROBES}, listed(asked.probes)
+    if unknown := [name for name in names if name not in (*known, EVERYTHING)]:
         raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(known)}")
-    probes = [known[name] for name in options.ids(only)] or list(PROBES)
-    specs = [registry.canonical("methods", named.parse(name)) for name in methods]
+    probes = list(PROBES) if EVERYTHING in names else [known[name] for name in names]
+    specs = [registry.canonical("methods", spec) for spec in methods]
     data = None
-    if source and target:
-        subjects, groups = _of_files(source, target)
-    elif source or target:
+    if asked.source and asked.target:
+        subjects, groups = _of_files(asked.source, asked.target)
+    elif asked.source or asked.target:
         raise BenchError("give both --source and --target, or neither of them")
     else:
-        data = registry.canonical("datasets", dataset_spec(dataset, root))
-        subjects, groups = _of_dataset(data, splits, cases)
+        data = registry.canonical("datasets", named.dataset(asked.dataset, asked.root))
+        subjects, groups = _of_dataset(data, listed(asked.splits), asked.limit)
     from tqdm import tqdm
 
     from retarget_bench.plugins import bound
     from retarget_bench.verification.probe.asking import ask
 
-    with tqdm(total=len(specs) * len(subjects), desc="bench probe", unit="case", leave=False) as bar:
+    with tqdm(total=len(specs) * len(subjects), desc="bench test", unit="case", leave=False) as bar:
         answers = {
             spec: ask(bound.method(spec).built, str(spec), subjects, groups, probes, bar.update)
             for spec in specs
         }
-    return int(_report(answers, data, out) and strict)
+    return int(_report(answers, data, asked.out))
 
 
 Questions = tuple[list["Subject"], list[list["Subject"]]]
@@ -149,5 +125,5 @@ def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> b
             echo(sentence)
     echo("\n".join(off) if off else "All probes passed.")
     if data is not None:
-        echo(f"The table again: bench table {out} --probes. Rows lie in {out}/.")
+        echo(f"The table again: bench table -r {out} --task probe. Rows lie in {out}/.")
     return bool(off)
