@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench import defaults
 from retarget_bench.commands import declared
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
@@ -57,9 +56,6 @@ class Options(OptionSet):
     dataset: str | None = option(
         "The data set.", default=None, shown="that of the golden rows", letter="d", metavar="DATASET"
     )
-    root: str | None = option(
-        "Folder of the data: short for DATASET[root=DIR].", default=None, metavar="DIR"
-    )
     accept: str = option(
         "Make what is measured now the golden rows, and log why numbers may move.",
         default="",
@@ -87,9 +83,7 @@ def command(options: Options) -> int:
     asked = _criteria(options)
     methods = [str(method_spec(each)) for each in listed(options.methods)]
     folder = options.results or golden.built_in()
-    if options.root is not None and dataset is None:
-        dataset = golden.read(folder).facts["dataset/spec"] if golden.exists(folder) else defaults.DATASET
-    spec = None if dataset is None else named.dataset(dataset, options.root)
+    spec = None if dataset is None else named.parse(dataset)
     with TemporaryDirectory(prefix="bench-check-") as scratch:
         try:
             with progress_bar("bench check", "items") as progress:

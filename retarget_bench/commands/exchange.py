@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 class ExportOptions(OptionSet):
     """``bench export``."""
 
-    root: str | None = option(
-        "Folder of the data: short for DATASET[root=DIR].", default=None, metavar="DIR"
-    )
     format: Literal["bvh", "glb"] = option("How motions are written.", default="bvh", letter="f")
     questions: bool = option(
         "Write sources and target characters alone, without any reference, for "
@@ -49,7 +46,7 @@ def export(dataset: str, folder: Path, options: ExportOptions) -> None:
     damaged. With --questions the manifest names every case and the file that its prediction is to be
     written to. Lengths are metres, Y is up, quaternions are w first.
     """
-    spec = registry.canonical("datasets", named.dataset(dataset, options.root))
+    spec = registry.canonical("datasets", named.parse(dataset))
     if options.questions:
         _questions(spec, folder, listed(options.splits))
     else:

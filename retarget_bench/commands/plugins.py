@@ -108,7 +108,7 @@ def _described(name: str) -> list[list[str]]:
     except BenchError:
         if not (found := names.candidates(name, known)):
             plugins = [entry.name for kind in registry.KINDS for entry in registry.names(kind)]
-            if meant := names.close(name, known, plugins):
+            if meant := names.close(name, known, plugins, cutoff=0.7):
                 raise BenchError(
                     f"nothing is called {name!r}; did you mean {' or '.join(meant)}?"
                 ) from None
@@ -363,9 +363,6 @@ class TestOptions(OptionSet):
         metavar="DATASET",
         names=("datasets",),
     )
-    root: str | None = option(
-        "Folder of the data: short for DATASET[root=DIR].", default=None, metavar="DIR"
-    )
     probes: Names = option(
         "Give a method equivalent inputs instead, and measure by how much its "
         "answers differ: all, or these "
@@ -375,10 +372,6 @@ class TestOptions(OptionSet):
     )
     splits: Names = option("Of probes: these splits.", default=(), shown="all", letter="s", metavar="SPLIT")
     limit: int = option("Of probes: so many cases.", default=24, at_least=1, metavar="N")
-    source: Path | None = option(
-        "Of probes: a motion file instead of a data set.", default=None, metavar="FILE"
-    )
-    target: Path | None = option("Of probes: motion file of the target.", default=None, metavar="FILE")
     out: Path = option(
         "Of probes: the folder of results.", default=Path(defaults.OUT), letter="o", metavar="DIR"
     )
@@ -402,14 +395,13 @@ def test(plugins: tuple[str, ...], options: TestOptions) -> int:
         from retarget_bench.commands import probes
 
         return probes.run(list(map(named.parse, plugins)), options)
-    data = named.dataset(options.dataset, options.root)
+    data = named.parse(options.dataset)
     failed = 0
     for name in plugins:
         spec = named.parse(name)
         kinds: list[registry.Kind] = ["methods"] if spec.posts else registry.kinds_of(spec.name)
         for kind in kinds:
-            own = named.dataset(name, options.root) if kind == "datasets" else spec
-            failed += _tested(kind, own, data)
+            failed += _tested(kind, spec, data)
     return int(failed > 0)
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def run(methods: Sequence[Spec], asked: TestOptions) -> int:
     """Give methods equivalent inputs, and measure by how much their answers differ; 1 where one is off.
 
-    Raises BenchError for unknown probes, and where a source has no target.
+    Raises BenchError for unknown probes.
     """
     from retarget_bench.verification.probe.probes import PROBES
 
@@ -33,14 +33,8 @@ def run(methods: Sequence[Spec], asked: TestOptions) -> int:
         raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(known)}")
     probes = list(PROBES) if EVERYTHING in names else [known[name] for name in names]
     specs = [registry.canonical("methods", spec) for spec in methods]
-    data = None
-    if asked.source and asked.target:
-        subjects, groups = _of_files(asked.source, asked.target)
-    elif asked.source or asked.target:
-        raise BenchError("give both --source and --target, or neither of them")
-    else:
-        data = registry.canonical("datasets", named.dataset(asked.dataset, asked.root))
-        subjects, groups = _of_dataset(data, listed(asked.splits), asked.limit)
+    data = registry.canonical("datasets", named.parse(asked.dataset))
+    subjects, groups = _of_dataset(data, listed(asked.splits), asked.limit)
     from tqdm import tqdm
 
     from retarget_bench.plugins import bound
@@ -84,46 +78,23 @@ def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
     return [each for each in found if isinstance(each, Subject)]
 
 
-def _of_files(source: Path, target: Path) -> Questions:
-    from retarget_bench.api import CROSS, CaseInfo
-    from retarget_bench.motion import importer
-    from retarget_bench.verification.probe.asking import Subject, pieces, subject
-
-    performer, body = importer.load(source), importer.load(target)
-    for side in (performer, body):
-        for warning in side.findings.warnings:
-            echo(f"{side.findings.path}: {warning}", err=True)
-    names = (performer.motion.character.name, body.motion.character.name)
-    case = f"files/{names[0]}>{names[1]}/{source.stem}"
-    info = CaseInfo(case, "probe", CROSS, *names, clip=source.stem)
-    found = subject(info, performer.motion, body.motion.character)
-    assert isinstance(found, Subject)
-    parts = pieces(found)
-    return [found], [parts] if parts else []
-
-
-def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> bool:
+def _report(answers: dict[Spec, list[Reply]], data: Spec, out: Path) -> bool:
     """Print the table, what is off, and where the rows lie. True where something is off."""
     from retarget_bench.analysis import summary
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import RENDERERS
     from retarget_bench.verification.probe import report
 
-    if data is None:
-        for spec, replies in answers.items():
-            echo(report.listing(str(spec), replies))
-    else:
-        places: list[ResultPaths] = []
-        for spec, replies in answers.items():
-            places += report.store(spec, data, replies, out)
-        found = summary.split_summaries(places)
-        echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
+    places: list[ResultPaths] = []
+    for spec, replies in answers.items():
+        places += report.store(spec, data, replies, out)
+    found = summary.split_summaries(places)
+    echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
     off = []
     for spec, replies in answers.items():
         off += report.findings(str(spec), replies)
         for sentence in report.refusals(str(spec), replies):
             echo(sentence)
     echo("\n".join(off) if off else "All probes passed.")
-    if data is not None:
-        echo(f"The table again: bench table -r {out} --task probe. Rows lie in {out}/.")
+    echo(f"The table again: bench table -r {out} --task probe. Rows lie in {out}/.")
     return bool(off)

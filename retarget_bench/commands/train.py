@@ -16,6 +16,7 @@ from retarget_bench import defaults
 from retarget_bench.commands import declared, run
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
+from retarget_bench.files import write_text
 from retarget_bench.options import Names, OptionSet, listed, option
 from retarget_bench.plugins import bound, named, registry
 from retarget_bench.plugins.spec import Spec
@@ -262,9 +263,6 @@ class AblationOptions(OptionSet):
         metavar="DATASET",
         names=("datasets",),
     )
-    root: str | None = option(
-        "Folder of the data: short for DATASET[root=DIR].", default=None, metavar="DIR"
-    )
     test: str = option(
         "The data set to test on.",
         default="",
@@ -286,9 +284,6 @@ class AblationOptions(OptionSet):
         default=Path("runs/ablate"),
         letter="o",
         metavar="DIR",
-    )
-    format: Literal["text", "md", "tex", "html", "csv"] = option(
-        "Format of the table.", default="text", letter="f"
     )
     jobs: int = option(
         "Number of processes.",
@@ -319,7 +314,7 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
     from retarget_bench.training.train import TrainingOptions
 
     spec = named.parse(method)
-    data = registry.canonical("datasets", named.dataset(options.dataset, options.root))
+    data = registry.canonical("datasets", named.parse(options.dataset))
     tested = named.parse(options.test) if options.test else data
     ablation = ablations.find(spec, table)
     ablations.check(ablation, tested)
@@ -340,4 +335,7 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
     budget = f"budget {options.budget}, " if options.budget else ""
     recipe = f"preset {options.preset}, {budget}seed {options.seed}"
     made = ablations.table(ablation, trained, wanted, bound.dataset(data).built.label.strip(), recipe)
-    echo(WITH_INTERVALS[options.format]([made]), nl=False)
+    echo(WITH_INTERVALS["text"]([made]), nl=False)
+    for ending in ("md", "tex", "html", "csv"):
+        write_text(options.out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([made]))
+    echo(f"wrote {options.out / f'{spec.name}-{table}'}.md, .tex, .html and .csv")
