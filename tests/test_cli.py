@@ -36,7 +36,7 @@ def _elsewhere(tmp_path, monkeypatch):
 def bows(tmp_path) -> list[str]:
     """The template data set, as options that make it known."""
     (tmp_path / "bows.py").write_text(plugin_source("dataset", "bows"))
-    return ["--plugin", "bows.py"]
+    return ["-d", "bows.py"]
 
 
 class Done:
@@ -84,7 +84,7 @@ def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
     [
         ([], ()),
         (["-s", "cross", "-s", "own", "-s", "cross"], ("cross", "own")),
-        (["--split", "intra,cross"], ("intra", "cross")),
+        (["--splits", "intra,cross"], ("intra", "cross")),
     ],
 )
 def test_splits_may_be_repeated_or_listed(given, expected):
@@ -118,9 +118,9 @@ def test_the_traceback_is_there_for_those_who_ask(monkeypatch):
 
 
 def test_an_unknown_option_is_answered_by_click(bench):
-    done = bench("list", "--plugn", "x.py")
+    done = bench("run", "--plugn", "x.py")
     assert done.code == 2
-    assert "--plugin" in done.err
+    assert "--plugn" in done.err
 
 
 @pytest.mark.parametrize(("command", "told"), [("run", "continues from there"), ("list", "interrupted.")])
@@ -158,7 +158,7 @@ def sleeping_run(folder: Path, bows: Sequence[str], here: bool) -> subprocess.Po
     """A run that sleeps, in the command or in a worker; its temporary files are in ``folder / "tmp"``."""
     (folder / "slow.py").write_text(SLOW.format(here=here))
     (folder / "tmp").mkdir()
-    line = [sys.executable, "-m", "retarget_bench", "run", "slow", "-d", "bows", "--plugin", "slow.py"]
+    line = [sys.executable, "-m", "retarget_bench", "run", "slow.py"]
     process = subprocess.Popen(
         [*line, *bows],
         cwd=folder,
@@ -246,7 +246,7 @@ def test_a_new_plug_in_runs_as_it_is(bench, bows, kind):
     text = Path("mine.py").read_text()
     assert "my_" not in text.replace("my_plugin", "")
     assert "class Mine:" in text
-    tested = bench("test", "mine", "--plugin", "mine.py", *bows, "-d", "bows")
+    tested = bench("test", "mine.py", *bows)
     assert tested.code == 0, tested.out + tested.err
     assert "FAILED" not in tested.out
 
@@ -289,7 +289,7 @@ def test_a_new_package_has_an_entry_point_and_a_test(bench, kind, group):
 
 # ----------------------------------------------------------------------------------------- export-cases
 def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
-    done = bench("export-cases", "bows[frames=12]", "out", *bows)
+    done = bench("export", "--questions", "bows[frames=12]", "out", *bows)
     assert done.code == 0, done.err
     manifest = json.loads(Path("out/manifest.json").read_text())
     assert manifest["dataset"] == "bows[frames=12]"
@@ -310,13 +310,13 @@ def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
 
 
 def test_predictions_made_from_an_export_are_scored(bench, bows):
-    assert bench("export-cases", "bows[frames=12]", "out", *bows).code == 0
+    assert bench("export", "--questions", "bows[frames=12]", "out", *bows).code == 0
     manifest = json.loads(Path("out/manifest.json").read_text())
     for case in manifest["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
         root = np.tile([[0.0, 0.5, 0.0]], (case["frames"], 1))
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=root)
-    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-j", "1")
+    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
     assert done.code == 0, done.err
     assert "theirs" in done.out
     (rows,) = Path("runs").rglob("intra/theirs.csv")
@@ -330,14 +330,14 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
 
 
 def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
-    assert bench("export-cases", "bows[frames=12]", "out", "-s", "intra", *bows).code == 0
+    assert bench("export", "--questions", "bows[frames=12]", "out", "-s", "intra", *bows).code == 0
     for case in json.loads(Path("out/manifest.json").read_text())["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=source["root"])
-    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-j", "1")
+    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
     assert done.code == 0, done.err
     assert [path.parent.name for path in Path("runs").rglob("theirs.json")] == ["intra"]
-    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-s", "cross,self")
+    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-s", "cross,self")
     assert done.code == 2
     assert "manifest.json lists no case of cross or self; there are those of intra" in done.err
 

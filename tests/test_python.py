@@ -275,7 +275,7 @@ def test_an_empty_list_of_methods_is_not_all_of_them():
 
 def test_folders_without_results_are_told():
     with pytest.raises(rb.BenchError, match=r"in nowhere; the command bench task joint-completion"):
-        rb.load_results("nowhere", task="upsample")
+        rb.load_results("nowhere", task="joint-completion")
     with pytest.raises(rb.BenchError, match=r"no results in nowhere; rb.run.*out='nowhere'.* makes some"):
         rb.load_results("nowhere")
 
@@ -296,10 +296,9 @@ def test_a_run_of_some_clips_is_that_of_the_command(found, capsys):
     look = run("toy_method", "toy_method[does=shaken]", "copy_rotations", limit=1)
     assert look.rows[look.rows.method == "copy_rotations"]["clip"].nunique() == 1
     assert "1 of 3 clips so far" in str(look.table())
-    plugins = [word for file in FILES for word in ("--plugin", str(file))]
     names = ["toy_method", "toy_method[does=shaken]", "copy_rotations"]
     with pytest.raises(SystemExit):
-        main(["run", *names, "-d", "toy_cases", "-m", "position", "--limit", "1", *plugins, "-j", "1"])
+        main(["run", *names, "-d", "toy_cases", "--metrics", "position", "--limit", "1", "-j", "1"])
     said = capsys.readouterr().out
     assert str(look.table()) == said[: len(str(look.table()))]
     assert len(look.problems) == 0
