@@ -59,11 +59,11 @@ def run(
     plugins:   files of your own metrics, data sets and post-processors, to be named like built-in ones.
     overwrite: what to compute: ``never`` nothing, ``missing``, ``failed`` (also failed cases), ``always``.
     workers:   number of processes; one per core by default, at most eight.
-    executor:  where cases are computed: ``"ray"``, ``"slurm[partition=cpu]"`` (docs/anywhere.md).
+    executor:  where cases are computed: ``"ray"``, ``"slurm[partition=cpu]"`` (docs/clusters.md).
     seeds:     stochastic methods run with so many seeds, from ``seed`` on.
     timeout:   seconds in which a method answers a case; by default a minute, and a second for each frame.
     memory:    gigabytes that a method may take while it answers; by default there is no limit.
-    isolate:   a command that methods are started under, such as ``"bwrap"`` (docs/isolation.md).
+    isolate:   a command that methods are started under, such as ``"bwrap"`` (docs/plugins.md).
     timed:     measure the speed of methods, which takes a few seconds.
     progress:  show a progress bar.
 
