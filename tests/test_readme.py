@@ -62,7 +62,9 @@ def test_links_lead_to_files_and_headings(page):
 def test_pages_that_code_names_exist():
     """In docstrings, messages and scripts, ``docs/x.md`` and ``results/x.md``."""
     folders = ("retarget_bench", "methods", "metrics", "datasets", "tools", "benchmarks")
-    files = [file for name in folders for end in ("py", "sh", "json") for file in (ROOT / name).rglob(f"*.{end}")]
+    files = [
+        file for name in folders for end in ("py", "sh", "json") for file in (ROOT / name).rglob(f"*.{end}")
+    ]
     named = {
         (file.relative_to(ROOT).as_posix(), page)
         for file in files
