@@ -9,8 +9,8 @@ For 10^3 ... 10^6 cases (as many pairs as clips) it measures, each in a process 
     table    the default ``bench table`` of all methods
     journalled  appending a finished case, near the beginning and near the end, and reading all of it again
 
-in seconds of the clock and of the processor and megabytes at the peak, and writes them as CSV and a picture;
-the table of ``results/measurements.md`` is printed.
+in seconds of the clock and of the processor and megabytes at the peak, writes them as CSV and a picture,
+and prints the table of ``results/measurements.md``.
 """
 
 from __future__ import annotations

@@ -145,8 +145,9 @@ def page(results: dict[str, rb.Results], known_structures: rb.Results) -> str:
         "    python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo",
         "",
         "Shipped weights. After a plus stand post-processors "
-        "([docs/methods.md](../docs/methods.md#post-processors)); such rows have the aims of the method. Means over clips on the cases that all methods answered, 95 % "
-        "intervals over clips in brackets; below them the aim, and whether the mean reaches it. "
+        "([docs/methods.md](../docs/methods.md#post-processors)); such rows have the aims of the method. "
+        "Means over clips on the cases that all methods answered, 95 % intervals over clips in brackets; "
+        "below them the aim, and whether the mean reaches it. "
         + f"{sizes}. Errors on validation over the last training of each, from random weights or from "
         "others (continued): `learned_curves.png`.",
     ]
