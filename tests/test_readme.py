@@ -72,3 +72,23 @@ def test_pages_that_code_names_exist():
     }
     assert len(named) > 10
     assert not [(file, page) for file, page in named if not (ROOT / page).is_file()]
+
+
+def test_files_that_pages_name_exist():
+    """Paths in backticks: from the root of the repository, in ARCHITECTURE.md anywhere in the core, too."""
+    rooms = "retarget_bench|methods|metrics|datasets|tests|tools|results|docs"
+    named = {
+        (page, path)
+        for page in PAGES
+        if page != "ARCHITECTURE.md"
+        for path in re.findall(rf"`((?:{rooms})/[\w./-]+)", (ROOT / page).read_text(encoding="utf-8"))
+        if "my_" not in path  # the reader's own
+    }
+    assert len(named) > 20
+    assert not [(page, path) for page, path in named if not (ROOT / path).exists()]
+    architecture = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    inside = {path.rstrip("/") for path in re.findall(r"`(\w+/[\w./-]*)`", architecture)}
+    assert len(inside) > 20
+    core = ROOT / "retarget_bench"
+    folders = [ROOT, core, *(path for path in core.rglob("*") if path.is_dir())]
+    assert not [path for path in inside if not any((folder / path).exists() for folder in folders)]
