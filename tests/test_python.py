@@ -54,10 +54,11 @@ def run(*methods, **options) -> rb.Results:
     usual = {
         "dataset": "toy_cases",
         "metrics": "position",
-        "plugins": FILES,
         "timed": False,
         "progress": False,
     }
+    for file in FILES:
+        registry.add_file(file)
     return rb.run(list(methods), **(usual | options))
 
 
@@ -171,12 +172,12 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
             "fps is '30', of type str; it takes a number or None",
         ),
         (lambda r: rb.retarget(None, "a.bvh"), "retarget: source is None"),
-        (lambda r: rb.run([1]), r"run: methods is \[1\], of type list; it takes text or .* a list of such"),
-        (lambda r: rb.run("ik", overwrite="yes"), "overwrite is 'yes', .* 'missing' or 'failed'"),
-        (lambda r: rb.run("ik", seeds=0), "seeds is 0; at least 1"),
-        (lambda r: rb.run("ik", limit=0), "limit is 0; at least 1"),
-        (lambda r: rb.run("ik", limit="3"), "run: limit is '3', of type str; it takes a whole number"),
-        (lambda r: rb.run("ik", clips=3), "run: clips is 3, of type int; it takes text"),
+        (lambda r: rb.run([1]), r"methods is \[1\], of type list; it takes text or .* a list of such"),
+        (lambda r: rb.run("ik", overwrite="yes"), "overwrite: 'yes' is not known; it is one of never, missing, failed"),
+        (lambda r: rb.run("ik", seeds=0), "seeds is 0; it must be at least 1"),
+        (lambda r: rb.run("ik", limit=0), "limit is 0; it must be at least 1"),
+        (lambda r: rb.run("ik", limit="3"), "limit is '3', of type str; it takes a whole number"),
+        (lambda r: rb.run("ik", clips=3), "clips is 3, of type int; it takes text"),
         (lambda r: rb.run("ik", clips=["walk", " , "]), "' , ' names no clip; leave it out for all"),
         (lambda r: rb.load_results("a", 2), "load_results: folders is 2"),
         (lambda r: r.compare(1, 2), "compare: first is 1, of type int; it takes text"),
@@ -344,7 +345,7 @@ def test_a_method_may_be_named_by_its_module_or_class_but_not_be_an_object(monke
             rb.BenchError, match="cannot be run: worker processes find a method by its name"
         ):
             run(other)
-    with pytest.raises(rb.BenchError, match=r"toy_cases.py is a data set, and a method is asked for"):
+    with pytest.raises(rb.BenchError, match=r"toy_cases is a data set"):
         run(str(FILES[0]))
 
 
@@ -369,8 +370,8 @@ def test_a_plain_script_runs_with_worker_processes(tmp_path):
     script.write_text(
         "import retarget_bench as rb\n"
         "print('begins')\n"
-        f"found = rb.run(['toy_method'], dataset='toy_cases', plugins={[*map(str, FILES)]},\n"
-        "               metrics='position', splits='intra', workers=2, timed=False)\n"
+        f"found = rb.run([{str(FILES[1])!r}], dataset={str(FILES[0])!r},\n"
+        "               metrics='position', splits='intra', jobs=2, timed=False)\n"
         "print(len(found.rows.case.unique()), 'cases')\n"
     )
     done = subprocess.run(
