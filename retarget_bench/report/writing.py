@@ -19,7 +19,7 @@ class ReportOptions(OptionSet):
     out: str | PathLike[str] = option(
         "The page.", default="report.html", letter="o", metavar="FILE", kw_only=False
     )
-    title: str = option("The heading of the page.", default="", python=True)
+    title: str = option("The heading of the page.", default="")
     clips: int | None = option(
         "How many cases can be seen in motion: the worst, median and best "
         "ones, of many kinds and pairs; 0: "

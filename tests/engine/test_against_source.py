@@ -30,7 +30,7 @@ def root(tmp_path):
 
 
 def table(*words: object) -> dict[str, str]:
-    done = CliRunner().invoke(group, ["table", *map(str, words), "-f", "csv", "-s", "cross"])
+    done = CliRunner().invoke(group, ["table", "-r", *map(str, words), "-f", "csv", "-s", "cross"])
     assert done.exit_code == 0, done.output
     (row,) = csv.DictReader(done.output.splitlines())
     return row

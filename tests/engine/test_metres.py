@@ -72,7 +72,7 @@ def tall_and_small(root: Path) -> Path:
 
 
 def table(*words: object) -> list[dict[str, str]]:
-    done = CliRunner().invoke(group, ["table", *map(str, words), "-f", "csv"])
+    done = CliRunner().invoke(group, ["table", "-r", *map(str, words), "-f", "csv"])
     assert done.exit_code == 0, done.output
     return list(csv.DictReader(done.output.splitlines()))
 

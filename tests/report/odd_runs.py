@@ -41,7 +41,7 @@ def ran(root: Path) -> list[ResultPaths]:
 
 def report(*arguments: object) -> str:
     """``bench report`` with these arguments; what it says. Raises what it raises."""
-    return bench("report", *arguments)
+    return bench("report", "-r", *arguments)
 
 
 def bench(*arguments: object) -> str:

@@ -169,7 +169,7 @@ def test_scenes_are_as_many_as_asked_and_their_cases_say_which(tags, data):
 def test_a_case_can_be_asked_for(results, tmp_path):
     (chapter,) = chapters.chapters([results])
     wanted = chapter.splits[0].matrix.cases[-1].id
-    report(results, "-o", tmp_path / "one.html", "--clips", 0, "--case", wanted)
+    report(results, "-o", tmp_path / "one.html", "--clips", 0, "--cases", wanted)
     (scene,) = (
         json.loads(text)
         for name, text in Tags((tmp_path / "one.html").read_text(encoding="utf-8")).scripts.items()
@@ -177,7 +177,7 @@ def test_a_case_can_be_asked_for(results, tmp_path):
     )
     assert scene["case"] == wanted
     with pytest.raises(BenchError, match="no case 'odd'"):
-        report(results, "-o", tmp_path / "none.html", "--case", "odd")
+        report(results, "-o", tmp_path / "none.html", "--cases", "odd")
 
 
 def test_skins_are_there_when_asked_for_and_only_then(results, tmp_path, monkeypatch):
@@ -231,7 +231,7 @@ def test_predictions_that_are_gone_are_told(results, tmp_path):
     place = chapter.splits[0].matrix.rows[0].paths
     case = chapter.splits[0].matrix.cases[0].id
     place.prediction(case).unlink()
-    report(root, "-o", tmp_path / "gone.html", "--clips", 0, "--case", case)
+    report(root, "-o", tmp_path / "gone.html", "--clips", 0, "--cases", case)
     split = json.loads(Tags((tmp_path / "gone.html").read_text(encoding="utf-8")).scripts["report-data"])[
         "chapters"
     ][0]["splits"][0]

@@ -90,7 +90,7 @@ def said(label: str) -> float:
 def tasks(tmp_path_factory):
     root = tmp_path_factory.mktemp("levels")
     carried_out(root / "noise", "denoise[levels='0,2,5']", "identity", "gaussian_filter")
-    carried_out(root / "joints", "upsample[levels='0.5,0.75,1']", "linear_joints", "nearest_pose")
+    carried_out(root / "joints", "joint-completion[levels='0.5,0.75,1']", "linear_joints", "nearest_pose")
     return root
 
 

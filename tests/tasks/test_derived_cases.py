@@ -88,7 +88,7 @@ def test_noise_of_other_cases_is_other_noise():
 
 
 def test_a_proportion_of_joints_is_given_where_they_are_and_fingers_never():
-    for case in cases("upsample[levels='0.1,0.5,1']"):
+    for case in cases("joint-completion[levels='0.1,0.5,1']"):
         body = list(case.reference.skeleton.names)
         assert len(body) == 16
         assert "LeftHandIndex1" not in body
@@ -111,7 +111,7 @@ def test_joints_are_drawn_alike():
 
 
 def test_the_major_joints_are_the_twelve_of_the_paper():
-    for case in cases("upsample[levels=major]"):
+    for case in cases("joint-completion[levels=major]"):
         assert set(case.source.character.roles) == set(MAJOR_ROLES)
         assert len(MAJOR_ROLES) == 12
         assert case.info.id.endswith("/joints-major")
@@ -119,7 +119,7 @@ def test_the_major_joints_are_the_twelve_of_the_paper():
 
 
 def test_bodies_without_all_major_joints_are_not_asked_for_them():
-    derived = plan.data_of(bound.dataset(Spec.parse("toy_cases")), "upsample[levels='major,0.5']")
+    derived = plan.data_of(bound.dataset(Spec.parse("toy_cases")), "joint-completion[levels='major,0.5']")
     ids = [info.id for info in derived.cases("joint-completion", "self")]
     assert ids
     assert all(each.endswith("joints-0.5") for each in ids)
