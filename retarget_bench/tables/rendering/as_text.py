@@ -8,7 +8,7 @@ from itertools import groupby
 from retarget_bench.errors import printable
 from retarget_bench.tables.model import MARKS, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
-from retarget_bench.tables.rendering.words import filled, width, wrapped
+from retarget_bench.tables.rendering.words import filled, to_the_right, width, wrapped
 
 WIDTH = 100
 """Where nothing is said, as in pipes and files."""
@@ -233,5 +233,5 @@ def _body(line: _Line, block: Sequence[int], first: int, widths: Sequence[int]) 
 
 
 def _joined(name: str, cells: Sequence[str], first: int, widths: Sequence[int]) -> str:
-    body = "".join(" " * (w - width(cell)) + cell for cell, w in zip(cells, widths, strict=True))
+    body = "".join(map(to_the_right, cells, widths))
     return f"  {name}{' ' * (first - width(name))}{body}".rstrip()

@@ -209,6 +209,11 @@ def width(words: str) -> int:
     return len(words) + wide - sum(bool(unicodedata.combining(each)) for each in words)
 
 
+def to_the_right(words: str, most: int) -> str:
+    """A text at the right of so many characters."""
+    return " " * (most - width(words)) + words
+
+
 def filled(sentence: str, most: int, lead: str = "", indent: str = "") -> list[str]:
     """A text on lines of at most so many characters, none of which breaks at a hyphen, before a percent
     sign or, where it fits on a line, within a command such as ``bench table --variants``.
