@@ -89,11 +89,8 @@ def told(cell: Cell, column: Column) -> str:
         return cell.reason or cell.text
     parts = [{"": "", "best": words.BEST, "tied": words.TIED}[cell.mark]]
     if cell.n:
-        over = (
-            f"over {count(cell.n, 'window')}"
-            if words.is_set(column)
-            else f"mean over {count(cell.n, 'case')}"
-        )
+        of_sets = column.label == "FID"  # of all answers as one set, beside means over cases
+        over = f"over {count(cell.n, 'window')}" if of_sets else f"mean over {count(cell.n, 'case')}"
         parts.append(f"{over} of {count(cell.clips, 'clip')}")
     if cell.interval:
         parts.append(f"interval {cell.between}")

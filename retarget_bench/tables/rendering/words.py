@@ -159,11 +159,6 @@ def problem_lines(table: Table) -> list[str]:
 
 
 # ------------------------------------------------------------------------------------ in and on a table
-def is_set(column: Column) -> bool:
-    """True for a value of all answers as one set that stands beside means over cases."""
-    return column.label == "FID"
-
-
 def common_counts(group: Group) -> list[str]:
     """Number of cases that each column is ranked on; empty where it equals the n of every ranked row."""
     counts = [f"{common.cases}" if common else "" for common in group.common]
