@@ -25,8 +25,8 @@ LEGEND = (
 )
 CASES = HEADS.index("cases") - 1
 """The place of the number of cases among numbers."""
-LONGEST_NAME = 11
-"""Of methods at the heads of columns, so that all numbers fit on a line of 80 characters."""
+BESIDE_MEANS = 58
+"""The characters of a line that are not for the two means and the names of methods above them."""
 SUCH = "on such clips"
 SUCH_LEGEND = (
     SUCH + ": {clips} clips can miss failures on up to {share:.0f} % of all clips, and the verdict leaves "
@@ -58,7 +58,7 @@ def _lines(found: PairwiseComparison, columns: int) -> list[str]:
     """The numbers aligned below their headings, without those of cases."""
     rows = [_row(found, one) for one in found.differences]
     head = [found.first, found.second, *HEADS[3:-1]]
-    if max(map(width, head[:2])) > LONGEST_NAME:
+    if max(map(width, head[:2])) > (columns - BESIDE_MEANS) // 2:
         head[:2] = ["first", "second"]
     table = [[*row[:CASES], *row[CASES + 1 :]] for row in (head, *(row[1:-1] for row in rows))]
     sizes = [max(map(width, column)) for column in zip(*table, strict=True)]
