@@ -11,10 +11,21 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import folded
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix, set_values
-from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries
+from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, declared_values, entries
 from retarget_bench.tables.groups import FPS, declared_sets
 
 Known = Mapping[str, DeclaredValue]
+SPEED = DeclaredValue(
+    label="speed",
+    meaning="",
+    unit="1/s",
+    better="higher",
+    goal=1.0,
+    tolerance=0.0,
+    index="",
+    with_self=False,
+)
+"""``fps`` as if a metric declared it."""
 UNLIKE = {
     "n": "n is the number of cases, no value: tables of one split (-s cross) have it as their last column",
     "speed": "speed (fps) is no value of single cases; bench table --columns speed shows it",
@@ -27,16 +38,15 @@ def column_ids(asked: Iterable[str], found: Sequence[SplitSummary]) -> list[str]
 
     Raises BenchError for a name of no value, and for one of several.
     """
-    known = {key: value for section in found for key, value in section.values.items()}
-    return value_ids(asked, known | declared_sets(found), (FPS,))
+    return value_ids(asked, {**declared_values(found), **declared_sets(found), FPS: SPEED})
 
 
-def value_ids(asked: Iterable[str], known: Known, also: Sequence[str] = ()) -> list[str]:
-    """The ids that these names stand for, each once. also: ids without a declaration."""
-    return list(dict.fromkeys(value_id(name, known, also) for name in _whole(asked, known)))
+def value_ids(asked: Iterable[str], known: Known) -> list[str]:
+    """The ids that these names stand for, each once."""
+    return list(dict.fromkeys(value_id(name, known) for name in _whole(asked, known)))
 
 
-def value_id(asked: str, known: Known, also: Sequence[str] = ()) -> str:
+def value_id(asked: str, known: Known) -> str:
     """The id of the value that a name stands for.
 
     The name may be an id, a label (``MPJPE``; where case, spaces, underscores and hyphens do not count),
@@ -45,32 +55,30 @@ def value_id(asked: str, known: Known, also: Sequence[str] = ()) -> str:
     values that it fits, the one that stands first among the default columns. Raises BenchError for a name
     of no value, with near ones, of several, and of a value against the source (``against_the_source``).
     """
-    if FPS in also and asked.casefold() == "speed":
-        return FPS
     known, every = {key: known[key] for key in entries(known)}, known
     if asked in every and asked not in known:
         raise BenchError(f"{asked} is no column: bench table --against source shows {every[asked].label}")
-    found = candidates(asked, known, also)
+    found = candidates(asked, known)
     if not found:
-        unknown = f"no result has a value {asked!r}; {cure(asked, known)}"
+        unknown = f"no result has a value {asked!r}; {_cure(asked, known)}"
         raise BenchError(UNLIKE.get(asked.casefold(), unknown))
     if len(found) == 1 or found[0] in DEFAULT_COLUMNS:
         return found[0]
     usual = [key for key in DEFAULT_COLUMNS if key in known and folded(asked) in folded(known[key].label)]
     found = list(dict.fromkeys([*usual, *found]))
     raise BenchError(
-        f"{asked!r} may be one of {len(found)} values; give the id: {', '.join(told(found, known))}"
+        f"{asked!r} may be one of {len(found)} values; give the id: {', '.join(_told(found, known))}"
     )
 
 
-def candidates(asked: str, known: Known, also: Sequence[str] = ()) -> list[str]:
+def candidates(asked: str, known: Known) -> list[str]:
     """The ids of all values that a name may stand for, likely ones first; [] for none: see ``value_id``."""
-    if asked in known or asked in also:
+    if asked in known:
         return [asked]
     name, words = folded(asked), _words(asked)
     ways = (
         [key for key, value in known.items() if folded(value.label) == name],
-        [key for key in (*known, *also) if folded(key) == name],
+        [key for key in known if folded(key) == name],
         [key for key, value in known.items() if words and _words(value.label) == words],
         [key for key, value in known.items() if name in _families(key, value)],
     )
@@ -107,7 +115,7 @@ def against_the_source(columns: Sequence[str], found: Sequence[SplitSummary], as
     asked: somebody named the columns. Raises BenchError for a named one that needs a reference and does not
     exist against the source, and where no column is left.
     """
-    known = {key: value for section in found for key, value in section.values.items()}
+    known = declared_values(found)
     kept, lost = [], []
     for key in columns:
         twin = api.against_source(key)
@@ -119,7 +127,7 @@ def against_the_source(columns: Sequence[str], found: Sequence[SplitSummary], as
             kept.append(key)
     if lost and (asked or not kept):
         having = [key for key in known if api.against_source(key) in known]
-        there = f"those that are: {', '.join(told(having, known))}" if having else "no value here is"
+        there = f"those that are: {', '.join(_told(having, known))}" if having else "no value here is"
         raise BenchError(f"{lost[0]} ({known[lost[0]].label}) is not computed against the source; {there}")
     return kept
 
@@ -157,13 +165,13 @@ def _words(text: str) -> list[str]:
     return sorted(re.findall(r"[^\W_]+", text.casefold()))
 
 
-def told(ids: Iterable[str], known: Known) -> list[str]:
+def _told(ids: Iterable[str], known: Known) -> list[str]:
     """Values by id and label, as messages name them."""
     return [f"{key} ({known[key].label})" for key in ids]
 
 
 def close(asked: str, known: Known, also: Sequence[str] = (), cutoff: float = 0.6) -> list[str]:
-    """The values that were perhaps meant, each by its id and label."""
+    """The values that were perhaps meant, each by its id and label. also: names of what is no value."""
     names = {folded(each): each for each in also}
     for key, value in known.items():
         names[folded(key)] = names[folded(value.label)] = f"{key} ({value.label})"
@@ -171,19 +179,11 @@ def close(asked: str, known: Known, also: Sequence[str] = (), cutoff: float = 0.
     return list(dict.fromkeys(names[each] for each in near))
 
 
-def cure(asked: str, known: Known) -> str:
-    """The values that were perhaps meant, else the nearest few and how to list all."""
+def _cure(asked: str, known: Known) -> str:
+    """The values that were perhaps meant; else the nearest or a few usual ones, and how to list all."""
     if near := close(asked, known):
         return f"did you mean {' or '.join(near)}?"
-    near = close(asked, known, cutoff=0.3)
-    few = (
-        f"the nearest are {' and '.join(near)}"
-        if near
-        else f"there are {', '.join(some(known))} and others"
-    )
-    return f"{few}; {LISTED}"
-
-
-def some(known: Known) -> list[str]:
-    """A few values that are no curves, default columns first: examples for a message."""
-    return told(_usual_first([key for key, value in known.items() if not value.index])[:3], known)
+    if near := close(asked, known, cutoff=0.3):
+        return f"the nearest are {' and '.join(near)}; {LISTED}"
+    few = _usual_first([key for key, value in known.items() if not value.index])[:3]
+    return f"there are {', '.join(_told(few, known))} and others; {LISTED}"

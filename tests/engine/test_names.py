@@ -65,19 +65,19 @@ KNOWN = {
     ],
 )
 def test_a_column_is_found_however_it_is_written(asked, found):
-    assert names.value_id(asked, KNOWN, ("fps",)) == found
+    assert names.value_id(asked, {**KNOWN, "fps": names.SPEED}) == found
 
 
 @pytest.mark.parametrize(
-    ("asked", "also", "told"),
+    ("asked", "told"),
     [
-        ("n", ("fps",), "n is the number of cases, no value"),
-        ("speed", (), "is no value of single cases; bench table --columns speed"),
-        ("joint", (), r"give the id: jerk_ratio \(joint jerk\), joint_a \(joint, one\)"),
-        ("ratio_src", (), "bench table --against source shows ratio, source"),
+        ("n", "n is the number of cases, no value"),
+        ("speed", "is no value of single cases; bench table --columns speed"),
+        ("joint", r"give the id: jerk_ratio \(joint jerk\), joint_a \(joint, one\)"),
+        ("ratio_src", "bench table --against source shows ratio, source"),
     ],
 )
-def test_columns_that_are_no_values_and_names_of_several_are_explained(asked, also, told):
+def test_columns_that_are_no_values_and_names_of_several_are_explained(asked, told):
     known = KNOWN | {
         "joint_a": value("joint, one", "joint"),
         "joint_b": value("joint, two", "joint"),
@@ -86,7 +86,7 @@ def test_columns_that_are_no_values_and_names_of_several_are_explained(asked, al
         "ratio_src": value("ratio, source"),
     }
     with pytest.raises(BenchError, match=told):
-        names.value_id(asked, known, also)
+        names.value_id(asked, known)
 
 
 def test_a_family_of_several_values_lists_them():
@@ -115,7 +115,7 @@ def test_an_unknown_name_is_answered_with_close_ones_or_all():
     with pytest.raises(
         BenchError, match=r"value 'xyzzy'; there are mpjpe_h\.world \(MPJPE\), .*and others"
     ):
-        names.value_id("xyzzy", KNOWN, ("fps",))
+        names.value_id("xyzzy", {**KNOWN, "fps": names.SPEED})
 
 
 @pytest.mark.parametrize("asked", ["foo", "xyzzy", "zz top"])

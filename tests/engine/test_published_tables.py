@@ -181,7 +181,7 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
     overall = row.cells["overall"]
     assert overall.value == pytest.approx((0.4 + 0.5) / 2)
     assert overall.text == f"0.4500 ±{np.std([0.1, 0.3, 0.6, 0.5]):.4f}"
-    assert "Mr ↔ V" not in row.cells
+    assert "Mr ↔ V" not in row.numbers
     (pan,) = rows_of("pan-table1", tmp_path)
     assert pan.cells["intra, self pairs included"].n == 5  # the self pair counts, Aj > BigVegas does not
     counts, warning = part.notes
@@ -223,9 +223,9 @@ def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None
     data = {"name": "folder", "label": "folder"}
     store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1}, dataset=data)
     (row,) = rows_of("humot-table4", tmp_path)
-    assert {key: cell.value for key, cell in row.cells.items()} == {"all intra": 0.1}
+    assert {key: cell.value for key, cell in row.numbers.items()} == {"all intra": 0.1}
     (row,) = rows_of("correspondence-free-table4", tmp_path)
-    assert {key: cell.value for key, cell in row.cells.items()} == {"MPJPE": 0.1 / 100 * 2}
+    assert {key: cell.value for key, cell in row.numbers.items()} == {"MPJPE": 0.1 / 100 * 2}
 
 
 def test_metres_need_the_heights_of_targets(tmp_path: Path) -> None:
@@ -411,7 +411,7 @@ def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
     store(tmp_path, "mine", "intra", {("Ann>Bob", "a"): 0.3, ("Ann>Bob", "b"): 0.5})
     store(tmp_path, "mine", "cross", {("Ann>Cy", "a"): 0.7})
     (row,) = rows_of("pan-table1", tmp_path)
-    found = {key: (cell.value, cell.n) for key, cell in row.cells.items()}
+    found = {key: (cell.value, cell.n) for key, cell in row.numbers.items()}
     assert found == {
         "self + intra": (pytest.approx((0.2 + 0.5) / 2), 3),
         "all cross": (pytest.approx(0.7), 1),

@@ -84,18 +84,20 @@ def strict(constant):
 def test_json_has_every_number_with_what_belongs_to_it(name):
     (table,) = json.loads(json_document([make_table(name, name)]), parse_constant=strict)
     cross, intra = table["groups"]
-    assert (cross["split"], intra["split"], len(cross["rows"])) == ("cross", "intra", 4)
-    ours, other, broken, _ = cross["rows"]
-    world = ours["cells"]["mpjpe_h.world"]
-    assert [world[key] for key in ("value", "low", "high", "mark", "n", "clips")] == [
-        3.321, 2.91, 3.8, "best", 47, 43,
+    assert (cross["split"], intra["split"]) == ("cross", "intra")
+    ours, other = cross["ranked"]
+    (broken, _) = cross["unranked"]
+    assert [each["id"] for each in cross["columns"]] == ["mpjpe_h.world", "jerk_ratio", "recall"]
+    world, ratio, _ = ours["cells"]
+    assert [world[key] for key in ("value", "interval", "mark", "n", "clips")] == [
+        3.321, {"low": 2.91, "high": 3.8}, "best", 47, 43,
     ]  # fmt: skip
-    assert (ours["cells"]["jerk_ratio"]["place"], other["cells"]["mpjpe_h.world"]["seeds_sd"]) == (2, 0.25)
-    missing = other["cells"]["recall"]
-    assert (missing["value"], missing["missing"]) == (None, "n/a")
-    assert (broken["not_ranked"], broken["n"]) == (printable(name), "0/47")
+    assert (ratio["place"], other["cells"][0]["spread"]) == (1, 0.25)
+    missing = other["cells"][2]
+    assert (missing["value"], missing["text"]) == (None, "n/a")
+    assert (broken["mark"], broken["n"]) == (printable(name), "0/47")
     assert ours["label"] == printable(name)
-    assert cross["columns"]["mpjpe_h.world"]["unit"] == "% of height"
+    assert cross["columns"][0]["unit"] == "% of height"
 
 
 def test_numbers_that_json_cannot_hold_are_missing():
@@ -103,5 +105,5 @@ def test_numbers_that_json_cannot_hold_are_missing():
     row = replace(group.ranked[0], cells=(Cell("clip", float("inf")),) * 3)
     made = replace(make_table(), groups=(replace(group, ranked=(row,), unranked=()),))
     (table,) = json.loads(json_document([made]), parse_constant=strict)
-    cell = table["groups"][0]["rows"][0]["cells"]["recall"]
-    assert (cell["value"], cell["missing"]) == (None, "clip")
+    cell = table["groups"][0]["ranked"][0]["cells"][2]
+    assert (cell["value"], cell["text"]) == (None, "clip")

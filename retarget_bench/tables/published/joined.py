@@ -134,7 +134,9 @@ class _Page:
             if not block:
                 yield self._group(self.table.source, columns, shown)
             elif shown and not all(self._repeats(row, columns) for _, row in shown):
-                kept = [column for column in columns if any(column.label in row.cells for _, row in shown)]
+                kept = [
+                    column for column in columns if any(column.label in row.numbers for _, row in shown)
+                ]
                 yield self._group(f"{self.table.source}: {block}", kept, shown)
 
     def left_out(self) -> list[str]:
@@ -144,27 +146,21 @@ class _Page:
             shown = [row for _, row in self._rows(columns)]
             lacking = [row for part in self.parts for row in part.rows if row not in shown]
             if lacking:
-                why = "; ".join(
-                    dict.fromkeys(_reason(row, column) for row in lacking for column in columns)
-                )
+                why = dict.fromkeys(row.cells[column.label].reason for row in lacking for column in columns)
                 labels = ", ".join(dict.fromkeys(row.label for row in lacking))
-                sentences.append(f"No number in {block or 'the columns of the paper'}: {labels} ({why}).")
+                where = block or "the columns of the paper"
+                sentences.append(f"No number in {where}: {labels} ({'; '.join(why)}).")
         return sentences
 
     def _rows(self, columns: Sequence[Column]) -> list[tuple[OurRows, OurRow]]:
         """Our rows with a number in any of these columns."""
-        labels = [column.label for column in columns]
-        return [
-            (part, row)
-            for part in self.parts
-            for row in part.rows
-            if any(each in row.cells for each in labels)
-        ]
+        labels = {column.label for column in columns}
+        return [(part, row) for part in self.parts for row in part.rows if labels & row.numbers.keys()]
 
     def _repeats(self, row: OurRow, columns: Sequence[Column]) -> bool:
         """True for a row whose numbers stand in the paper's columns, too, over as many cases."""
-        pairs = ((row.cells.get(column.label), row.cells.get(column.repeats)) for column in columns)
-        return all((one and (one.n, one.value)) == (two and (two.n, two.value)) for one, two in pairs)
+        pairs = ((row.cells[each.label], row.cells.get(each.repeats, Cell(""))) for each in columns)
+        return all((one.n, one.value) == (two.n, two.value) for one, two in pairs)
 
     def _group(
         self, title: str, columns: Sequence[Column], shown: Sequence[tuple[OurRows, OurRow]]
@@ -203,10 +199,8 @@ class _Page:
         return Row(f"{label} ({COUNTED if counted else PRINTED})", "", tuple(cells), "", about)
 
     def _own(self, part: OurRows, row: OurRow, columns: Sequence[Column]) -> Row:
-        cells = []
-        for column in columns:
-            cell = row.cells.get(column.label) or self.footnotes.missing(_reason(row, column))
-            cells.append(replace(cell, footnote=self.footnotes.number(cell.reason)))
+        mine = (row.cells[column.label] for column in columns)
+        cells = [replace(cell, footnote=self.footnotes.number(cell.reason)) for cell in mine]
         over = {
             (cell.n, part.asked.get(column.label, cell.n))
             for column, cell in zip(columns, cells, strict=True)
@@ -219,11 +213,6 @@ class _Page:
         label = f"{row.label} ({row.variant})" if row.variant else row.label
         label += f", {part.where}" if len(self.parts) > 1 else ""
         return Row(label, row.mark, tuple(cells), counted)
-
-
-def _reason(row: OurRow, column: Column) -> str:
-    """Why a row has no number in a column."""
-    return column.missing or row.reasons.get(column.label, f"no results on {column.over}")
 
 
 def _heading(column: Column) -> Heading:

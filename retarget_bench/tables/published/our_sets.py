@@ -10,12 +10,11 @@ from retarget_bench.analysis.ranking import never_ranked
 from retarget_bench.api import CROSS
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.results import compatibility, store
+from retarget_bench.results import compatibility
 from retarget_bench.results.compatibility import Newest
-from retarget_bench.results.paths import SETS
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 from retarget_bench.tables.model import Cell, count
-from retarget_bench.tables.published.ours import OurRow, OurRows, number_cell, variant
+from retarget_bench.tables.published.ours import OurRow, OurRows, missing, number_cell, variant
 from retarget_bench.tables.published.printed import Column, PublishedTable
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
@@ -34,20 +33,32 @@ def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Our
     for matrix in (each for each in matrices if each.split == CROSS):
         headers = [row.header for each in matrices if each.dataset == matrix.dataset for row in each.rows]
         newest = compatibility.newest(headers)
-        methods = [(row, _values(table, row, newest)) for row in matrix.rows]
-        parts.append(_part(table, matrix.dataset, [(row, values) for row, values in methods if values]))
+        values = {row.label: _values(table, row, newest) for row in matrix.rows}
+        usual = {
+            column.label: _usual([each for mine in values.values() for each in mine.get(column.label, ())])
+            for column in table.columns
+        }
+        floors = {
+            label: [replace(each, value=each.floor) for each in found] for label, found in usual.items()
+        }
+        rows = [OurRow(FLOOR, FLOOR_MARK, _cells(table, floors, usual))] if any(floors.values()) else []
+        for row in matrix.rows:
+            if any(values[row.label].values()):
+                cells = _cells(table, values[row.label], usual)
+                method = row.header.method
+                rows.append(OurRow(row.label, never_ranked(method), cells, variant(method)))
+        rows.sort(key=lambda row: row.label)
+        parts.append(OurRows(matrix.dataset, tuple(rows), {}, _counts(matrix.dataset, rows)))
     return [part for part in parts if part.rows]
 
 
 def _values(table: PublishedTable, row: MethodRow, newest: Newest) -> Values:
     """The values of a method by column; none where its results do not count."""
-    place, header = row.paths, row.header
-    if header.four_legged is None or not place.complete or newest.why_outdated(header):
+    header = row.header
+    if header.four_legged is None or not row.paths.complete or newest.why_outdated(header):
         return {}
-    store.verify(place, header, SETS)
-    there = [
-        each for each in set_metrics.read(place) if not newest.why_value_outdated(header, each.value_id)
-    ]
+    found = set_metrics.read(row.paths)
+    there = [each for each in found if not newest.why_value_outdated(header, each.value_id)]
     four = set(header.four_legged)
     return {
         column.label: [each for each in there if _is_of(column, each, four)] for column in table.columns
@@ -61,42 +72,23 @@ def _is_of(column: Column, value: SetValue, four_legged: set[str]) -> bool:
     return same and (value.structure in four_legged) == (legs == "4")
 
 
-def _part(table: PublishedTable, where: str, methods: Sequence[tuple[MethodRow, Values]]) -> OurRows:
-    labels = [column.label for column in table.columns]
-    usual = {label: _usual([each for _, values in methods for each in values[label]]) for label in labels}
-    floors = {label: [replace(each, value=each.floor) for each in found] for label, found in usual.items()}
-    rows = [_row(table, FLOOR, FLOOR_MARK, floors, usual)]
-    for found, values in methods:
-        row = _row(table, found.label, never_ranked(found.header.method), values, usual)
-        rows.append(replace(row, variant=variant(found.header.method)))
-    over: dict[str, list[str]] = {}
-    for label in labels:
-        if cells := [row.cells[label] for row in rows if label in row.cells]:
-            least = min(cells, key=lambda cell: cell.n)
-            told = f"{count(least.n, 'window')} in each set, {count(least.clips, 'clip')}"
-            over.setdefault(told, []).append(label)
-    notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
-    kept = sorted((row for row in rows if row.cells or row.reasons), key=lambda row: row.label)
-    return OurRows(where, tuple(kept), notes=(f"n, {where}: {notes}.",) if over else ())
-
-
-def _row(table: PublishedTable, label: str, mark: str, values: Values, usual: Values) -> OurRow:
-    """A row from the values of every column. usual: of the sets that most methods are compared with."""
-    cells: dict[str, Cell] = {}
-    reasons = {}
-    for column, mine in values.items():
+def _cells(table: PublishedTable, values: Values, usual: Values) -> dict[str, Cell]:
+    """The cells of a row. usual: the values of the sets that most methods are compared with."""
+    cells = {}
+    for column in table.columns:
+        mine = values[column.label]
         numbers = {each.structure: each.value for each in mine if each.value is not None}
         having = [each for each in mine if each.structure in numbers]
-        if having:
-            cells[column] = replace(
-                number_cell(float(np.mean([*numbers.values()])), None, table.decimals(column)),
-                n=min(each.n for each in having),
-                clips=min(each.clips for each in having),
-                reason=_other_sets(having, usual[column]),
-            )
-        elif mine:
-            reasons[column] = "; ".join(dict.fromkeys(each.reason for each in mine))
-    return OurRow(label, mark, cells, reasons)
+        if not having:
+            cells[column.label] = missing(column, "; ".join(dict.fromkeys(each.reason for each in mine)))
+            continue
+        cells[column.label] = replace(
+            number_cell(float(np.mean([*numbers.values()])), None, table.decimals(column.label)),
+            n=min(each.n for each in having),
+            clips=min(each.clips for each in having),
+            reason=_other_sets(having, usual[column.label]),
+        )
+    return cells
 
 
 def _other_sets(mine: Sequence[SetValue], usual: Sequence[SetValue]) -> str:
@@ -118,3 +110,15 @@ def _usual(values: Sequence[SetValue]) -> list[SetValue]:
         real = Counter(each.real for each in given).most_common(1)[0][0]
         found.append(next(each for each in given if each.real == real))
     return found
+
+
+def _counts(where: str, rows: Sequence[OurRow]) -> tuple[str, ...]:
+    """A sentence on the least windows and clips that the columns are over."""
+    over: dict[str, list[str]] = {}
+    for label in rows[0].cells if rows else ():
+        if cells := [row.numbers[label] for row in rows if label in row.numbers]:
+            least = min(cells, key=lambda cell: cell.n)
+            told = f"{count(least.n, 'window')} in each set, {count(least.clips, 'clip')}"
+            over.setdefault(told, []).append(label)
+    notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
+    return (f"n, {where}: {notes}.",) if over else ()

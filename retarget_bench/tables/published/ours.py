@@ -1,22 +1,21 @@
 """Our results in the columns of a published table, over the cases that all methods answered."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from retarget_bench import defaults
 from retarget_bench.analysis.ranking import common_cases, never_ranked
 from retarget_bench.analysis.summary import means_over_clips
-from retarget_bench.api import CaseInfo, optional
+from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, metres
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
-from retarget_bench.tables.model import Cell, count
+from retarget_bench.tables.model import NOT_APPLICABLE, Cell, count
 from retarget_bench.tables.published.printed import SEEN, STRUCTURE, Column, PublishedTable
 
 FEWER = "answered fewer cases"
@@ -25,7 +24,7 @@ UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
 @dataclass(frozen=True)
 class OurRow:
-    """One method on one data set: column -> cell, where it has any; reasons: why it has none.
+    """One method on one data set: column -> cell, of all columns.
 
     mark: why a method is not compared, or "". variant: of a published method, or "".
     """
@@ -33,8 +32,12 @@ class OurRow:
     label: str
     mark: str
     cells: Mapping[str, Cell]
-    reasons: Mapping[str, str] = field(default_factory=dict)
     variant: str = ""
+
+    @property
+    def numbers(self) -> dict[str, Cell]:
+        """The cells that have one."""
+        return {label: cell for label, cell in self.cells.items() if cell.value is not None}
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,8 @@ class OurRows:
 
     where: str
     rows: tuple[OurRow, ...]
-    asked: Mapping[str, int] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    asked: Mapping[str, int]
+    notes: tuple[str, ...]
 
 
 def variant(method: MethodInfo) -> str:
@@ -69,15 +72,15 @@ def variant(method: MethodInfo) -> str:
     return f"ours: {words}" if words else "ours, with these settings" if given else "ours"
 
 
-def _of_column(column: Column, matrix: ResultMatrix) -> np.ndarray:
-    """``(methods, cases)`` of a column's value, in metres where the column is.
+def number_cell(value: float, spread: float | None, decimals: int) -> Cell:
+    """A cell with a number of ours, and with its spread where there is one."""
+    text = f"{value:.{decimals}f}" + ("" if spread is None else f" ±{spread:.{decimals}f}")
+    return Cell(text, value, decimals=decimals)
 
-    Raises BenchError where metres are asked for and results do not say how tall their targets are.
-    """
-    declared = matrix.values.get(column.value_id)
-    if declared is not None and metres.UNITS.get(declared.unit) == column.unit:
-        matrix = metres.in_metres(matrix)
-    return matrix.numbers((column.value_id, ""))
+
+def missing(column: Column, why: str = "") -> Cell:
+    """A cell without a number of ours. why: of the method, where it is known."""
+    return Cell(NOT_APPLICABLE, reason=column.missing or why or f"no results on {column.over}")
 
 
 def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
@@ -92,7 +95,7 @@ def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Ou
     for matrix in matrices:
         where = f"{matrix.dataset}: {matrix.bodies}" if matrix.bodies else matrix.dataset
         grouped.setdefault(where, []).append(matrix)
-    parts = [_Part.of(table, each).rows(where) for where, each in grouped.items()]
+    parts = [_Part(table, each).rows(where) for where, each in grouped.items()]
     return [part for part in parts if part.rows]
 
 
@@ -101,7 +104,7 @@ class _Numbers:
     """The numbers of one column, ``(methods, cases)``, nan where there is none or it is over other cases.
 
     shown:  of compared methods and controls over the common cases alone.
-    alike:  ``(methods,)`` bool: over the common cases.
+    alike:  ``(methods,)`` bool: compared over the common cases.
     common: ``(cases,)`` bool; none where methods have cases of their own (``own``).
     """
 
@@ -112,99 +115,93 @@ class _Numbers:
     own: bool = False
 
 
-@dataclass(frozen=True)
 class _Part:
     """All cases of all splits of a data set, sorted by clip, and the methods with results on any.
 
     clips: ``(cases,)``, see ``statistics.per_clip``. structures: ``(cases,)`` of the targets, or "".
+    compared: ``(methods,)`` bool. numbers: of the columns in which any method has one.
     """
 
-    table: PublishedTable
-    matrices: Sequence[ResultMatrix]
-    methods: Mapping[str, MethodInfo]
-    infos: Sequence[CaseInfo]
-    clips: np.ndarray
-    structures: Sequence[str]
-
-    @classmethod
-    def of(cls, table: PublishedTable, matrices: Sequence[ResultMatrix]) -> "_Part":
+    def __init__(self, table: PublishedTable, matrices: Sequence[ResultMatrix]) -> None:
+        self.table, self.matrices = table, matrices
         rows = sorted((row for matrix in matrices for row in matrix.rows), key=lambda row: row.label)
         own = {matrix.cases[i] for matrix in matrices for i in np.flatnonzero(matrix.own)}
-        infos = sorted(own, key=lambda info: (info.clip, info.split, info.id))
         known: dict[str, str] = {}
         for row in rows:
             known |= case_metadata.read_structures(row.paths) or {}
-        return cls(
-            table=table,
-            matrices=matrices,
-            methods={row.label: row.header.method for row in rows},
-            infos=infos,
-            clips=np.unique([info.clip for info in infos], return_inverse=True)[1],
-            structures=[known.get(info.target, "") for info in infos],
-        )
-
-    @property
-    def of_papers(self) -> bool:
-        """True for the data set that the papers' pairs are of."""
-        return self.matrices[0].rows[0].header.dataset.name == defaults.PAPERS_DATASET
+        self.methods = {row.label: row.header.method for row in rows}
+        self.infos = sorted(own, key=lambda info: (info.clip, info.split, info.id))
+        self.clips = np.unique([info.clip for info in self.infos], return_inverse=True)[1]
+        self.structures = [known.get(info.target, "") for info in self.infos]
+        self.compared = np.array([not never_ranked(each) for each in self.methods.values()])
+        found = {column.label: self._numbers(column) for column in table.columns if column.value_id}
+        self.numbers = {label: each for label, each in found.items() if each is not None}
 
     def rows(self, where: str) -> OurRows:
         """The rows by name, and what their numbers are over."""
-        columns = {}
-        for column in self.table.columns:
-            if column.value_id and (found := self._numbers(column)) is not None:
-                columns[column.label] = found
-        rows, notes = [], []
-        for at, label in enumerate(self.methods):
-            row = self._row(at, label, columns)
-            rows += [row] if row.cells else []
-            notes += self._on_the_same(at, label, columns) if row.mark == FEWER else []
-        common = {label: found.common for label, found in columns.items() if found.common.any()}
+        rows = [self._row(at, *each) for at, each in enumerate(self.methods.items())]
+        fewer = [self._on_the_same(at, row.label) for at, row in enumerate(rows) if row.mark == FEWER]
+        common = {label: int(found.common.sum()) for label, found in self.numbers.items()}
         return OurRows(
             where,
-            tuple(rows),
-            {label: int(cases.sum()) for label, cases in common.items()},
-            (*self._counts(where, common), *notes),
+            tuple(row for row in rows if row.numbers),
+            {label: cases for label, cases in common.items() if cases},
+            (*self._counts(where), *filter(None, fewer)),
         )
 
+    # ------------------------------------------------------------------------------------------ numbers
     def _numbers(self, column: Column) -> _Numbers | None:
         """The numbers of a column; None where no method has any."""
+
+        def values(matrix: ResultMatrix) -> np.ndarray:
+            declared = matrix.values.get(column.value_id)
+            if declared is not None and metres.UNITS.get(declared.unit) == column.unit:
+                matrix = metres.in_metres(matrix)
+            return matrix.numbers((column.value_id, ""))
+
+        def unanswered(matrix: ResultMatrix) -> np.ndarray:
+            lost = ([info.id in row.header.unanswered for info in matrix.cases] for row in matrix.rows)
+            return np.array(list(lost))
+
         asked = np.array([self._asked(column, each) for each in self.methods.values()])
-        numbers = self._filled(np.full(asked.shape, np.nan), partial(_of_column, column))
-        answered = np.where(asked, numbers, np.nan)
-        compared = np.array([not never_ranked(each) for each in self.methods.values()])
-        having = compared & ~np.isnan(answered).all(axis=1)
-        if np.isnan(answered).all():
+        answered = np.where(asked, self._filled(np.nan, values), np.nan)
+        there = ~np.isnan(answered)
+        nobody = np.zeros_like(asked)
+        nothing = _Numbers(answered, answered, nobody[:, 0], nobody[0])
+        having = self.compared & there.any(axis=1)
+        if not there.any():
             return None
         if len(np.unique(asked[having], axis=0)) > 1:
-            nobody = np.zeros_like(asked)
-            return _Numbers(answered, answered, nobody[:, 0], nobody[0], own=True)
-        lost = self._filled(np.zeros(asked.shape, dtype=bool), _unanswered)
-        common, alike, _ = common_cases(answered, having & ~(asked & lost).any(axis=1))
+            return replace(nothing, own=True)
+        whole = ~(asked & self._filled(False, unanswered)).any(axis=1)
+        common, alike, _ = common_cases(answered, having & whole)
         if not alike.any():
-            return _Numbers(answered, answered, alike, np.zeros_like(common))
-        shown = np.where((alike | ~compared)[:, None] & ~common, np.nan, answered)
+            return nothing
+        shown = np.where((alike | ~self.compared)[:, None] & ~common, np.nan, answered)
         return _Numbers(answered, shown, alike, common)
 
     def _asked(self, column: Column, method: MethodInfo) -> np.ndarray:
         """``(cases,)`` bool: the cases that a column is over, of a method."""
+        asked: Iterable[bool]
         if column.chosen_by == "structure":
-            asked = [f"{STRUCTURE} {each}" == column.cases for each in self.structures]
+            asked = (f"{STRUCTURE} {each}" == column.cases for each in self.structures)
         elif column.chosen_by == "training":
             had = (method.trained_on or {}).get("structures", ())
             seen = column.cases == SEEN
-            asked = [method.trained_on is not None and (each in had) == seen for each in self.structures]
+            asked = (method.trained_on is not None and (each in had) == seen for each in self.structures)
         elif column.chosen_by == "splits":
-            asked = [column.takes(info.split) for info in self.infos]
+            asked = (column.takes(info.split) for info in self.infos)
         else:
             pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
-            asked = [self.of_papers and info.pair in pairs for info in self.infos]
-        return np.array(asked, dtype=bool)
+            of_papers = self.matrices[0].rows[0].header.dataset.name == defaults.PAPERS_DATASET
+            asked = (of_papers and info.pair in pairs for info in self.infos)
+        return np.array(list(asked), dtype=bool)
 
-    def _filled(self, into: np.ndarray, values: Callable[[ResultMatrix], np.ndarray]) -> np.ndarray:
+    def _filled(self, nothing: float, values: Callable[[ResultMatrix], np.ndarray]) -> np.ndarray:
         """``(methods, cases)`` of all matrices. values: ``(rows, cases)`` of one of them."""
         method = {label: number for number, label in enumerate(self.methods)}
         case = {info: number for number, info in enumerate(self.infos)}
+        into = np.full((len(method), len(case)), nothing)
         for matrix in self.matrices:
             own = np.flatnonzero(matrix.own)
             at = np.ix_([method[row.label] for row in matrix.rows], [case[matrix.cases[i]] for i in own])
@@ -213,40 +210,37 @@ class _Part:
 
     def _parts(self, column: Column) -> list[Column]:
         """The columns that a column is the mean of."""
-        mean = column.chosen_by == "mean"
-        return [each for each in self.table.columns if mean and each.pairs]
+        return [each for each in self.table.columns if column.chosen_by == "mean" and each.pairs]
 
-    def _row(self, at: int, label: str, columns: Mapping[str, _Numbers]) -> OurRow:
-        method = self.methods[label]
+    # --------------------------------------------------------------------------------------------- rows
+    def _row(self, at: int, label: str, method: MethodInfo) -> OurRow:
         mark, fewer = never_ranked(method), False
-        cells = self._cells({key: found.shown[at] for key, found in columns.items()})
-        for column in (each for each in self.table.columns if each.label in cells):
-            key = column.label
-            found, cell = columns[key], cells[key]
+        having = self._cells({key: found.shown[at] for key, found in self.numbers.items()})
+        cells = {}
+        for column in self.table.columns:
+            if (cell := having.get(column.label)) is None:
+                untrained = column.chosen_by == "training" and method.trained_on is None
+                cells[column.label] = missing(column, UNTRAINED if untrained else "")
+                continue
+            found, reason = self.numbers[column.label], ""
             asked = int(found.common.sum())
             if found.own:
-                cells[key] = replace(cell, reason=f"over {count(cell.n, 'case')}: {column.over} of its own")
+                reason = f"over {count(cell.n, 'case')}: {column.over} of its own"
             elif not (mark or found.alike[at]):
                 fewer = True
-            elif asked and cell.n < asked:
+            elif cell.n < asked:
                 reason = f"over the {cell.n} of the {count(asked, 'common case')} that it has"
-                cells[key] = replace(cell, reason=reason)
-        reasons = {
-            column.label: UNTRAINED
-            for column in self.table.columns
-            if column.chosen_by == "training" and method.trained_on is None
-        }
-        return OurRow(label, mark or (FEWER if fewer else ""), cells, reasons, variant(method))
+            cells[column.label] = replace(cell, reason=reason)
+        return OurRow(label, mark or (FEWER if fewer else ""), cells, variant(method))
 
     def _cells(self, numbers: Mapping[str, np.ndarray]) -> dict[str, Cell]:
-        """The cells of one method. numbers: column -> ``(cases,)``."""
+        """The cells with a number of one method. numbers: column -> ``(cases,)``."""
         cells: dict[str, Cell] = {}
         for column in self.table.columns:
-            mine = numbers.get(column.label)
-            if mine is None or np.isnan(mine).all():
-                continue
+            mine = numbers.get(column.label, np.full(len(self.infos), np.nan))
             (mean,) = means_over_clips(mine[None], self.clips)
-            assert mean is not None
+            if mean is None:
+                continue
             value, interval = mean.value, mean.interval
             if parts := self._parts(column):  # the mean of means, as the papers take it
                 values = (cells[part.label].value for part in parts if part.label in cells)
@@ -256,55 +250,43 @@ class _Part:
             cells[column.label] = replace(cell, interval=interval, n=mean.n, clips=mean.clips)
         return cells
 
-    def _on_the_same(self, at: int, label: str, columns: Mapping[str, _Numbers]) -> list[str]:
-        """A sentence with the numbers that the best of the compared methods has on the cases of another."""
-        compared = np.array([not never_ranked(each) for each in self.methods.values()])
-        mine = [each for each in columns.values() if not np.isnan(each.answered[at]).all()]
-        last = next((each for each in reversed(mine) if (each.alike & compared).any()), None)
+    # -------------------------------------------------------------------------------------------- notes
+    def _on_the_same(self, at: int, label: str) -> str:
+        """A sentence with the numbers that the best of the compared methods has on the cases of another; ""
+        where there are no others."""
+        mine = [each for each in self.numbers.values() if not np.isnan(each.answered[at]).all()]
+        last = next((each for each in reversed(mine) if each.alike.any()), None)
         if last is None:
-            return []
+            return ""
         means = means_over_clips(last.shown, self.clips)
-        others = np.flatnonzero(last.alike & compared)
+        others = np.flatnonzero(last.alike)
         best = min(others, key=lambda n: mean.value if (mean := means[n]) else np.inf)
         cells = self._cells(
             {
                 key: np.where(np.isnan(each.answered[at]), np.nan, each.answered[best])
-                for key, each in columns.items()
+                for key, each in self.numbers.items()
             }
         )
         told = ", ".join(f"{key} {cell.text}" for key, cell in cells.items())
-        return [f"{label} {FEWER}; on these {list(self.methods)[best]} has {told}."]
+        return f"{label} {FEWER}; on these {list(self.methods)[best]} has {told}."
 
-    def _counts(self, where: str, common: Mapping[str, np.ndarray]) -> list[str]:
+    def _counts(self, where: str) -> list[str]:
         """Sentences on the cases, pairs and clips that the columns are over."""
         over: dict[str, list[str]] = {}
         whole = True
         for column in self.table.columns:
-            if column.label not in common or column.chosen_by == "mean":
+            found = self.numbers.get(column.label)
+            if found is None or not found.common.any() or column.chosen_by == "mean":
                 continue
-            there = [self.infos[int(at)] for at in np.flatnonzero(common[column.label])]
+            there = [self.infos[int(at)] for at in np.flatnonzero(found.common)]
             pairs, clips = (f"{len({getattr(info, of) for info in there})}" for of in ("pair", "clip"))
             if column.pairs:
                 whole &= (pairs, clips) == (f"{len(column.pairs)}", f"{self.table.clips}")
                 pairs, clips = f"{pairs} of {len(column.pairs)}", f"{clips} of {self.table.clips}"
-            over.setdefault(f"{count(len(there), 'case')}, pairs {pairs}, clips {clips}", []).append(
-                column.label
-            )
+            cases = f"{count(len(there), 'case')}, pairs {pairs}, clips {clips}"
+            over.setdefault(cases, []).append(column.label)
+        if not over:
+            return []
         notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
-        fewer = (
-            []
-            if whole
-            else [f"{where}: not all of the paper's cases; do not compare with the printed numbers."]
-        )
-        return [f"n, {where}: {notes}.", *fewer] if over else []
-
-
-def number_cell(value: float, spread: float | None, decimals: int) -> Cell:
-    """A cell with a number of ours, and with its spread where there is one."""
-    text = f"{value:.{decimals}f}" + ("" if spread is None else f" ±{spread:.{decimals}f}")
-    return Cell(text, value, decimals=decimals)
-
-
-def _unanswered(matrix: ResultMatrix) -> np.ndarray:
-    """``(rows, cases)`` bool: the cases that a method did not answer."""
-    return np.array([[info.id in row.header.unanswered for info in matrix.cases] for row in matrix.rows])
+        fewer = f"{where}: not all of the paper's cases; do not compare with the printed numbers."
+        return [f"n, {where}: {notes}.", *([] if whole else [fewer])]

@@ -36,18 +36,12 @@ def fragment(tables: Sequence[Table]) -> str:
 
 def context(tables: Sequence[Table]) -> dict[str, Any]:
     """The context of the table templates."""
-    kinds = dict.fromkeys(kind for table in tables for kind in words.empty_kinds(table))
     return {
         "tables": tables,
         "words": words,
         "marks": MARKS,
-        "kinds": list(kinds),
-        "has_marks": words.has_marks(tables),
-        "rare": words.rare(cell for table in tables for cell in table.cells),
         "has_intervals": any(cell.interval for table in tables for cell in table.cells),
-        "has_common": any(any(group.common) for table in tables for group in table.groups),
         "has_parts": any(group.subject for table in tables for group in table.groups),
-        "has_seeds": words.has_seeds(tables),
         "best_first": BEST_FIRST,
         "most_cases": MOST_CASES,
         "sort_key": sort_key,
@@ -95,11 +89,8 @@ def told(cell: Cell, column: Column) -> str:
         return cell.reason or cell.text
     parts = [{"": "", "best": words.BEST, "tied": words.TIED}[cell.mark]]
     if cell.n:
-        over = (
-            f"over {count(cell.n, 'window')}"
-            if words.is_set(column)
-            else f"mean over {count(cell.n, 'case')}"
-        )
+        of_sets = column.label == "FID"  # of all answers as one set, beside means over cases
+        over = f"over {count(cell.n, 'window')}" if of_sets else f"mean over {count(cell.n, 'case')}"
         parts.append(f"{over} of {count(cell.clips, 'clip')}")
     if cell.interval:
         parts.append(f"interval {cell.between}")

@@ -11,7 +11,7 @@ from itertools import groupby
 
 from retarget_bench import files
 from retarget_bench.errors import printable
-from retarget_bench.tables.model import Cell, Column, Group, Mark, Row, Table
+from retarget_bench.tables.model import Cell, Column, Group, Mark, Table
 from retarget_bench.tables.rendering import words
 
 ESCAPES = {
@@ -56,13 +56,16 @@ ONE_COLUMN = 4
 def latex(tables: Sequence[Table], intervals: bool = False) -> str:
     """A table environment per group; a group of many columns has several."""
     head = "% needs \\usepackage{booktabs} in the preamble\n"
+    most = WITH_INTERVALS if intervals else MOST_COLUMNS
     made, labels = [], Counter[str]()
     for table in tables:
-        for group in (part for whole in table.groups for part in _parts(whole, intervals)):
+        for group in table.groups:
             label = files.slug(f"{table.title} {group.split}")
-            labels[label] += 1
-            number = f"-{labels[label]}" if labels[label] > 1 else ""
-            made.append(_environment(table, group, label + number, intervals))
+            for first in range(0, max(len(group.columns), 1), most):
+                labels[label] += 1
+                number = f"-{labels[label]}" if labels[label] > 1 else ""
+                part = _part(group, slice(first, first + most))
+                made.append(_environment(table, part, label + number, intervals))
     return head + "\n".join(made)
 
 
@@ -79,22 +82,13 @@ def _letter(each: str) -> str:
     return each if accented else f"[U+{ord(each):04X}]"
 
 
-def _parts(whole: Group, intervals: bool) -> list[Group]:
-    """A group by as many columns at a time as fit."""
-    most = WITH_INTERVALS if intervals else MOST_COLUMNS
-
-    def rows(of: Sequence[Row], first: int) -> tuple[Row, ...]:
-        return tuple(replace(row, cells=row.cells[first : first + most]) for row in of)
-
-    return [
-        replace(
-            whole,
-            columns=whole.columns[first : first + most],
-            ranked=rows(whole.ranked, first),
-            unranked=rows(whole.unranked, first),
-        )
-        for first in range(0, max(len(whole.columns), 1), most)
-    ]
+def _part(group: Group, some: slice) -> Group:
+    """A group with some of its columns."""
+    ranked, unranked = (
+        tuple(replace(row, cells=row.cells[some]) for row in rows)
+        for rows in (group.ranked, group.unranked)
+    )
+    return replace(group, columns=group.columns[some], ranked=ranked, unranked=unranked)
 
 
 SIGNS: dict[Mark, str] = {"": "", "best": "Bold:", "tied": "underlined:"}

@@ -1,6 +1,6 @@
 """Tables as Markdown: best in bold, intervals on request."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from retarget_bench.errors import printable
 from retarget_bench.tables.model import MARKS, Cell, Group, Row, Table
@@ -20,7 +20,7 @@ def plain(sentence: str) -> str:
     return "".join(f"\\{each}" if each in SPECIAL else each for each in escaped)
 
 
-def line(cells: Sequence[str]) -> str:
+def line(cells: Iterable[str]) -> str:
     """A line of a table."""
     return f"| {' | '.join(cells)} |"
 

@@ -3,12 +3,13 @@
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from functools import partial
+from itertools import groupby, zip_longest
 
 from retarget_bench.errors import printable
 from retarget_bench.tables.model import MARKS, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
-from retarget_bench.tables.rendering.words import filled, width, wrapped
+from retarget_bench.tables.rendering.words import filled, to_the_right, width, wrapped
 
 WIDTH = 100
 """Where nothing is said, as in pipes and files."""
@@ -113,19 +114,23 @@ class _Page:
     def grid(self, heading: str, heads: Sequence[_Head], lines: Sequence[_Line]) -> list[str]:
         """Aligned columns; as many blocks below each other as the width asks for."""
         rows = [line for line in lines if line.cells]
-        bare = [_widest(head, [line.cells[i] for line in rows]) for i, head in enumerate(heads)]
-        names = [printable(heading), *(printable(line.name) for line in rows)]
-        splits = {head.split for head in heads if head.split}
-        first, gap = self._fitting(
-            names, sum(bare) + GAP * max(0, len(splits) - 1), len(bare), bool(splits)
-        )
-        widths = [each + gap for each in bare]
+        stacks = [[head.lines, *(line.cells[i] for line in rows)] for i, head in enumerate(heads)]
+        bare = [max(width(part) for stack in each for part in stack) for each in stacks]
         for i, head in enumerate(heads):
-            if head.split and i and heads[i - 1].split != head.split:
-                widths[i] += GAP
+            bare[i] += GAP if head.split and i and head.split != heads[i - 1].split else 0
+        names = [printable(heading), *(printable(line.name) for line in rows)]
+        first, gap = self._fitting(names, sum(bare), len(bare), any(head.split for head in heads))
+        grid = _Grid(heads, first, [each + gap for each in bare])
         out: list[str] = []
-        for block in _blocks(heads, widths, self.width - 2 - first):
-            out += ["", *self._block(heading, heads, lines, block, first, widths)]
+        for block in grid.blocks(self.width):
+            out += ["", *grid.headings(heading, block)]
+            for line in lines:
+                if line.cells:
+                    out += grid.row(line, block)
+                else:
+                    out += textwrap.wrap(
+                        line.name, self.width, initial_indent="  ", subsequent_indent="     "
+                    )
         return out[1:]
 
     def _fitting(self, names: Sequence[str], taken: int, columns: int, splits: bool) -> tuple[int, int]:
@@ -140,32 +145,6 @@ class _Page:
             if 2 + name + taken + gap * columns <= self.width:
                 return name, gap
         return min(longest, WIDEST_NAME), 2
-
-    def _block(
-        self,
-        heading: str,
-        heads: Sequence[_Head],
-        lines: Sequence[_Line],
-        block: Sequence[int],
-        first: int,
-        widths: Sequence[int],
-    ) -> list[str]:
-        out = []
-        if any(heads[i].split for i in block):
-            spans = [(split, [widths[i] for i in each]) for split, each in _spans(heads, block)]
-            over = [f" {split} ".center(sum(each) - 2 - GAP, "-") for split, each in spans]
-            out.append(_joined("", over, first, [sum(each) for _, each in spans]))
-        tall = max(len(heads[i].lines) for i in block)
-        tops = [[""] * (tall - len(heads[i].lines)) + list(heads[i].lines) for i in block]
-        for number, each in enumerate(zip(*tops, strict=True)):
-            name = heading if number == tall - 1 else ""
-            out.append(_joined(name, each, first, [widths[i] for i in block]))
-        for line in lines:
-            if line.cells:
-                out += _body(line, block, first, widths)
-            else:
-                out += textwrap.wrap(line.name, self.width, initial_indent="  ", subsequent_indent="     ")
-        return out
 
     # ------------------------------------------------------------------------------------------ legend
     def legend(self, table: Table) -> list[str]:
@@ -184,10 +163,6 @@ class _Page:
         return filled(sentence, self.width, lead, " " * len(lead)) or [lead]
 
 
-def _widest(head: _Head, cells: Sequence[Sequence[str]]) -> int:
-    return max(width(part) for parts in (head.lines, *cells) for part in parts)
-
-
 def _head(column: Column) -> _Head:
     """A column's heading: its words below each other, the arrow with the last, then its unit and mark."""
     label = "\u00a0".join(filter(None, [printable(column.label), column.arrow]))
@@ -201,37 +176,52 @@ def _head(column: Column) -> _Head:
     return _Head((*lines, *unit, *mark), column.split)
 
 
-def _spans(heads: Sequence[_Head], block: Sequence[int]) -> list[tuple[str, list[int]]]:
-    """The columns of each split that follow each other."""
-    return [(split, list(each)) for split, each in groupby(block, key=lambda i: heads[i].split)]
+@dataclass(frozen=True)
+class _Grid:
+    """Columns beside each other. first: the width of names; widths: of columns, with the space before."""
 
+    heads: Sequence[_Head]
+    first: int
+    widths: Sequence[int]
 
-def _blocks(heads: Sequence[_Head], widths: Sequence[int], room: int) -> list[list[int]]:
-    """Numbers of columns that fit beside each other; at least one in each block.
+    def spans(self, block: Sequence[int]) -> list[tuple[str, list[int]]]:
+        """The columns of each split that follow each other."""
+        return [(split, list(each)) for split, each in groupby(block, key=lambda i: self.heads[i].split)]
 
-    Columns of several splits stand side by side where all fit, otherwise one split at a time.
-    """
-    everything = list(range(len(widths)))
-    if sum(widths) <= room:
-        return [everything]
-    blocks: list[list[int]] = []
-    for _, each in _spans(heads, everything):
-        blocks.append([])
-        for number in each:
-            if blocks[-1] and sum(widths[i] for i in blocks[-1]) + widths[number] > room:
-                blocks.append([])
-            blocks[-1].append(number)
-    return blocks
+    def blocks(self, most: int) -> list[list[int]]:
+        """Numbers of columns that fit beside each other on so wide a page; at least one in each block.
 
+        Columns of several splits stand side by side where all fit, otherwise one split at a time.
+        """
+        everything, room = list(range(len(self.widths))), most - 2 - self.first
+        if sum(self.widths) <= room:
+            return [everything]
+        blocks: list[list[int]] = []
+        for _, each in self.spans(everything):
+            blocks.append([])
+            for number in each:
+                if blocks[-1] and sum(self.widths[i] for i in [*blocks[-1], number]) > room:
+                    blocks.append([])
+                blocks[-1].append(number)
+        return blocks
 
-def _body(line: _Line, block: Sequence[int], first: int, widths: Sequence[int]) -> list[str]:
-    names = wrapped(printable(line.name), first)
-    cells = [line.cells[i] for i in block]
-    tall = max(len(names), *(len(each) for each in cells))
-    rows = zip(*([*each, *[""] * (tall - len(each))] for each in (names, *cells)), strict=True)
-    return [_joined(name, row, first, [widths[i] for i in block]) for name, *row in rows]
+    def headings(self, heading: str, block: Sequence[int]) -> list[str]:
+        """The lines above the rows: splits, where there are any, and what the columns are."""
+        out = []
+        if any(self.heads[i].split for i in block):
+            spans = [(split, sum(self.widths[i] for i in each)) for split, each in self.spans(block)]
+            over = (to_the_right(f" {name} ".center(size - 2 - GAP, "-"), size) for name, size in spans)
+            out.append(f"  {' ' * self.first}{''.join(over)}")
+        tall = max(len(self.heads[i].lines) for i in block)
+        tops = [("",) * (tall - len(self.heads[i].lines)) + self.heads[i].lines for i in block]
+        names = [""] * (tall - 1) + [heading]
+        return [*out, *map(partial(self._line, block), names, zip(*tops, strict=True))]
 
+    def row(self, line: _Line, block: Sequence[int]) -> list[str]:
+        """The lines of a row: its name, which may take several, and its stacked cells."""
+        stacks = [wrapped(printable(line.name), self.first), *(line.cells[i] for i in block)]
+        return [self._line(block, name, cells) for name, *cells in zip_longest(*stacks, fillvalue="")]
 
-def _joined(name: str, cells: Sequence[str], first: int, widths: Sequence[int]) -> str:
-    body = "".join(" " * (w - width(cell)) + cell for cell, w in zip(cells, widths, strict=True))
-    return f"  {name}{' ' * (first - width(name))}{body}".rstrip()
+    def _line(self, block: Sequence[int], name: str, cells: Sequence[str]) -> str:
+        body = "".join(to_the_right(cell, self.widths[i]) for i, cell in zip(block, cells, strict=True))
+        return f"  {name}{' ' * (self.first - width(name))}{body}".rstrip()

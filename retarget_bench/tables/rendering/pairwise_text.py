@@ -10,7 +10,7 @@ from retarget_bench.files import spreadsheet
 from retarget_bench.tables.model import ARROWS, count
 from retarget_bench.tables.rendering.as_markdown import line, plain
 from retarget_bench.tables.rendering.as_text import WIDTH
-from retarget_bench.tables.rendering.words import width
+from retarget_bench.tables.rendering.words import to_the_right, width
 
 HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "won", "")
 LEGEND = (
@@ -23,7 +23,10 @@ LEGEND = (
     "won: clips on which {first} and {second} are better. About N clips: with so many, this difference "
     f"would be significant in {100 * POWER:g} % of samples, were it the true one.",
 )
-CASES = HEADS.index("cases")
+CASES = HEADS.index("cases") - 1
+"""The place of the number of cases among numbers."""
+BESIDE_MEANS = 58
+"""The characters of a line that are not for the two means and the names of methods above them."""
 SUCH = "on such clips"
 SUCH_LEGEND = (
     SUCH + ": {clips} clips can miss failures on up to {share:.0f} % of all clips, and the verdict leaves "
@@ -34,22 +37,13 @@ MOST_CLIPS = 10_000
 
 
 def text(found: Sequence[PairwiseComparison], columns: int = WIDTH) -> str:
-    """For a terminal of so many columns: a block per split, aligned.
-
-    Where a value does not fit on a line, its name and verdict stand above its numbers.
-    """
+    """For a terminal of at least 80 columns: a block per split, in which every value has a line with its
+    name and verdict above its numbers."""
     out = []
     for each in found:
-        rows = _cells(each)
-        title, lines = _title(each), _lines(rows)
-        if max(map(width, lines)) > columns:
-            title, lines = f"{title}; {_cases(each)}", _stacked(rows, columns)
-        out += [
-            *textwrap.wrap(title, columns, break_long_words=False, break_on_hyphens=False),
-            "",
-            *lines,
-            "",
-        ]
+        title = f"{_title(each)}; {_cases(each)}"
+        out += textwrap.wrap(title, columns, break_long_words=False, break_on_hyphens=False)
+        out += ["", *_lines(each, columns), ""]
         notes = [textwrap.wrap(f"* {note}", columns, subsequent_indent="  ") for note in each.notes]
         out += [*(line for note in notes for line in note), *([""] if notes else [])]
     legend = [line for words in _legend(found) for line in textwrap.wrap(words, columns)]
@@ -60,42 +54,23 @@ def _title(found: PairwiseComparison) -> str:
     return f"{found.first} against {found.second}: {found.dataset}, {found.split}"
 
 
-def _lines(rows: Sequence[Sequence[str]]) -> list[str]:
-    """The cells aligned, a line per row: names and verdicts to the left, numbers to the right."""
-    widths = [max(map(width, column)) for column in zip(*rows, strict=True)]
-    lines = []
-    for row in rows:
-        middle = (_right(cell, size) for cell, size in zip(row[1:-1], widths[1:-1], strict=True))
-        name = row[0] + " " * (widths[0] - width(row[0]))
-        lines.append("  ".join(["", name, *middle, row[-1]]).rstrip())
-    return lines
-
-
-def _stacked(rows: Sequence[Sequence[str]], columns: int) -> list[str]:
-    """The cells on two lines per row: name and verdict, then the numbers; numbers of cases are left out."""
-    head, *body = ([*row[1:CASES], *row[CASES + 1 : -1]] for row in rows)
-    sizes = [max(map(width, column)) for column in zip(*body, strict=True)]
-    room = columns - sum(
-        max(size, width(name)) + 2 for size, name in list(zip(sizes, head, strict=True))[2:]
-    )
-    if max(map(width, head[:2])) > (room - 2) // 2 - 2:
+def _lines(found: PairwiseComparison, columns: int) -> list[str]:
+    """The numbers aligned below their headings, without those of cases."""
+    rows = [_row(found, one) for one in found.differences]
+    head = [found.first, found.second, *HEADS[3:-1]]
+    if max(map(width, head[:2])) > (columns - BESIDE_MEANS) // 2:
         head[:2] = ["first", "second"]
-    sizes = [max(size, width(name)) for size, name in zip(sizes, head, strict=True)]
-
-    def numbers(cells: Sequence[str]) -> str:
-        return "  " + "".join(f"  {_right(cell, size)}" for cell, size in zip(cells, sizes, strict=True))
-
-    lines = [numbers(head)]
-    for row, cells in zip(rows[1:], body, strict=True):
-        lines += textwrap.wrap(
-            f"{row[0]}: {row[-1]}", columns, initial_indent="  ", subsequent_indent="    "
-        )
-        lines.append(numbers(cells).rstrip())
-    return lines
-
-
-def _right(cell: str, size: int) -> str:
-    return " " * (size - width(cell)) + cell
+    table = [[*row[:CASES], *row[CASES + 1 :]] for row in (head, *(row[1:-1] for row in rows))]
+    sizes = [max(map(width, column)) for column in zip(*table, strict=True)]
+    numbers = [
+        "  " + "".join(f"  {to_the_right(cell, size)}" for cell, size in zip(row, sizes, strict=True))
+        for row in table
+    ]
+    lines = numbers[:1]
+    for row, below in zip(rows, numbers[1:], strict=True):
+        said = f"{row[0]}: {row[-1]}"
+        lines += [*textwrap.wrap(said, columns, initial_indent="  ", subsequent_indent="    "), below]
+    return [line.rstrip() for line in lines]
 
 
 def _cases(found: PairwiseComparison) -> str:
@@ -108,9 +83,10 @@ def markdown(found: Sequence[PairwiseComparison]) -> str:
     """A table per split, with a legend."""
     out = []
     for each in found:
-        head, *rows = [line([plain(cell) for cell in row]) for row in _cells(each)]
-        out += [f"### {plain(_title(each))}", ""]
-        out += [head, "|---|" + "---:|" * (len(HEADS) - 2) + "---|", *rows]
+        head = [words.format(first=each.first, second=each.second) for words in HEADS]
+        out += [f"### {plain(_title(each))}", "", line(map(plain, head))]
+        out.append("|---|" + "---:|" * (len(HEADS) - 2) + "---|")
+        out += [line(map(plain, _row(each, one))) for one in each.differences]
         out += ["", *(f"- {plain(note)}" for note in each.notes), *([""] if each.notes else [])]
     return "\n".join([*out, *(f"- {plain(sentence)}" for sentence in _legend(found))]) + "\n"
 
@@ -153,13 +129,8 @@ def _needed(one: Difference) -> str:
     return f", needs {needed}" if one.verdict == "few" else f" (about {float(f'{needed:.2g}'):.0f} clips)"
 
 
-def _cells(found: PairwiseComparison) -> list[list[str]]:
-    """The heading and a row per value, as text."""
-    head = [words.format(first=found.first, second=found.second) for words in HEADS]
-    return [head, *(_row(found, one) for one in found.differences)]
-
-
 def _row(found: PairwiseComparison, one: Difference) -> list[str]:
+    """What stands below ``HEADS``, as text."""
     facts, interval, same = one.facts, one.interval, one.verdict == "same"
     goal = f"{facts.goal:g}" if facts.better == "target" else ""
     unit = f", {facts.unit}" if facts.unit != "1" else ""

@@ -69,36 +69,34 @@ def legend(
     these always. intervals: whether these are shown. signs: of the best and those tied with it.
     """
     notes = notes or bool(table.reading)
-    marks = has_marks([table])
-    said = [table.finding]
-    if table.groups and (notes or _only_speeds(table)):
-        said.append(f"{means(table)} {ARROWS}")
-    if marks and notes:
-        full = f"{signs['best']} {BEST}; {signs['tied']} {TIED}."
-        said.append(" ".join([full, *rare(table.cells)]))
-    elif marks:
-        said.append(BRIEF_MARKS)
-    said += [INTERVALS] if intervals else []
-    said += [SEEDS] if has_seeds([table]) else []
-    known = [*meanings(table), *splits_and_controls(table)] if notes and table.groups else []
+    said = [table.finding, *reading([table], intervals, full=notes, signs=signs)]
     sentences = [problem.sentence for problem in table.problems] if notes else problem_lines(table)
     return [
         *(("", each) for each in said if each),
-        *(("  ", f"{label}: {meaning}") for label, meaning in known),
+        *(("  ", f"{name}: {meaning}") for name, meaning in (meanings(table) if notes else ())),
         *((f"[{number}] ", each) for number, each in enumerate(table.footnotes, 1)),
         *(("- ", each) for each in (*(table.notes if notes else ()), *sentences, *table.hints)),
     ]
 
 
-def has_marks(tables: Sequence[Table]) -> bool:
-    return any(cell.mark for table in tables for cell in table.cells)
+def reading(
+    tables: Sequence[Table], intervals: bool, *, full: bool = True, signs: Mapping[Mark, str] = MARKS
+) -> list[str]:
+    """How to read the numbers, marks, intervals and spreads that these tables have.
+
+    full: how numbers are made and compared; otherwise only the marks in brief.
+    """
+    cells = [cell for table in tables for cell in table.cells]
+    told = (table for table in tables if table.groups and (full or _only_speeds(table)))
+    said = [f"{each} {ARROWS}" for each in dict.fromkeys(map(_means, told))]
+    if any(cell.mark for cell in cells):
+        marks = f"{signs['best']} {BEST}; {signs['tied']} {TIED}."
+        said.append(" ".join([marks, *_rare(cells)]) if full else BRIEF_MARKS)
+    said += [INTERVALS] if intervals else []
+    return said + ([SEEDS] if any(cell.spread is not None for cell in cells) else [])
 
 
-def has_seeds(tables: Sequence[Table]) -> bool:
-    return any(cell.spread is not None for table in tables for cell in table.cells)
-
-
-def means(table: Table) -> str:
+def _means(table: Table) -> str:
     """What numbers are means over."""
     return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
 
@@ -107,12 +105,7 @@ def _only_speeds(table: Table) -> bool:
     return {column.id for column in table.explained} == {FPS}
 
 
-def is_set(column: Column) -> bool:
-    """True for a value of all answers as one set that stands beside means over cases."""
-    return column.label == "FID"
-
-
-def rare(cells: Iterable[Cell]) -> list[str]:
+def _rare(cells: Iterable[Cell]) -> list[str]:
     """A sentence on failures that so few clips can miss; none where they suffice."""
     clips = max((cell.clips for cell in cells if cell.mark), default=CLIPS_FOR_RARE)
     if clips >= CLIPS_FOR_RARE:
@@ -121,36 +114,32 @@ def rare(cells: Iterable[Cell]) -> list[str]:
 
 
 def meanings(table: Table) -> list[tuple[str, str]]:
-    """(label, meaning) of every column, of n and of the kinds of missing values.
+    """(name, meaning) of every column, of n, of the kinds of missing values, of splits and of controls.
 
-    The label of a column has its unit, and is its id where two columns have one label. Columns without
-    a meaning are left out.
+    The name of a column is its label with the unit, or its id where two columns have one label. What has
+    no meaning to tell is left out.
     """
+    if not table.groups:
+        return []
     labels = [column.label for column in table.explained]
     found = []
     for column in table.explained:
         unit = shown_unit(column)
         name = column.label if labels.count(column.label) == 1 else column.id
-        if column.meaning:
-            found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
+        found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
     kinds = dict.fromkeys(counted(group) for group in table.groups if group.counts)
     found += [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
-    return [*found, *((kind, EMPTY[kind]) for kind in empty_kinds(table))]
-
-
-def splits_and_controls(table: Table) -> list[tuple[str, str]]:
-    """(name, meaning) of the splits and of the controls of a table."""
-    columns = [column.split for group in table.groups for column in group.columns]
-    there = dict.fromkeys([*(group.split for group in table.groups), *columns])
-    named = [(split, table.splits[split]) for split in there if split in table.splits]
+    found += [(kind, EMPTY[kind]) for kind in empty_kinds([table])]
+    splits = dict.fromkeys([*(group.split for group in table.groups), *(c.split for c in table.columns)])
+    found += [(split, table.splits.get(split, "")) for split in splits]
     rows = {row.label: row for group in table.groups for row in group.unranked if row.mark == CONTROL}
-    about = {label: row.about.removeprefix("Control: ") for label, row in rows.items()}
-    return [*named, *((label, meaning) for label, meaning in about.items() if meaning)]
+    found += [(label, row.about.removeprefix("Control: ")) for label, row in rows.items()]
+    return [(name, meaning) for name, meaning in found if meaning]
 
 
-def empty_kinds(table: Table) -> list[str]:
-    """The kinds of missing values in a table."""
-    shown = {cell.text for cell in table.cells if cell.value is None}
+def empty_kinds(tables: Sequence[Table]) -> list[str]:
+    """The kinds of missing values in these tables."""
+    shown = {cell.text for table in tables for cell in table.cells if cell.value is None}
     return [kind for kind in EMPTY if kind in shown]
 
 
@@ -207,6 +196,11 @@ def width(words: str) -> int:
     """Width of a printable text in a terminal, in characters."""
     wide = sum(unicodedata.east_asian_width(each) in "WF" for each in words)
     return len(words) + wide - sum(bool(unicodedata.combining(each)) for each in words)
+
+
+def to_the_right(words: str, most: int) -> str:
+    """A text at the right of so many characters."""
+    return " " * (most - width(words)) + words
 
 
 def filled(sentence: str, most: int, lead: str = "", indent: str = "") -> list[str]:
