@@ -222,25 +222,6 @@ def test_files_of_smpl_go_in_and_out(bench, figures):
     assert "a body model is for AMASS files" in bench("doctor", "joints.npy", "--body-model", "models")[2]
 
 
-def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):
-    person(np.random.default_rng(0), frames=4).save(Path("person.glb"))
-    code, out, _ = bench("doctor", "person.glb")
-    assert code == 0
-    for told in ("m = 1 m (as stated)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
-        assert told in out
-    assert "no animation 'run'; it has 1 'act'" in bench("doctor", "person.glb", "--take", "run")[2]
-    assert "no body 'Bob'" in bench("doctor", "person.glb", "--body", "Bob")[2]
-    asked = ("retarget", figures["small"], "--target", "person.glb", "-o")
-    assert "would overwrite person.glb" in bench(*asked, "person.glb")[2]
-    assert "ends in .bvh or .glb" in bench(*asked, "out.fbx")[2]
-    assert "ends in .bvh or .glb" in bench(*asked, "out.gltf")[2]
-    Path("person.glb").write_bytes(Path("person.glb").read_bytes()[:999])
-    code, out, err = bench(*asked, "out.glb")
-    assert (code, out) == (2, "")
-    assert "person.glb: is cut off" in err
-    assert not Path("out.glb").exists()
-
-
 def bare(name: str = "Hips", root: str = "0 0 0", tip: str = "0 0 0", row: str = "0 1 0 0 0 0") -> str:
     """A body of one joint, as a file of two frames."""
     channels = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"

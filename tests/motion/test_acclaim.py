@@ -13,9 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer, kinematics
-from retarget_bench.motion.files import formats
 from retarget_bench.motion.files.acclaim.reading import beside
-from retarget_bench.motion.files.listing import motion_files
 
 ASF = """# a skeleton
 :version 1.10
@@ -199,18 +197,6 @@ def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
         files.read(amc, take="2")
 
 
-def test_files_are_known_by_what_they_hold(tmp_path, asf, amc):
-    for file in (asf, amc):
-        assert files.format_of(file) is formats.ACCLAIM
-        misnamed = tmp_path / f"{file.stem}.bvh"
-        misnamed.write_bytes(file.read_bytes())
-        assert files.format_of(misnamed) is formats.ACCLAIM
-        misnamed.unlink()
-    assert set(motion_files(tmp_path)) == {"test_01"}
-    amc.unlink()
-    assert set(motion_files(tmp_path)) == {"test"}
-
-
 def test_the_rate_is_usual_unless_told(amc):
     found = importer.load(amc).findings
     assert (found.fps, found.fps_stated) == (120.0, None)
@@ -274,25 +260,6 @@ def test_faults_of_motions_are_told_with_their_line(amc, old, new, told):
         files.read(amc)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.data())
-def test_damaged_files_are_refused_in_sentences(tmp_path_factory, data):
-    """Bytes removed, changed or cut off anywhere: a motion of finite numbers, or a FileError."""
-    folder = tmp_path_factory.mktemp("damaged")
-    for name, text in (("a.asf", ASF), ("a.amc", AMC)):
-        raw = bytearray(text.encode())
-        for _ in range(data.draw(st.integers(0, 3))):
-            place = data.draw(st.integers(0, len(raw) - 1))
-            raw[place : place + data.draw(st.integers(0, 9))] = data.draw(st.binary(max_size=4))
-        (folder / name).write_bytes(raw)
-    try:
-        found = files.read(folder / "a.amc")
-    except FileError:
-        return
-    assert np.isfinite(found.rotations).all()
-    assert np.isfinite(found.root).all()
-
-
 # -------------------------------------------------------------------------------------------- real files
 @pytest.mark.parametrize("take", ["01", "02", "03", "04", "08", "09"])
 def test_takes_of_cmu_are_those_of_another_reader(real_data, take):
@@ -336,14 +303,3 @@ def directions_apart(ours, theirs, bone: tuple[str, str], count: int) -> float:
     mine, other = found
     cosines = [(mine[n : n + 2 * count : 2] * other[:count]).sum(axis=1) for n in (0, 1)]
     return min(float(np.degrees(np.arccos(np.clip(each, -1, 1))).mean()) for each in cosines)
-
-
-def test_ten_minutes_are_read(tmp_path, real_data):
-    text = (real_data / "cmu_asfamc/02_08.amc").read_text()
-    body = text[text.index("\n1\n") :] if "\n1\n" in text else text.split(":DEGREES")[1]
-    count = sum(line.strip().isdigit() for line in body.splitlines())
-    times = 18_000 // count + 1
-    (tmp_path / "02.asf").write_bytes((real_data / "cmu_asfamc/02.asf").read_bytes())
-    (tmp_path / "02_99.amc").write_text(":FULLY-SPECIFIED\n:DEGREES" + body * times)
-    found = files.read(tmp_path / "02_99.amc")
-    assert len(found.root) == count * times >= 18_000

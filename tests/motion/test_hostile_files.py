@@ -18,33 +18,17 @@ from fbx_files import Id, Joint, Node, binary, person
 from fbx_files import Made as FbxMade
 from gltf_files import packed
 from gltf_files import person as gltf_person
+from refusal import told
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer
 from retarget_bench.motion.bvh.catalogue import catalogue
 from retarget_bench.motion.files.scenes.nodes import Nodes
 
+pytestmark = pytest.mark.usefixtures("forked")
 SUFFIXES = files.suffixes()
 MEMORY = 400e6
 """Bytes that reading any of these may take meanwhile; all that they unpack to is gigabytes."""
-
-
-@pytest.fixture(autouse=True)
-def forked(monkeypatch) -> None:
-    """FBX files are read in copies of this process."""
-    if hasattr(os, "fork"):
-        fork = pytest.importorskip("fbx_fork", exc_type=ImportError)
-        monkeypatch.setattr("retarget_bench.motion.files.fbx.content.process", fork.process)
-
-
-def told(path: Path) -> str:
-    """The sentence about a file that cannot be read."""
-    with pytest.raises(FileError) as error:
-        files.read(path).skin()
-    message = str(error.value)
-    assert message.startswith(str(path.parent))
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 # ----------------------------------------------------------------------------- little that unpacks to much
