@@ -123,15 +123,6 @@ def test_kicks_leave_the_floor_and_come_back_to_it(kind: str) -> None:
         assert solution.planted[-1, 0 if side == "left" else 2]
 
 
-def test_pushing_carries_the_weight_forward_and_pulling_back() -> None:
-    for kind, way in (("push", 1.0), ("pull", -1.0)):
-        score = drawn(kind, 130)
-        solution = solve(score, ADA)
-        ahead = np.array([np.sin(score.heading[0]), 0.0, np.cos(score.heading[0])])
-        travel = (solution.root - solution.root[0]) @ ahead
-        assert way * travel[np.abs(travel).argmax()] > 0.1 * ADA.proportions.leg
-
-
 # ----------------------------------------------------------------------------------------- sequences
 def test_sequences_are_as_long_as_asked_and_say_what_they_are() -> None:
     kinds = ("wave", "kick_front", "bow")
@@ -170,13 +161,6 @@ def test_a_minute_of_many_kinds_is_one_motion() -> None:
             np.linalg.norm(np.diff(places, 2, axis=0), axis=-1) * 900.0 / 9.81 / body.proportions.leg * 0.9
         )
         assert force.max() < 9.0
-
-
-def test_one_person_performs_a_sequence() -> None:
-    whole = Stream("who")
-    first, second = Style.draw(whole.part(0, "wave")), Style.draw(whole.part(1, "bow"))
-    assert first == second
-    assert Style.draw(Stream("who/0/wave")) != first
 
 
 @pytest.mark.parametrize("kind", STRUNG)
