@@ -133,22 +133,6 @@ def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, fig
     assert bvh.parse("fitted.bvh").hierarchy.names == bvh.parse(figures["large"]).hierarchy.names
 
 
-def test_what_the_fit_leaves_over_is_said(bench, figures):
-    Path("places.py").write_text(POSITIONS)
-    code, out, err = bench(
-        "retarget", figures["large"], "--target", figures["large"], "--plugin", "places.py",
-        "--unit", "cm", "--target-unit", "cm", "-o", "fitted.bvh", "-m", "places[stretch=1.1]",
-    )  # fmt: skip
-    assert code == 0, err
-    body = importer.load(figures["large"], unit="cm").motion
-    away = 0.1 * np.linalg.norm(body.positions - body.root[:, None], axis=-1)
-    name = body.skeleton.names[int(away.max(axis=0).argmax())]
-    assert out.startswith(
-        f"rotations were fitted to positions: {100 * away[:, 1:].mean():.1f} cm mean, "
-        f"{100 * away.max():.1f} cm worst ({name})\n"
-    )
-
-
 def test_what_is_understood_is_said_with_what_to_override(bench, figures):
     code, out, _ = bench("doctor", figures["small"], figures["large"])
     assert code == 0

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import csv
-import sys
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from retarget_bench import cli
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import attention as asking
 from retarget_bench.figures.plotting import attention as picture
-from retarget_bench.figures.plotting import canvas
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -86,15 +82,6 @@ def method(tmp_path, monkeypatch):
     file.write_text(METHOD)
     registry.add_file(file)
     return registry.create("methods", "heeds")
-
-
-@pytest.fixture
-def figures(monkeypatch) -> list[Figure]:
-    """The figures that are drawn from here on."""
-    made: list[Figure] = []
-    kept = Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
-    return made
 
 
 # --------------------------------------------------------------------------------------------- contract
@@ -232,26 +219,6 @@ def test_joints_that_no_part_heeds_are_grey(tmp_path, method, figures):
     assert (len(grey), sum(grey)) == (len(NAMES) - 1, len(NAMES) - 1 - 2)
 
 
-@pytest.mark.parametrize("form", sorted(canvas.ENDINGS))
-def test_the_same_picture_is_the_same_file(tmp_path, method, form):
-    motion = turning(5)
-    found = asking.ask(method, motion, "heeds")
-    before = dict(mpl.rcParams)
-    first, second = (tmp_path / f"{name}{form}" for name in "ab")
-    for path in (first, second):
-        picture.draw(path, found, motion, [0, 4], "heeds")
-    assert first.read_bytes() == second.read_bytes()
-    assert first.read_bytes().startswith({".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[form])
-    assert dict(mpl.rcParams) == before
-
-
-def test_a_single_frame_of_even_weights(tmp_path):
-    motion = turning(2).at(slice(1))
-    found = asking.ask(Says(weights=np.full((1, 1, 2), 0.5)), motion, "says")
-    picture.draw(tmp_path / "out.png", found, motion, [0], "")
-    assert (tmp_path / "out.png").exists()
-
-
 # -------------------------------------------------------------------------------------------- the command
 def bench(capsys, *arguments: object) -> tuple[int, str, str]:
     with pytest.raises(SystemExit) as stop:
@@ -319,12 +286,3 @@ def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, capsy
     assert code == 2
     assert words in err
     assert [each.name for each in tmp_path.iterdir()] == ["in"]
-
-
-def test_asking_needs_no_torch():
-    import subprocess
-
-    modules = "sys, retarget_bench.evaluation.attention, retarget_bench.commands.plot"
-    code = f"import {modules}; print('torch' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"

@@ -172,11 +172,6 @@ def test_what_is_strung_together_often_begins_and_ends_standing(kind: str) -> No
     assert both >= 1
 
 
-def test_what_does_not_stand_is_not_joined() -> None:
-    with pytest.raises(ValueError, match="stands"):
-        sequence(Stream("no"), 400, ("bow", "jog", "bow"))
-
-
 def test_the_second_part_goes_on_from_where_the_first_ended() -> None:
     """One foot stays to the last digit, the heading is the same, and the part is otherwise unchanged."""
     first, second = drawn("wave"), drawn("kick_side")

@@ -273,33 +273,3 @@ def test_takes_of_cmu_are_those_of_another_reader(real_data, take):
     )
     assert (found.findings.unit[0], found.findings.rest_pose) == ("cmu", "T-pose")
     assert found.findings.missing == found.findings.not_understood == found.findings.warnings == ()
-
-
-@pytest.mark.parametrize("take", ["01", "02", "03"])
-def test_takes_of_cmu_are_those_of_another_rig(real_data, take):
-    """Every second frame against the copies at 60 per second; whichever of the two fits."""
-    ours = importer.load(real_data / f"cmu_asfamc/02_{take}.amc").motion
-    theirs = importer.load(real_data / f"cmu_iclone/002_{take}.bvh", unit="cm").motion
-    count = min((ours.frames - 1) // 2, theirs.frames)
-    limbs = (("up_leg", "leg"), ("leg", "foot"), ("arm", "forearm"), ("forearm", "hand"))
-    bones = [(f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in limbs]
-    apart = np.array([directions_apart(ours, theirs, bone, count) for bone in bones])
-    assert apart.mean() < 3.0, dict(zip(bones, apart, strict=True))
-    assert apart.max() < 8.0, dict(zip(bones, apart, strict=True))
-    mine = (ours.root[: 2 * count : 2] - ours.root[:1])[:, [0, 2]]  # the copies lost the vertical path
-    other = (theirs.root[:count] - theirs.root[:1])[:, [0, 2]]
-    scale = (mine * other).sum() / np.square(mine).sum()
-    assert scale == pytest.approx(1.147, abs=0.005)  # the rig's, the same in all takes
-    assert np.linalg.norm(scale * mine - other, axis=1).max() < 0.015 * np.ptp(other, axis=0).max()
-
-
-def directions_apart(ours, theirs, bone: tuple[str, str], count: int) -> float:
-    """Degrees between a bone's directions, mean over time, at the better of two alignments."""
-    found = []
-    for motion in (ours, theirs):
-        begin, end = (motion.character.joint_of[role] for role in bone)
-        line = motion.positions[:, end] - motion.positions[:, begin]
-        found.append(line / np.linalg.norm(line, axis=1, keepdims=True))
-    mine, other = found
-    cosines = [(mine[n : n + 2 * count : 2] * other[:count]).sum(axis=1) for n in (0, 1)]
-    return min(float(np.degrees(np.arccos(np.clip(each, -1, 1))).mean()) for each in cosines)
