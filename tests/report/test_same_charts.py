@@ -141,6 +141,11 @@ def test_both_draw_the_same_marks_in_the_same_order_within_the_same_limits(
                 assert drawn == pytest.approx(np.array([(mark.at, mark.mean.value) for mark in marks]))
                 diagonals = [each for each in page.iter("line") if each.get("class") == "diagonal"]
                 assert len(diagonals) == chart.diagonal
+                for each in diagonals:
+                    along, up = (axis(page, which) for which in ("middle", "end"))
+                    ends = [(along(float(each.get(f"x{k}"))), up(float(each.get(f"y{k}")))) for k in "12"]
+                    most = min(chart.x.high / 1.02, chart.y.high)
+                    assert ends == [pytest.approx((value, value), abs=0.01 * most) for value in (0, most)]
                 numbers = np.stack(
                     [axis(page, "middle")(places(page)[:, 0]), axis(page, "end")(places(page)[:, 1])], 1
                 )
