@@ -66,6 +66,8 @@ def refusal(folder: Path, data: bytes) -> FileError:
         (bytes(range(256)) * 40, "binary data"),
         (b"ROOT Hips\n{\n", "instead of HIERARCHY"),
         (b"HIERARCHY\n\x00\x00\x00", "not a line of a BVH hierarchy"),
+        (GOOD[: GOOD.index(b"MOTION")], "the line MOTION is missing"),
+        (GOOD[: GOOD.index(b"Frames:")], "ends before the lines 'Frames:' and 'Frame Time:'"),
     ],
 )
 def test_what_is_no_bvh_is_named(tmp_path: Path, data: bytes, words: str) -> None:
@@ -154,6 +156,11 @@ def test_time_and_memory_stay_bounded(tmp_path: Path, kind: str) -> None:
 def _save(path: Path, data: bytes) -> Path:
     path.write_bytes(data)
     return path
+
+
+def test_a_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="is a folder"):
+        bvh.read(tmp_path)
 
 
 def test_what_no_body_can_be_is_refused(tmp_path: Path) -> None:

@@ -52,6 +52,7 @@ NAN = float("nan")
         ("nodes.4.children", [1], "is a child of two nodes"),
         ("nodes.4.children", [10**9], "refers to nodes[1000000000]"),
         ("nodes.4.children", "abc", "'children' that are no list"),
+        ("nodes.4.children", ["a"], "'children' of the wrong kind"),
         ("nodes.4.rotation", [0, 0, 1], "is not 4 finite numbers"),
         ("nodes.4.translation", [0, 0, 1e300], "is not 3 finite numbers"),
         ("nodes.4.scale", [0, 0, 0], "scales 'Head' to nothing"),
@@ -78,12 +79,24 @@ def test_what_is_wrong_is_said(tmp_path, made, where, value, sentence):
     assert sentence in told(path)
 
 
-@pytest.mark.parametrize("place", [0, 1])
-def test_nan_among_the_numbers(tmp_path, made, place):
+@pytest.mark.parametrize(
+    ("view", "kind", "value", "sentence"),
+    [
+        (0, "<f4", NAN, "holds NaN or infinity"),
+        (1, "<f4", NAN, "holds NaN or infinity"),
+        (17, "<f4", 1e10, "holds numbers above 1e+09"),
+        (19, "u1", 200, "follows joints that its skin of 16 does not have"),
+        (20, "<f4", 1e7, "has weights above 1"),
+        (21, "<u2", 999, "has faces with vertices that it has not"),
+        (22, "<f4", 1e10, "has bind matrices above 1e+09"),
+    ],
+    ids=["times", "rotations", "places", "joints", "weights", "faces", "bind matrices"],
+)
+def test_numbers_that_cannot_be(tmp_path, made, view, kind, value, sentence):
     made.bytes()
-    start = made.content["bufferViews"][place]["byteOffset"]
-    made.data[start : start + 4] = np.float32(NAN).tobytes()
-    assert "holds NaN or infinity" in told(made.save(tmp_path / "odd.glb"))
+    start, number = made.content["bufferViews"][view]["byteOffset"], np.array(value, kind).tobytes()
+    made.data[start : start + len(number)] = number
+    assert sentence in told(made.save(tmp_path / "odd.glb"))
 
 
 def test_nodes_in_a_circle(tmp_path, made):

@@ -278,6 +278,11 @@ def test_what_is_no_file_is_never_opened(tmp_path: Path, suffix: str, make: Call
     assert entry.problem.startswith(sentence)
 
 
+@pytest.mark.parametrize("suffix", sorted({*SUFFIXES} - {".amc"}))
+def test_a_file_that_is_not_there(tmp_path: Path, suffix: str):
+    assert told(tmp_path / f"none{suffix}").startswith("cannot be read")
+
+
 @pytest.mark.parametrize(("make", "sentence"), NO_FILES[:3], ids=lambda each: getattr(each, "__name__", ""))
 def test_files_that_motion_depends_on_are_looked_at_too(tmp_path: Path, make: Callable, sentence: str):
     (tmp_path / "walk.amc").write_text("#!OML:ASF\n:FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n")
