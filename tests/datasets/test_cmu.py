@@ -138,14 +138,6 @@ def test_places_that_hold_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         Cmu(str(tmp_path)).training()
 
 
-def test_the_environment_says_where_the_takes_lie(
-    folder: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(PLACE, str(folder()))
-    assert clips(Cmu()) == clips(Cmu(str(folder())))
-    assert Cmu().content == Cmu(str(folder())).content
-
-
 def test_it_trains_beside_the_puppets(folder: Callable[..., Path]) -> None:
     both = JointDataset([Puppets(), Cmu(str(folder()))])
     assert {name for mine in both.training().values() for name in mine} >= {"ada", "cmu05"}

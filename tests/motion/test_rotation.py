@@ -24,6 +24,7 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0)
 HALF_TURNS = [(0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.6, 0.0, -0.8), (-0.0, 0.0, 0.0, -1.0)]
 
 numbers = st.floats(-1, 1, width=64)
+vectors = arrays(np.float64, 3, elements=numbers)
 quaternions = (
     arrays(np.float64, 4, elements=numbers)
     .filter(lambda q: np.linalg.norm(q) > 1e-3)
@@ -95,6 +96,16 @@ def test_tensors_agree_with_roma() -> None:
     torch.testing.assert_close(rotation.angle(a, b), distance)
     middle = roma.unitquat_slerp(a[:, last], b[:, last], torch.tensor([0.3], dtype=a.dtype))[0]
     assert rotation.angle(rotation.slerp(a, b, 0.3)[:, last], middle).max() < 1e-12
+
+
+def test_gradients_agree_with_roma() -> None:
+    v = torch.tensor(np.random.default_rng(8).normal(size=(50, 3)), requires_grad=True)
+    weights = torch.tensor(np.random.default_rng(9).normal(size=(50, 3, 3)))
+    ours = rotation.to_matrix(rotation.from_rotation_vector(v))
+    theirs = roma.rotvec_to_rotmat(v)
+    (a,) = torch.autograd.grad((ours * weights).sum(), v)
+    (b,) = torch.autograd.grad((theirs * weights).sum(), v)
+    torch.testing.assert_close(a, b)
 
 
 # --------------------------------------------------------------------------------------- laws, by case
