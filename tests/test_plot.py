@@ -184,11 +184,6 @@ def test_results_without_the_curves_are_told(runs):
 
 
 # -------------------------------------------------------------------------------------------- the command
-def bench(capsys, *arguments: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as stop:
-        cli.main(list(arguments))
-    out, err = capsys.readouterr()
-    return int(stop.value.code or 0), out, err
 
 
 @pytest.fixture(scope="module")
@@ -204,9 +199,9 @@ def runs(tmp_path_factory) -> Path:
     return root
 
 
-def test_what_is_drawn_is_what_tables_say(runs, tmp_path, capsys, figures):
+def test_what_is_drawn_is_what_tables_say(runs, tmp_path, bench, figures):
     output = tmp_path / "recall.svg"
-    assert bench(capsys, "plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
+    assert bench("plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
     section, *_ = summary.split_summaries(summary_places(runs), select=Selection())
     assert section.bodies == "people"
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}
@@ -232,15 +227,15 @@ def summary_places(root: Path):
         (["-o", "out.png", "-s", "cross"], "no results of cross in"),
     ],
 )
-def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, capsys, arguments, words):
+def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, bench, arguments, words):
     monkeypatch.chdir(tmp_path)
-    code, _, err = bench(capsys, "plot", "recall", str(runs), *arguments)
+    code, _, err = bench("plot", "recall", str(runs), *arguments)
     assert code == 2
     assert words in err
     assert not list(tmp_path.iterdir())
 
 
-def test_the_command_needs_a_place_to_draw_to(capsys):
-    code, _, err = bench(capsys, "plot", "recall")
+def test_the_command_needs_a_place_to_draw_to(bench):
+    code, _, err = bench("plot", "recall")
     assert code == 2
     assert "--output" in err
