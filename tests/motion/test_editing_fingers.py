@@ -101,16 +101,6 @@ def test_a_source_without_fingers_gives_relaxed_hands_that_move_with_the_arm():
     np.testing.assert_allclose(rotation.angle(opened.rotations[:, joints], still), 0.0, atol=1e-6)
 
 
-def test_fingers_that_both_have_are_retargeted():
-    source = gait(body(fingers(), size=1.2), seed=4)
-    found = rb.retarget(source, FULL, "copy_rotations")
-    assert found.notes == ()
-    theirs, ours = transfer.relative(source), transfer.relative(found)
-    for role, joint in FULL.joint_of.items():
-        turned = rotation.angle(ours[:, joint], theirs[:, source.character.joint_of[role]])
-        np.testing.assert_allclose(turned, 0.0, atol=1e-6, err_msg=role)
-
-
 def test_a_finger_that_the_source_lacks_does_as_its_neighbour():
     source = gait(body(fingers("Thumb", "Index", "Middle")), seed=5)
     found = rb.retarget(source, FULL, "copy_rotations")

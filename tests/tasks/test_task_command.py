@@ -14,7 +14,6 @@ from retarget_bench.cli import main
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.tasks import canonical
-from retarget_bench.figures.data import lines as line_charts
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
@@ -226,32 +225,6 @@ def test_table_2_has_the_printed_numbers_and_our_structures(results, capsys):
 def line_of(panel, label: str) -> np.ndarray:
     (found,) = (line for line in panel.lines if line.get_label() == label)
     return np.array(found.get_xydata())
-
-
-def test_the_picture_of_denoising_is_what_the_rows_say(results, tmp_path, capsys, figures):
-    status, _ = bench(capsys, "plot", "denoise", str(results), "-o", str(tmp_path / "out.png"))
-    assert status == 0
-    panel = figures[0].axes[0]
-    nothing, filtered = (line_of(panel, name) for name in ("identity", "gaussian_filter"))
-    assert np.allclose(nothing[:, 0], nothing[:, 1], atol=1e-4)
-    assert nothing[1:, 0] == pytest.approx([2 * CHI3, 5 * CHI3], rel=0.02)
-    assert np.array_equal(filtered[:, 0], nothing[:, 0])
-    assert (filtered[1:, 1] < nothing[1:, 1]).all()
-    assert (tmp_path / "out.png").stat().st_size > 10_000
-
-
-def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsys, figures):
-    status, _ = bench(
-        capsys, "plot", "upsample", str(results), "-o", str(tmp_path / "out.svg"), "-m", "linear_joints"
-    )
-    assert status == 0
-    whole, missing = figures[0].axes
-    assert line_of(whole, "linear_joints")[:, 0].tolist() == [50, 100]
-    assert line_of(missing, "linear_joints")[:, 0].tolist() == [50]
-    assert line_of(whole, "linear_joints")[-1, 1] == pytest.approx(0, abs=1e-4)
-    hollow = [line for line in whole.lines if line.get_markerfacecolor() == "white"]
-    assert [line.get_xdata()[0] for line in hollow] == [75.0]
-    assert line_charts.major_share(store.find_results(results, "denoise")) is None
 
 
 @pytest.mark.filterwarnings("error::UserWarning")
