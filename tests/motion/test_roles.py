@@ -81,6 +81,43 @@ def test_3ds_max_biped():
     }
 
 
+def test_asf_names_with_the_side_run_into_them():
+    found = roles_of("""
+root
+  lhipjoint
+    lfemur
+      ltibia
+        lfoot
+          ltoes
+  rhipjoint
+    rfemur
+      rtibia
+        rfoot
+  lowerback
+    upperback
+      thorax
+        lowerneck
+          upperneck
+            head
+        lclavicle
+          lhumerus
+            lradius
+              lwrist
+                lhand
+                  lfingers
+                lthumb
+""")
+    assert [found[n] for n in ("lowerback", "upperback", "thorax")] == ["spine_1", "spine_2", "spine_3"]
+    assert [found[name] for name in ("lowerneck", "upperneck")] == ["neck_1", "neck_2"]
+    assert found["root"] == "hips"
+    assert found["lfemur"] == "left_up_leg"
+    assert found["ltoes"] == "left_toe"
+    assert found["lhumerus"] == "left_arm"
+    assert found["lwrist"] == "left_hand"
+    assert "lhand" not in found
+    assert "lhipjoint" not in found
+
+
 def test_the_tree_checks_the_names():
     """An arm that hangs below a leg, and a costume's collar, are not believed."""
     found = roles_of("""
