@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -398,3 +399,21 @@ def test_one_result_goes_into_a_folder_that_is_named_as_one(bench, folders):
     code, _, err = bench(*asked, "d12")
     assert code == 2
     assert "give it a name that ends in" in err
+
+
+def test_counts_and_refusals_in_words(bench, folders):
+    motion = importer.load("mocap/bow.bvh").motion
+    bvh.write(Path("mocap/one.bvh"), motion.at(slice(1)))
+    Path("mocap/broken.bvh").write_text("HIERARCHY")
+    code, out, err = bench("retarget", "mocap", "--target", "bodies/large.bvh", *COPY, "-o", "out")
+    assert code == 2
+    assert re.search(r"out/one\.bvh: 1 frame of one at", out)
+    assert "4 of 4 files tried" in err
+    assert "3 retargeted, 0 up to date, 1 failed" in out
+    Path("lone.amc").write_text(":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n")
+    err = bench("doctor", "lone.amc")[2]
+    assert "needs its skeleton, lone.asf in its folder" in err
+    Path("mine.toml").write_text("x = [")
+    err = bench("list", "--plugin", "mine.toml")[2]
+    assert "mine.toml: is no plug-in; --plugin takes a .py file or a folder" in err
+    assert "no such plug-in file" in bench("list", "--plugin", "none.py")[2]
