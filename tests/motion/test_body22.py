@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import torch
@@ -14,9 +11,7 @@ from retarget_bench.motion import kinematics, transfer
 from retarget_bench.motion.body22 import JOINTS, PARENTS, Body22, folded, unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
-from method_bodies import body, dance, first, without
+from tests.methods.method_bodies import body, dance, first, without
 
 LACKING = {
     "none": (),
