@@ -18,6 +18,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 from tests import examples  # noqa: F401  (it loads a profile of hypothesis)
 from tests.bench_command import bench  # noqa: F401  (a fixture)
+from tests.drawn_figures import figures  # noqa: F401  (a fixture)
 from tests.in_process import in_process  # noqa: F401  (a fixture)
 from tests.viewing.browser import browser, open_page, tabs  # noqa: F401  (fixtures)
 

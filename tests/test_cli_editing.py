@@ -12,7 +12,7 @@ import pytest
 import retarget_bench as rb
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
-from retarget_bench.motion.editing import loops, start
+from retarget_bench.motion.editing import start
 from tests.motion.editing_bodies import body, fingers, gait
 
 METRES = ("--unit", "m", "--target-unit", "m")
@@ -105,18 +105,3 @@ def test_hands_are_relaxed_unless_told(bench, files):
     relaxed, flat = (rb.load_motion(f"{name}.bvh", unit="m") for name in ("relaxed", "open"))
     tip = relaxed.skeleton.index("LeftHandMiddle3")
     assert np.linalg.norm(relaxed.positions[:, tip] - flat.positions[:, tip], axis=-1).min() > 0.02
-
-
-@pytest.mark.parametrize("rate", [(), ("--fps", "24"), ("--fps", "17")])
-def test_loops_stay_loops_in_files_at_every_rate(bench, files, rate):
-    code, _, err = bench(
-        "retarget", files["walk"], "--target", files["full"], *METRES, "-o", "out.bvh", *rate
-    )
-    assert code == 0, err
-    found = rb.load_motion("out.bvh", unit="m")
-    assert loops.gap(found).angle < np.radians(0.01)
-    assert abs(loops.gap(found).height) < 1e-5
-    again = rb.load_motion(files["walk"], unit="m", fps=21)
-    assert loops.is_loop(again)
-    assert again.fps == 21
-    assert loops.is_loop(again.resample(13))

@@ -133,22 +133,6 @@ def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, fig
     assert bvh.parse("fitted.bvh").hierarchy.names == bvh.parse(figures["large"]).hierarchy.names
 
 
-def test_what_the_fit_leaves_over_is_said(bench, figures):
-    Path("places.py").write_text(POSITIONS)
-    code, out, err = bench(
-        "retarget", figures["large"], "--target", figures["large"], "--plugin", "places.py",
-        "--unit", "cm", "--target-unit", "cm", "-o", "fitted.bvh", "-m", "places[stretch=1.1]",
-    )  # fmt: skip
-    assert code == 0, err
-    body = importer.load(figures["large"], unit="cm").motion
-    away = 0.1 * np.linalg.norm(body.positions - body.root[:, None], axis=-1)
-    name = body.skeleton.names[int(away.max(axis=0).argmax())]
-    assert out.startswith(
-        f"rotations were fitted to positions: {100 * away[:, 1:].mean():.1f} cm mean, "
-        f"{100 * away.max():.1f} cm worst ({name})\n"
-    )
-
-
 def test_what_is_understood_is_said_with_what_to_override(bench, figures):
     code, out, _ = bench("doctor", figures["small"], figures["large"])
     assert code == 0
@@ -220,25 +204,6 @@ def test_files_of_smpl_go_in_and_out(bench, figures):
     assert "no.npz: not written: an AMASS file states the joints of SMPL bodies alone, and" in err
     assert not Path("no.npz").exists()
     assert "a body model is for AMASS files" in bench("doctor", "joints.npy", "--body-model", "models")[2]
-
-
-def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):
-    person(np.random.default_rng(0), frames=4).save(Path("person.glb"))
-    code, out, _ = bench("doctor", "person.glb")
-    assert code == 0
-    for told in ("m = 1 m (as stated)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
-        assert told in out
-    assert "no animation 'run'; it has 1 'act'" in bench("doctor", "person.glb", "--take", "run")[2]
-    assert "no body 'Bob'" in bench("doctor", "person.glb", "--body", "Bob")[2]
-    asked = ("retarget", figures["small"], "--target", "person.glb", "-o")
-    assert "would overwrite person.glb" in bench(*asked, "person.glb")[2]
-    assert "ends in .bvh or .glb" in bench(*asked, "out.fbx")[2]
-    assert "ends in .bvh or .glb" in bench(*asked, "out.gltf")[2]
-    Path("person.glb").write_bytes(Path("person.glb").read_bytes()[:999])
-    code, out, err = bench(*asked, "out.glb")
-    assert (code, out) == (2, "")
-    assert "person.glb: is cut off" in err
-    assert not Path("out.glb").exists()
 
 
 def bare(name: str = "Hips", root: str = "0 0 0", tip: str = "0 0 0", row: str = "0 1 0 0 0 0") -> str:

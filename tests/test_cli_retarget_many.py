@@ -157,40 +157,6 @@ def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkey
     assert "1 retargeted, 0 up to date, 1 failed" in out
 
 
-FALLS = """
-import os
-from retarget_bench.api import MethodCard
-from retarget_bench.plugins import registry
-
-class Falls:
-    card = MethodCard("falls", "ends its process on one clip", "1")
-
-    def supports(self, source, target):
-        return None
-
-    def retarget(self, source, target, *, context):
-        if source.character.name == "back":
-            os._exit(3)
-        return registry.create("methods", "copy_rotations").retarget(source, target, context=context)
-
-plugin = Falls
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.processes
-def test_a_job_that_ends_its_process_costs_its_own_line(bench, folders):
-    Path("falls.py").write_text(FALLS)
-    code, out, err = bench(
-        "retarget", "mocap", "--target", "bodies/large.bvh", "-o", "out", "--unit", "m", "--plugin",
-        "falls.py", "-m", "falls", "--jobs", 2,
-    )  # fmt: skip
-    assert code == 2
-    assert results().keys() == {"bow.bvh"}
-    assert "out/back.bvh was not made: the worker process died (exit code 3" in err
-    assert "1 retargeted, 0 up to date, 1 failed" in out
-
-
 def test_names_that_meet_are_kept_apart_by_their_folders(bench, folders):
     Path("more").mkdir()
     Path("more/bow.bvh").write_text(Path("mocap/bow.bvh").read_text())

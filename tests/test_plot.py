@@ -5,12 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 from scipy import optimize
 
@@ -79,15 +77,6 @@ def drawn(path: Path, sections: list[SplitSummary]) -> None:
     ]  # fmt: skip
     methods = {each.label: each.header for each in sections[0].scores}
     drawing.draw(path, data.Figure("recall", "bows", "contacts", methods, tuple(charts)))
-
-
-@pytest.fixture
-def figures(monkeypatch) -> list[Figure]:
-    """The figures that are drawn from here on."""
-    made: list[Figure] = []
-    kept = Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
-    return made
 
 
 def test_every_split_shows_recall_above_precision(tmp_path, sections, figures):
@@ -194,23 +183,7 @@ def test_results_without_the_curves_are_told(runs):
         lines.recall([one.narrowed("pan_recall")], by_height=True)
 
 
-def test_nothing_of_how_others_draw_is_changed(tmp_path, sections):
-    before = dict(mpl.rcParams)
-    drawn(tmp_path / "out.png", sections)
-    assert dict(mpl.rcParams) == before
-
-
-def test_colours_of_methods_do_not_repeat_soon():
-    headers = {f"m{k}": header(f"m{k}", [], "cross") for k in range(8)}
-    assert len({look["color"] for look in canvas.looks(headers).values()}) == 8
-
-
 # -------------------------------------------------------------------------------------------- the command
-def bench(capsys, *arguments: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as stop:
-        cli.main(list(arguments))
-    out, err = capsys.readouterr()
-    return int(stop.value.code or 0), out, err
 
 
 @pytest.fixture(scope="module")
@@ -226,9 +199,9 @@ def runs(tmp_path_factory) -> Path:
     return root
 
 
-def test_what_is_drawn_is_what_tables_say(runs, tmp_path, capsys, figures):
+def test_what_is_drawn_is_what_tables_say(runs, tmp_path, bench, figures):
     output = tmp_path / "recall.svg"
-    assert bench(capsys, "plot", "recall", "-r", str(runs), "-o", str(output), "--by-height")[0] == 0
+    assert bench("plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
     section, *_ = summary.split_summaries(summary_places(runs), select=Selection())
     assert section.bodies == "people"
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}
@@ -245,15 +218,6 @@ def summary_places(root: Path):
     return store.find_results(root)
 
 
-def test_only_the_methods_asked_for_are_drawn(runs, tmp_path, capsys, figures):
-    asked = ["-m", "copy_rotations + footfix[steps=2.0]", "-m", "rest_pose"]
-    assert bench(capsys, "plot", "recall", "-r", str(runs), "-o", str(tmp_path / "a.png"), *asked)[0] == 0
-    assert {line.get_label() for line in figures[0].axes[0].lines} == {
-        "copy_rotations+footfix[steps=2]",
-        "rest_pose",
-    }
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -263,15 +227,15 @@ def test_only_the_methods_asked_for_are_drawn(runs, tmp_path, capsys, figures):
         (["-o", "out.png", "-s", "cross"], "no results of cross in"),
     ],
 )
-def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, capsys, arguments, words):
+def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, bench, arguments, words):
     monkeypatch.chdir(tmp_path)
-    code, _, err = bench(capsys, "plot", "recall", "-r", str(runs), *arguments)
+    code, _, err = bench("plot", "recall", str(runs), *arguments)
     assert code == 2
     assert words in err
     assert not list(tmp_path.iterdir())
 
 
-def test_the_command_needs_a_place_to_draw_to(capsys):
-    code, _, err = bench(capsys, "plot", "recall")
+def test_the_command_needs_a_place_to_draw_to(bench):
+    code, _, err = bench("plot", "recall")
     assert code == 2
     assert "--out" in err

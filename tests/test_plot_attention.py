@@ -3,48 +3,24 @@
 from __future__ import annotations
 
 import csv
-import sys
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
-from retarget_bench import cli
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import attention as asking
 from retarget_bench.figures.plotting import attention as picture
-from retarget_bench.figures.plotting import canvas
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
+from tests.motion.gltf_files import NAMES, PARENTS, PLACES
 
-ROWS = (
-    ("Hips", "", (0.0, 0.9, 0.0)),
-    ("Spine", "Hips", (0.0, 0.25, 0.0)),
-    ("Neck", "Spine", (0.0, 0.25, 0.0)),
-    ("Head", "Neck", (0.0, 0.2, 0.0)),
-    *(
-        (f"{side}{part}", f"{side}{above}" if above not in ("Hips", "Spine") else above, (way * x, y, 0.0))
-        for side, way in (("Left", 1.0), ("Right", -1.0))
-        for part, above, x, y in (
-            ("Arm", "Spine", 0.2, 0.2), ("ForeArm", "Arm", 0.25, 0.0), ("Hand", "ForeArm", 0.25, 0.0),
-            ("UpLeg", "Hips", 0.1, 0.0), ("Leg", "UpLeg", 0.0, -0.45), ("Foot", "Leg", 0.0, -0.4),
-        )
-    ),
-)  # fmt: skip
-NAMES = [row[0] for row in ROWS]
-BODY = Character.of(
-    "figure",
-    Skeleton(
-        tuple(NAMES),
-        np.array([NAMES.index(row[1]) if row[1] else -1 for row in ROWS]),
-        np.array([row[2] for row in ROWS]),
-    ),
-)
+OFFSETS = PLACES - PLACES[list(PARENTS)] * (np.arange(len(NAMES)) > 0)[:, None]
+BODY = Character.of("figure", Skeleton(NAMES, np.array(PARENTS), OFFSETS))
+
 METHOD = '''"""Heeds the hips and two legs."""
 import numpy as np
 from retarget_bench.api import MethodCard
@@ -86,15 +62,6 @@ def method(tmp_path, monkeypatch):
     file.write_text(METHOD)
     registry.add_file(file)
     return registry.create("methods", "heeds")
-
-
-@pytest.fixture
-def figures(monkeypatch) -> list[Figure]:
-    """The figures that are drawn from here on."""
-    made: list[Figure] = []
-    kept = Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
-    return made
 
 
 # --------------------------------------------------------------------------------------------- contract
@@ -232,31 +199,7 @@ def test_joints_that_no_part_heeds_are_grey(tmp_path, method, figures):
     assert (len(grey), sum(grey)) == (len(NAMES) - 1, len(NAMES) - 1 - 2)
 
 
-@pytest.mark.parametrize("form", sorted(canvas.ENDINGS))
-def test_the_same_picture_is_the_same_file(tmp_path, method, form):
-    motion = turning(5)
-    found = asking.ask(method, motion, "heeds")
-    before = dict(mpl.rcParams)
-    first, second = (tmp_path / f"{name}{form}" for name in "ab")
-    for path in (first, second):
-        picture.draw(path, found, motion, [0, 4], "heeds")
-    assert first.read_bytes() == second.read_bytes()
-    assert first.read_bytes().startswith({".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[form])
-    assert dict(mpl.rcParams) == before
-
-
-def test_a_single_frame_of_even_weights(tmp_path):
-    motion = turning(2).at(slice(1))
-    found = asking.ask(Says(weights=np.full((1, 1, 2), 0.5)), motion, "says")
-    picture.draw(tmp_path / "out.png", found, motion, [0], "")
-    assert (tmp_path / "out.png").exists()
-
-
 # -------------------------------------------------------------------------------------------- the command
-def bench(capsys, *arguments: object) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["plot", "attention", *map(str, arguments)])
-    return int(stop.value.code or 0), *capsys.readouterr()
 
 
 @pytest.fixture
@@ -265,9 +208,9 @@ def file(tmp_path) -> Path:
     return tmp_path / "in" / "turn.bvh"
 
 
-def test_numbers_of_a_file(method, file, tmp_path, capsys):
+def test_numbers_of_a_file(method, file, tmp_path, bench):
     output = tmp_path / "out.csv"
-    done = bench(capsys, "heeds", "--source", file, "-o", output, "--at", "0,1")
+    done = bench("plot", "attention", "heeds", "--source", file, "-o", output, "--at", "0,1")
     assert done[0] == 0, done[2]
     assert done[1] == f"wrote {output}; it is a figure\n"
     rows = list(csv.reader(output.read_text().splitlines()))
@@ -282,14 +225,14 @@ def test_numbers_of_a_file(method, file, tmp_path, capsys):
         ["30", "1", "right_leg", "Hips", "0.6"],
         ["30", "1", "right_leg", "RightFoot", "0.2"],
     ]
-    assert bench(capsys, "heeds", "--source", file, "-o", output)[0] == 0
+    assert bench("plot", "attention", "heeds", "--source", file, "-o", output)[0] == 0
     assert len(output.read_text().splitlines()) == 1 + 31 * 4
 
 
-def test_a_picture_of_a_case(method, tmp_path, capsys, figures):
+def test_a_picture_of_a_case(method, tmp_path, bench, figures):
     case = "puppets/ada>ada/walk-001"
     asked = ["--case", case, "-d", "puppets[size=tiny]", "-o", tmp_path / "out.svg"]
-    done = bench(capsys, "heeds+footfix", *asked)
+    done = bench("plot", "attention", "heeds+footfix", *asked)
     assert done[0] == 0, done[2]
     assert f"heeds: {case}" in figures[0].get_suptitle()
     assert len(figures[0].axes[0].texts) == picture.UNASKED
@@ -312,19 +255,10 @@ def test_a_picture_of_a_case(method, tmp_path, capsys, figures):
         (["pan[weights=nowhere]", "--case", "puppets/ada>ada/walk-001"], "nowhere"),
     ],
 )
-def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, capsys, arguments, words):
+def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, bench, arguments, words):
     monkeypatch.chdir(tmp_path)
     output = [] if "-o" in arguments else ["-o", "out.png"]
-    code, _, err = bench(capsys, *arguments, *output, "-d", "puppets[size=tiny]")
+    code, _, err = bench("plot", "attention", *arguments, *output, "-d", "puppets[size=tiny]")
     assert code == 2
     assert words in err
     assert [each.name for each in tmp_path.iterdir()] == ["in"]
-
-
-def test_asking_needs_no_torch():
-    import subprocess
-
-    modules = "sys, retarget_bench.evaluation.attention, retarget_bench.commands.plot"
-    code = f"import {modules}; print('torch' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"

@@ -11,14 +11,6 @@ import pytest
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import EndSite, Skeleton
-from tests.datasets import puppets_suite
-
-
-def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out the quality suite of the puppets where nothing that it measures has changed."""
-    part = collection_path.parent == puppets_suite.HERE and collection_path.name in puppets_suite.FILES
-    return True if part and puppets_suite.left_out(config.option.markexpr) else None
-
 
 Rig = tuple[tuple[str, str, tuple[float, float, float]], ...]
 """(joint, parent, offset in centimetres); the parent of the root is ""."""

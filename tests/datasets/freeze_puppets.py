@@ -3,8 +3,9 @@
     PYTHONPATH=. python tests/datasets/freeze_puppets.py [--processes 2] [--release-only]
 
 To be run after a deliberate change of the generator, together with a new ``contract.VERSION``; takes a few
-minutes. After a new version of a metric alone, ``--release-only``. Prints what changed. What was published
-under a name stays under it: a change of the release asks for a new ``dataset.RELEASE``.
+minutes. What the puppets promise is measured by ``pytest -m slow tests/datasets``. After a new version of a
+metric alone, ``--release-only``. Prints what changed. What was published under a name stays under it: a
+change of the release asks for a new ``dataset.RELEASE``.
 """
 
 from __future__ import annotations

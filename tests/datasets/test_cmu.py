@@ -107,12 +107,6 @@ def test_cases_of_one_body_have_a_reference(folder: Callable[..., Path]) -> None
         Cmu(str(folder())).load(info)
 
 
-def test_motion_is_at_thirty_frames_a_second(folder: Callable[..., Path]) -> None:
-    data = Cmu(str(folder()))
-    (motions,) = (list(mine["cmu05"]) for mine in data.training().values() if "cmu05" in mine)
-    assert [(motion.fps, motion.frames) for motion in motions] == [(30.0, 60)]
-
-
 def test_long_takes_are_cut_into_cases(folder: Callable[..., Path]) -> None:
     data = Cmu(str(folder(("17_01", "05_01"), frames=2000)), part="validation")
     infos = data.cases("retarget", "self")
@@ -142,14 +136,6 @@ def test_places_that_hold_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     (tmp_path / "a.txt").touch()
     with pytest.raises(BenchError, match=r"holds no takes .* a\.txt"):
         Cmu(str(tmp_path)).training()
-
-
-def test_the_environment_says_where_the_takes_lie(
-    folder: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(PLACE, str(folder()))
-    assert clips(Cmu()) == clips(Cmu(str(folder())))
-    assert Cmu().content == Cmu(str(folder())).content
 
 
 def test_it_trains_beside_the_puppets(folder: Callable[..., Path]) -> None:

@@ -86,21 +86,6 @@ def test_kinds_are_those_of_the_motion() -> None:
     } == {"sit"}
 
 
-def test_the_usual_cases_are_as_they_were() -> None:
-    """The parameter changes no key, label or list of the released corpus."""
-    usual = Puppets()
-    assert usual.content == "puppets generator 3, size tiny, part test, seed 0"
-    assert usual.label == "puppets-1.0 tiny"
-    assert not hasattr(usual, "real")
-    assert [*usual.card.splits] == ["self", "intra", "cross"]
-    legs = Puppets(between="legs")
-    assert legs.content == f"{usual.content}, between legs"
-    assert legs.label == "puppets-1.0 tiny, between legs"
-    assert not {i.id for i in legs.cases("retarget", "cross")} & {
-        i.id for i in usual.cases("retarget", "cross")
-    }
-
-
 def test_training_is_the_corpus_own_and_its_validation_has_references() -> None:
     legs, usual = Puppets(between="legs"), Puppets()
     names = {n for cast in legs.training().values() for clips in cast.values() for n in clips.names}

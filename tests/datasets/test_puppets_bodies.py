@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import fields
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +20,10 @@ from retarget_bench.datasets.puppets.bodies.proportions import (
     human,
 )
 from retarget_bench.datasets.puppets.bodies.structures import BODY22, H36M17, STRUCTURES, Body, Structure
-from retarget_bench.datasets.puppets.conventions import SIDES
 from retarget_bench.datasets.puppets.performances.people import KINDS
-from retarget_bench.datasets.puppets.performances.score import Foot, Hand, Plant, Score, Touch, Trunk
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.reach import TOUCHES, gaps
 from retarget_bench.datasets.puppets.solver.solve import solve
-from retarget_bench.datasets.puppets.solver.touch_points import LOW, touch_point
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.reference_pose import reference_pose
@@ -128,44 +123,6 @@ def test_the_page_about_the_bodies_says_who_there_is() -> None:
         assert (held == "yes") == body.held_out
 
 
-def test_no_two_bodies_are_alike() -> None:
-    """Largest difference of any bone, shares of stature, after taking out size."""
-    shapes = {}
-    for body in BODIES.values():
-        p = body.proportions
-        values = [p.thigh, p.shank, p.upper_arm, p.forearm, p.trunk, p.head, p.shoulder_half, p.hip_half]
-        shapes[body.name] = np.array(values) / crown(p)
-    for one, mine in shapes.items():
-        for other, theirs in shapes.items():
-            assert one == other or np.abs(mine - theirs).max() > 0.004, (one, other)
-
-
-def test_caricatures_are_odder_than_people() -> None:
-    """Each has a proportion that lies more than six standard deviations off any person's."""
-    usual = human("man", 1.0)
-    odd = (
-        "pip",
-        "twig",
-        "gnarl",
-        "moppet",
-        "gibbon",
-        "titan",
-        "grub",
-        "boulder",
-        "sumo",
-        "stork",
-        "bobble",
-    )
-    for name in odd:
-        sizes = BODIES[name].proportions
-        tall = crown(sizes)
-        off = [
-            abs(np.log(getattr(sizes, part) / tall / getattr(usual, part)))
-            for part in ("thigh", "shank", "upper_arm", "forearm", "shoulder_half", "head", "trunk")
-        ]
-        assert max(off) > 0.2, name
-
-
 # ---------------------------------------------------------------------------------------------- rigs
 @everybody
 def test_roles_are_whole_and_as_the_names_say(body: Body) -> None:
@@ -248,20 +205,6 @@ def test_joints_that_never_turn_have_no_rotation() -> None:
         np.testing.assert_allclose(np.abs(local[:, silent, 0]), 1.0, atol=1e-9)
 
 
-def test_rest_poses_differ() -> None:
-    def bones(name: str) -> dict[str, np.ndarray]:
-        skeleton = rigs.character(BODIES[name]).skeleton
-        lengths = np.maximum(skeleton.bone_lengths, 1e-9)
-        return dict(zip(skeleton.names, skeleton.offsets / lengths[:, None], strict=True))
-
-    np.testing.assert_allclose(bones("ada")["LeftForeArm"], [1, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(bones("dora")["LeftForeArm"], [0.5**0.5, -(0.5**0.5), 0], atol=1e-12)
-    assert bones("gus")["LeftForeArm"][1] < -0.98
-    np.testing.assert_allclose(bones("boris")["LeftLeg"], [1, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(bones("emil")["LeftLeg"], [0, 0, -1], atol=1e-12)
-    np.testing.assert_allclose(bones("karl")["l_elbow"], [1, 0, 0], atol=1e-12)
-
-
 def test_structures_are_those_of_the_papers() -> None:
     """Names and parents that the engine's own reductions ask for; nothing is left out by them."""
     for name, structure, wanted in (("quinn", "S23", S23), ("clara", "S28", S28)):
@@ -277,79 +220,3 @@ def test_structures_are_those_of_the_papers() -> None:
 def test_contacts_are_of_joints_that_there_are() -> None:
     assert BODIES["hugo"].structure.labelled == ("left_foot", "right_foot")
     assert len(BODIES["ada"].structure.labelled) == 4
-
-
-# --------------------------------------------------------------------------------------------- reach
-_FRAMES = 9
-_EVER = 10_000
-
-
-def able(body: Body, name: str, side: str) -> bool:
-    """Whether the hand of a side can be put on a place (``left_hip``, ``right_head`` ...)."""
-    return reach_of(body, name, side) <= TOUCHES
-
-
-@cache
-def reach_of(body: Body, name: str, side: str) -> float:
-    """Metres by which the hand of a side falls short of a place, or must stay away from one too near.
-
-    Measured on the solver's own answer: standing upright, the other hand before the belly; crouching for
-    places on the legs.
-    """
-    scores = [_probe(name, side, *each) for each in _CROUCHING if touch_point(name, body).part in LOW]
-    scores = scores or [_probe(name, side, 0.99, 0.0)]
-    return min(gaps(score, body, solve(score, body))[side, name] for score in scores)
-
-
-_CROUCHING = ((0.7, 0.45), (0.5, 0.7))
-"""Height of the hip joints, leg lengths, and lean of pelvis and spine each, radians."""
-
-
-def _probe(name: str, side: str, height: float, bent: float) -> Score:
-    """Holding still with one hand on a place."""
-    still = np.zeros(_FRAMES)
-    lean = np.zeros((_FRAMES, 3))
-    lean[:, 1] = bent
-    plant = Plant((0.0, 0.0), 1.2, 0.0, 0.15, -_EVER, -_EVER, _EVER, _EVER)
-    return Score(
-        kind="probe",
-        heading=still,
-        path=np.zeros((_FRAMES, 2)),
-        sway=np.zeros((_FRAMES, 2)),
-        height=still + height,
-        balance=still + 1.0,
-        support=still + 0.5,
-        trunk=Trunk(lean, lean, 0.5 * lean),
-        feet={each: Foot((plant,), still) for each in SIDES},
-        hands={each: _hand((Touch(name, still + 1.0),) if each == side else ()) for each in SIDES},
-    )
-
-
-def _hand(touches: tuple[Touch, ...]) -> Hand:
-    still = np.zeros(_FRAMES)
-    before = np.tile([0.0, -0.35, 0.50], (_FRAMES, 1))
-    return Hand(before, still + 0.5, still + 1.0, still, np.zeros((_FRAMES, 3)), touches)
-
-
-OWN = ("left_hip", "left_knee", "left_toe", "left_head", "left_brow")
-OTHER = ("right_palm", "right_upper_arm", "right_elbow", "right_shoulder", "right_chest", "right_ribs")
-
-
-@pytest.mark.parametrize("name", ["ada", "emil", "gus", "kira", "leo", "quinn", "hugo"])
-def test_people_reach_everywhere(name: str) -> None:
-    assert [place for place in OWN + OTHER if not able(BODIES[name], place, "left")] == []
-
-
-@pytest.mark.parametrize(
-    ("place", "far"), [("head", {"gibbon"}), ("brow", {"gibbon", "boulder", "titan"}), ("hip", set())]
-)
-def test_who_does_not_is_on_the_page(place: str, far: set[str]) -> None:
-    assert {body.name for body in BODIES.values() if not able(body, f"left_{place}", "left")} == far
-
-
-def test_some_caricatures_do_not() -> None:
-    """Forearms so long that the hand cannot come near the head; both sides agree."""
-    gibbon = BODIES["gibbon"]
-    assert reach_of(gibbon, "left_brow", "left") > 0.03
-    assert abs(reach_of(gibbon, "left_brow", "left") - reach_of(gibbon, "right_brow", "right")) < 1e-6
-    assert able(gibbon, "left_knee", "left")

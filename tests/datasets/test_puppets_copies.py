@@ -12,6 +12,8 @@ import pytest
 from retarget_bench.datasets.puppets.corpus.clips import Clip, clips, training_clips
 from retarget_bench.datasets.puppets.corpus.families import bodies_of, families
 
+pytestmark = pytest.mark.slow
+
 EVERY = 3
 """Of the frames that are compared: ten a second."""
 

@@ -98,20 +98,6 @@ def test_building_the_data_set_reads_and_makes_nothing(cache: Path, size: str) -
     assert cached(cache) == []
 
 
-# --------------------------------------------------------------------------------------------- files
-def test_written_files_say_the_same(tmp_path: Path) -> None:
-    data = Puppets()
-    for number, info in enumerate(data.cases("retarget", "self")[::5]):
-        motion = data.load(info).reference
-        path = tmp_path / f"{number}.bvh"
-        bvh.write(path, motion, scale=100.0)
-        back = bvh.read(path, scale=0.01)
-        assert back.skeleton.same_as(motion.skeleton)
-        assert abs(back.fps - 30.0) < 1e-3
-        again = motion.character.motion(back.rotations, back.root, back.fps)
-        np.testing.assert_allclose(again.positions, motion.positions, rtol=0, atol=1e-6)
-
-
 # -------------------------------------------------------------------------------------------- export
 class Few(Puppets):
     """The corpus with a few cases and training clips."""

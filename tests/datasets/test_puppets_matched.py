@@ -20,6 +20,8 @@ from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.motion.motion import Motion
 
+pytestmark = pytest.mark.slow
+
 SPEED = 0.2
 """Leg lengths a second, over half a second, that a dog may be faster or slower than its score says."""
 HEADING = 2.0

@@ -17,6 +17,8 @@ from retarget_bench.datasets.puppets.conventions import SIDES
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(params=(*BODIES.values(), *DOGS.values()), ids=lambda body: body.name)
 def skinned(request: pytest.FixtureRequest) -> tuple[Body, Mesh]:

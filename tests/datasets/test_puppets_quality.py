@@ -282,32 +282,6 @@ def test_nothing_jumps(takes: list[Take]) -> None:
         assert (local[:-1] * local[1:]).sum(axis=-1).min() > 0.9, take.name
 
 
-def test_everything_moves_a_little(takes: list[Take]) -> None:
-    """No robot: chest and head are never at rest for half a second."""
-    for take in takes:
-        for role in ("spine_3", "head"):
-            turned = take.turned[:, take.body.part[role]]
-            assert np.degrees(rotation.angle(turned[:-15], turned[15:])).min() > 0.02, (take.name, role)
-
-
-def test_bones_keep_their_lengths_and_numbers_are_sound(takes: list[Take]) -> None:
-    for take in takes:
-        skeleton, places = take.motion.skeleton, take.motion.positions
-        assert np.isfinite(places).all()
-        bones = np.linalg.norm(places[:, 1:] - places[:, skeleton.parents[1:]], axis=-1)
-        np.testing.assert_allclose(bones - skeleton.bone_lengths[1:], 0.0, atol=1e-9)
-        np.testing.assert_allclose(np.linalg.norm(take.motion.rotations, axis=-1), 1.0, atol=1e-9)
-
-
-def test_split_joints_never_turn(takes: list[Take]) -> None:
-    for take in takes:
-        for joint, name in enumerate(take.motion.skeleton.names):
-            if name.endswith(("_split", "_End", "Pelvis")):
-                parent = take.motion.skeleton.parents[joint]
-                apart = rotation.angle(take.turned[:, joint], take.turned[:, parent])
-                assert np.degrees(apart).max() < 1e-5, (take.name, name)
-
-
 def test_slow_performances_keep_their_balance(takes: list[Take]) -> None:
     """Where the score asks for balance and both feet are flat, the centre of mass is between them."""
     for take in takes:
@@ -356,18 +330,3 @@ def test_walks_look_like_walking(takes: list[Take]) -> None:
                 plant.strike for plant in take.score.feet[side].plants if 0 < plant.strike < len(knee)
             ]
             assert all(knee[frame] < 25 for frame in strikes), take.name
-
-
-def test_copied_rotations_do_not_keep_contacts(takes: list[Take]) -> None:
-    """On another body's skeleton, with the hips where they belong, feet that should rest slide."""
-    slides = []
-    for take in takes:
-        for source in takes:
-            alike = source.body.structure is take.body.structure and source.score is take.score
-            if not alike or source is take or not take.planted.any():
-                continue
-            copied = take.body.positions(rotation.to_matrix(source.turned), take.at("hips"))
-            feet = copied[:, [take.body.part[part] for part in CONTACT_ROLES]]
-            steps = np.linalg.norm(np.diff(feet, axis=0), axis=-1)
-            slides.append(steps[take.planted[1:]].mean() / take.motion.character.height)
-    assert np.mean(slides) > 5e-5  # a tenth of a millimetre a frame on a body of 1.7 m; the reference has 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import struct
 import zlib
 from collections.abc import Iterator
@@ -34,60 +33,6 @@ class Node:
 
 class Id(int):
     """A whole number of 64 bits."""
-
-
-def damaged(nodes: list[Node], random: np.random.Generator) -> list[Node]:
-    """The records with some values, links and records that make no sense."""
-    nodes = copy.deepcopy(nodes)
-    for _ in range(random.integers(1, 4)):
-        place, siblings = _any(nodes, random)
-        kind = random.integers(0, 6)
-        if kind == 0:
-            siblings.remove(place)
-        elif kind == 1:
-            siblings.append(copy.deepcopy(place))
-        elif kind == 2:
-            place.children = copy.deepcopy(_any(nodes, random)[0].children)
-        elif place.properties:
-            at = int(random.integers(0, len(place.properties)))
-            place.properties[at] = _odd(place.properties[at], nodes, random)
-    return nodes
-
-
-def _any(nodes: list[Node], random: np.random.Generator) -> tuple[Node, list[Node]]:
-    """A record somewhere below, and the list in which it stands."""
-    rooms = [each.children for each in nodes if each.children and each.name != "FBXHeaderExtension"]
-    siblings = rooms[int(random.integers(0, len(rooms)))] if rooms else nodes
-    while True:
-        place = siblings[int(random.integers(0, len(siblings)))]
-        if not place.children or random.random() < 0.4:
-            return place, siblings
-        siblings = place.children
-
-
-def _odd(value: Any, nodes: list[Node], random: np.random.Generator) -> Any:
-    """Another value of the kind of this one."""
-    odd = (0, -1, 1, 2**31 - 1, -(2**31), 7, 1000, 1005, 50_000, 1_000_000)
-    if isinstance(value, np.ndarray):
-        value = value.copy()
-        if len(value) and random.random() < 0.7:
-            at = random.integers(0, len(value))
-            value[at] = (
-                (0, -1, 1e9, np.nan, np.inf, 17)[random.integers(0, 6)]
-                if value.dtype.kind == "f"
-                else (odd[random.integers(0, len(odd))])
-            )
-            return value
-        return value[: int(random.integers(0, len(value) + 1))]
-    if isinstance(value, Id):
-        return Id(odd[random.integers(0, len(odd))])
-    if isinstance(value, int):
-        return odd[random.integers(0, len(odd))]
-    if isinstance(value, float):
-        return (0.0, -1.0, 1e300, float("nan"), float("inf"), 1e-30, 1e9)[random.integers(0, 7)]
-    others = [each for node in nodes for child in node.children for each in child.properties]
-    words = [each for each in others if isinstance(each, str)] + ["", "x" * 300, "Model::", "\x00"]
-    return words[random.integers(0, len(words))]
 
 
 # ---------------------------------------------------------------------------------------- file formats

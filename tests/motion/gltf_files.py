@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import copy
 import json
 import struct
 from dataclasses import dataclass, field
@@ -78,25 +77,6 @@ def packed(content: dict[str, Any], data: bytes) -> bytes:
     data += b"\0" * (-len(data) % 4)
     body = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
-
-
-def damaged(content: dict[str, Any], random: np.random.Generator) -> dict[str, Any]:
-    """The JSON with some values that make no sense."""
-    content = copy.deepcopy(content)
-    for _ in range(random.integers(1, 4)):
-        place: object = content
-        while True:
-            keys = list(place) if isinstance(place, dict) else range(len(place))
-            if not keys:
-                break
-            key = keys[int(random.integers(0, len(keys)))]
-            if isinstance(place[key], dict | list) and place[key] and random.random() < 0.9:
-                place = place[key]
-                continue
-            odd = (0, -1, 10**9, 2**63, 1e300, -1e-9, "", "x", None, [], {}, [0], [[]], True, 3, 17, 5126)
-            place[key] = odd[int(random.integers(0, len(odd)))]
-            break
-    return content
 
 
 def unpacked(path: Path) -> tuple[dict[str, Any], bytes]:

@@ -13,9 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer, kinematics
-from retarget_bench.motion.files import formats
 from retarget_bench.motion.files.acclaim.reading import beside
-from retarget_bench.motion.files.listing import motion_files
 
 ASF = """# a skeleton
 :version 1.10
@@ -199,18 +197,6 @@ def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
         files.read(amc, take="2")
 
 
-def test_files_are_known_by_what_they_hold(tmp_path, asf, amc):
-    for file in (asf, amc):
-        assert files.format_of(file) is formats.ACCLAIM
-        misnamed = tmp_path / f"{file.stem}.bvh"
-        misnamed.write_bytes(file.read_bytes())
-        assert files.format_of(misnamed) is formats.ACCLAIM
-        misnamed.unlink()
-    assert set(motion_files(tmp_path)) == {"test_01"}
-    amc.unlink()
-    assert set(motion_files(tmp_path)) == {"test"}
-
-
 def test_the_rate_is_usual_unless_told(amc):
     found = importer.load(amc).findings
     assert (found.fps, found.fps_stated) == (120.0, None)
@@ -274,25 +260,6 @@ def test_faults_of_motions_are_told_with_their_line(amc, old, new, told):
         files.read(amc)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.data())
-def test_damaged_files_are_refused_in_sentences(tmp_path_factory, data):
-    """Bytes removed, changed or cut off anywhere: a motion of finite numbers, or a FileError."""
-    folder = tmp_path_factory.mktemp("damaged")
-    for name, text in (("a.asf", ASF), ("a.amc", AMC)):
-        raw = bytearray(text.encode())
-        for _ in range(data.draw(st.integers(0, 3))):
-            place = data.draw(st.integers(0, len(raw) - 1))
-            raw[place : place + data.draw(st.integers(0, 9))] = data.draw(st.binary(max_size=4))
-        (folder / name).write_bytes(raw)
-    try:
-        found = files.read(folder / "a.amc")
-    except FileError:
-        return
-    assert np.isfinite(found.rotations).all()
-    assert np.isfinite(found.root).all()
-
-
 # -------------------------------------------------------------------------------------------- real files
 @pytest.mark.parametrize("take", ["01", "02", "03", "04", "08", "09"])
 def test_takes_of_cmu_are_those_of_another_reader(real_data, take):
@@ -306,44 +273,3 @@ def test_takes_of_cmu_are_those_of_another_reader(real_data, take):
     )
     assert (found.findings.unit[0], found.findings.rest_pose) == ("cmu", "T-pose")
     assert found.findings.missing == found.findings.not_understood == found.findings.warnings == ()
-
-
-@pytest.mark.parametrize("take", ["01", "02", "03"])
-def test_takes_of_cmu_are_those_of_another_rig(real_data, take):
-    """Every second frame against the copies at 60 per second; whichever of the two fits."""
-    ours = importer.load(real_data / f"cmu_asfamc/02_{take}.amc").motion
-    theirs = importer.load(real_data / f"cmu_iclone/002_{take}.bvh", unit="cm").motion
-    count = min((ours.frames - 1) // 2, theirs.frames)
-    limbs = (("up_leg", "leg"), ("leg", "foot"), ("arm", "forearm"), ("forearm", "hand"))
-    bones = [(f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in limbs]
-    apart = np.array([directions_apart(ours, theirs, bone, count) for bone in bones])
-    assert apart.mean() < 3.0, dict(zip(bones, apart, strict=True))
-    assert apart.max() < 8.0, dict(zip(bones, apart, strict=True))
-    mine = (ours.root[: 2 * count : 2] - ours.root[:1])[:, [0, 2]]  # the copies lost the vertical path
-    other = (theirs.root[:count] - theirs.root[:1])[:, [0, 2]]
-    scale = (mine * other).sum() / np.square(mine).sum()
-    assert scale == pytest.approx(1.147, abs=0.005)  # the rig's, the same in all takes
-    assert np.linalg.norm(scale * mine - other, axis=1).max() < 0.015 * np.ptp(other, axis=0).max()
-
-
-def directions_apart(ours, theirs, bone: tuple[str, str], count: int) -> float:
-    """Degrees between a bone's directions, mean over time, at the better of two alignments."""
-    found = []
-    for motion in (ours, theirs):
-        begin, end = (motion.character.joint_of[role] for role in bone)
-        line = motion.positions[:, end] - motion.positions[:, begin]
-        found.append(line / np.linalg.norm(line, axis=1, keepdims=True))
-    mine, other = found
-    cosines = [(mine[n : n + 2 * count : 2] * other[:count]).sum(axis=1) for n in (0, 1)]
-    return min(float(np.degrees(np.arccos(np.clip(each, -1, 1))).mean()) for each in cosines)
-
-
-def test_ten_minutes_are_read(tmp_path, real_data):
-    text = (real_data / "cmu_asfamc/02_08.amc").read_text()
-    body = text[text.index("\n1\n") :] if "\n1\n" in text else text.split(":DEGREES")[1]
-    count = sum(line.strip().isdigit() for line in body.splitlines())
-    times = 18_000 // count + 1
-    (tmp_path / "02.asf").write_bytes((real_data / "cmu_asfamc/02.asf").read_bytes())
-    (tmp_path / "02_99.amc").write_text(":FULLY-SPECIFIED\n:DEGREES" + body * times)
-    found = files.read(tmp_path / "02_99.amc")
-    assert len(found.root) == count * times >= 18_000

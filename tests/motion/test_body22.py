@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-from retarget_bench.motion import kinematics, rotation, transfer
+from retarget_bench.motion import kinematics, transfer
 from retarget_bench.motion.body22 import JOINTS, PARENTS, Body22, folded, unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.motion.structures import BODY22
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
-from method_bodies import body, dance, first, without
+from tests.methods.method_bodies import body, dance, first, without
 
 LACKING = {
     "none": (),
@@ -87,14 +81,6 @@ def test_orientations_of_all_other_joints_are_those_that_were_asked_for(lacking)
         )
 
 
-def test_bones_keep_their_lengths_whatever_is_asked_for():
-    character = short("much")
-    answer = Body22(character).motion(anything(), np.zeros((FRAMES, 3)), 30.0)
-    parents = character.skeleton.parents[1:]
-    lengths = np.linalg.norm(answer.positions[:, 1:] - answer.positions[:, parents], axis=-1)
-    np.testing.assert_allclose(lengths, np.tile(character.skeleton.bone_lengths[1:], (FRAMES, 1)))
-
-
 def test_without_joints_of_no_length_nothing_is_touched():
     asked = anything()
     assert folded(asked, np.zeros(JOINTS, dtype=bool)) is asked
@@ -111,18 +97,6 @@ def test_rows_of_a_tensor_may_lack_different_joints():
     found.sum().backward()
     assert rows.grad is not None
     assert bool(torch.isfinite(rows.grad).all())
-
-
-def test_a_turn_of_a_joint_of_no_length_goes_to_what_hangs_from_it():
-    """By hand: the third spine joint carries the neck and both collar bones."""
-    turn = rotation.about(np.array([1.0, 0.0, 0.0]), 0.4)
-    asked = rotation.identity(JOINTS)
-    asked[BODY22.index("spine_3")] = turn
-    lacks = np.array([role == "spine_3" for role in BODY22])
-    expected = rotation.identity(JOINTS)
-    for role in ("neck", "left_shoulder", "right_shoulder"):
-        expected[BODY22.index(role)] = turn
-    np.testing.assert_allclose(folded(asked, lacks), expected, atol=1e-12)
 
 
 @each_body

@@ -102,7 +102,7 @@ def test_a_change_of_a_known_path_is_seen(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("trusting")
-@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "text", "words", "foreign", "name", "folder"])
+@pytest.mark.parametrize("harm", ["cut", "text", "words", "foreign", "name", "folder"])
 def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> None:
     path = clip(tmp_path)
     whole = bvh.parse(path, cache=False)
@@ -111,10 +111,6 @@ def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> N
     data = kept.read_bytes()
     if harm == "cut":
         kept.write_bytes(data[:-8])
-    elif harm == "flip":
-        kept.write_bytes(data[:-3] + bytes([data[-3] ^ 1]) + data[-2:])
-    elif harm == "empty":
-        kept.write_bytes(b"")
     elif harm == "text":
         kept.write_text("not a document\n" * 8)
     elif harm == "words":
@@ -146,14 +142,15 @@ def test_exchanged_names_are_noticed(tmp_path: Path, cache: Path) -> None:
     assert all(same(bvh.parse(path), document) for path, document in zip(paths, whole, strict=True))
 
 
-def test_every_cut_is_noticed(tmp_path: Path, cache: Path) -> None:
+def test_every_cut_and_every_flipped_bit_is_noticed(tmp_path: Path, cache: Path) -> None:
     """Also where the tail that is missing adds up to nothing: numbers that are 0."""
     bvh.parse(clip(tmp_path, GOOD.replace(b"1.5 2 3", b"0 0 0")))
     (kept,) = cache.glob("*.bin")
     data = kept.read_bytes()
-    for end in range(len(data)):
-        kept.write_bytes(data[:end])
-        assert bvh_cache.load(kept.stem) is None, f"{end} bytes"
+    for at in range(len(data)):
+        for harmed in (data[:at], data[:at] + bytes([data[at] ^ (1 << at % 8)]) + data[at + 1 :]):
+            kept.write_bytes(harmed)
+            assert bvh_cache.load(kept.stem) is None, f"byte {at}"
 
 
 def test_another_parser_reads_the_text_anew(
@@ -164,16 +161,6 @@ def test_another_parser_reads_the_text_anew(
     monkeypatch.setattr(bvh_cache, "_VERSION", "bvh 99")
     bvh.parse(clip(tmp_path))
     assert len(parsed) == len(list(cache.glob("*.bin"))) == 1
-
-
-def test_every_flipped_bit_is_noticed(tmp_path: Path, cache: Path) -> None:
-    path = clip(tmp_path)
-    bvh.parse(path)
-    kept = next(cache.glob("*.bin"))
-    data = kept.read_bytes()
-    for at in range(len(data)):
-        kept.write_bytes(data[:at] + bytes([data[at] ^ (1 << at % 8)]) + data[at + 1 :])
-        assert bvh_cache.load(kept.stem) is None, f"byte {at}"
 
 
 def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

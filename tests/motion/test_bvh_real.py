@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from retarget_bench.motion import bvh, kinematics, rotation
-from retarget_bench.motion.motion import Motion
 
 RATES = {
     "mixamo_san": 60,
@@ -113,76 +112,6 @@ def test_how_root_places_are_meant(files: list[Path]) -> None:
         expected = "relative" if path.stem in RELATIVE else "absolute"
         assert all(f"read as {expected}" in note for note in readings), path
         assert readings or path.stem not in RELATIVE, path
-
-
-def test_bodies_stand_on_the_floor(real_data: Path) -> None:
-    """The lowest joint of people and dogs is near 0 in most frames, as a share of the body's extent."""
-    for folder in ("lafan1", "dog", "bandai_namco", "cmu_iclone", "same_pairs"):
-        for path in sorted((real_data / folder).rglob("*.bvh")):
-            recording = bvh.read(path)
-            if len(recording.root) == 1:
-                continue  # one pose, in the middle of a jump
-            some = np.linspace(0, len(recording.root) - 1, 40).astype(int)
-            places, _ = kinematics.forward(
-                recording.skeleton, recording.rotations[some], recording.root[some]
-            )
-            size = np.linalg.norm(np.ptp(places, axis=1), axis=-1).max()
-            assert abs(np.median(places[:, :, 1].min(axis=1))) < 0.12 * size, path
-
-
-def test_dummy_roots_are_folded(real_data: Path) -> None:
-    for path in sorted((real_data / "bandai_namco").glob("*.bvh")):
-        assert bvh.read(path).skeleton.names[0] == "Hips"
-    for path in sorted((real_data / "cmu_iclone").glob("*.bvh")):
-        assert bvh.read(path).skeleton.names[0] == "CC_Base_Hip"
-
-
-def test_several_rotation_orders_in_one_file(real_data: Path) -> None:
-    hierarchy = bvh.parse(real_data / "cmu_bvh" / "131_01.bvh").hierarchy
-    assert len({channels[-3:] for channels in hierarchy.channels}) == 2
-
-
-def test_a_body_keeps_its_skeleton_over_clips(real_data: Path) -> None:
-    for folder in ("mixamo_san/Aj", "mixamo_san/Mousey_m"):
-        paths = sorted((real_data / folder).glob("*.bvh"))[:8]
-        first = bvh.read(paths[0]).skeleton
-        assert all(bvh.read(path).skeleton.same_as(first, 0.0) for path in paths)
-
-
-def test_documents_come_back_exactly(files: list[Path], tmp_path: Path) -> None:
-    for path in files[::5]:
-        document = bvh.parse(path)
-        bvh.write_document(tmp_path / "a.bvh", document)
-        text = (tmp_path / "a.bvh").read_bytes()
-        back = bvh.parse(tmp_path / "a.bvh", cache=False)
-        np.testing.assert_array_equal(back.values, document.values)
-        np.testing.assert_array_equal(back.hierarchy.offsets, document.hierarchy.offsets)
-        assert back.hierarchy.names == document.hierarchy.names
-        assert back.hierarchy.channels == document.hierarchy.channels
-        assert back.hierarchy.end_sites == document.hierarchy.end_sites
-        bvh.write_document(tmp_path / "a.bvh", back)
-        assert (tmp_path / "a.bvh").read_bytes() == text
-
-
-def test_motions_come_back(files: list[Path], tmp_path: Path) -> None:
-    for path in files[::7]:
-        before = bvh.read(path, scale=0.01)
-        motion = Motion(_Body(before.skeleton), before.rotations, before.root, before.fps)
-        bvh.write(tmp_path / "a.bvh", motion, scale=100)
-        after = bvh.read(tmp_path / "a.bvh", scale=0.01)
-        assert np.degrees(rotation.angle(after.rotations, before.rotations)).max() < 1e-6, path
-        np.testing.assert_allclose(after.root, before.root, atol=1e-9)
-        assert after.skeleton.same_as(before.skeleton, 1e-15), path
-        assert after.fps == before.fps
-
-
-class _Body:
-    """All that a motion asks of its character here."""
-
-    name = "body"
-
-    def __init__(self, skeleton: object) -> None:
-        self.skeleton = skeleton
 
 
 def test_agreement_with_pymotion(real_data: Path) -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import retarget_bench as rb
 from retarget_bench.api import Context
-from retarget_bench.motion import importer, rotation
+from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.editing import edits, floor, legs
 from retarget_bench.plugins import registry
@@ -218,16 +218,3 @@ def test_depth_is_below_the_floor_that_feet_stand_on(theirs, ours):
     assert wanted is not copied
     found = floor.no_deeper(moved(copied, ours), moved(source, theirs))
     np.testing.assert_allclose(moved(found, -ours).positions, wanted.positions, atol=1e-6)
-
-
-@pytest.mark.parametrize("target", ["gltf/Fox.glb", "dog"])
-@pytest.mark.parametrize("method", ["copy_rotations", "ik"])
-def test_a_person_who_picks_up_a_box_as_a_real_animal(real_data, target, method):
-    source, path = real_data / "same_pairs/ACAAD/Female1_A05_PickUpBox_0.bvh", real_data / target
-    path = next(iter(sorted(path.glob("*.bvh"))), path) if path.is_dir() else path
-    if not (source.exists() and path.exists()):
-        pytest.skip(f"{source} or {path} is not there")
-    animal = importer.load(path).motion.character
-    found = motions.answer(importer.load(source).motion.at(slice(1, None)), animal, method)
-    for role in ("head", "left_hand", "right_hand"):
-        assert lowest(found, role) > -2e-3, role

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import retarget_bench as rb
 from retarget_bench.api import Context
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import importer, rotation
+from retarget_bench.motion import rotation
 from retarget_bench.motion.editing import loops
 from retarget_bench.motion.rotation import about, multiply
 from retarget_bench.plugins import registry
@@ -112,16 +112,3 @@ def test_a_method_that_filters_is_mended_by_going_on_and_hardly_by_closing():
     assert loops.gap(method.retarget(whole, target, context=context).at(own)).angle < 1e-5
     found = rb.retarget(source, target, "ik")
     assert loops.gap(found).angle < 1e-5
-
-
-@pytest.mark.parametrize("file", ["gltf/Xbot.glb#7", "gltf/Soldier.glb#2"])
-def test_real_loops_stay_loops(real_data, file):
-    path = real_data / file.split("#")[0]
-    if not path.exists():
-        pytest.skip(f"{path} is not there")
-    source = importer.load(f"{real_data / file}").motion
-    assert loops.is_loop(source)
-    other = loops.resampled(source, 24.0)
-    assert loops.is_loop(other)
-    assert loops.gap(source.resample(24.0)).angle > np.radians(2.0), "as plain resampling leaves it"
-    assert loops.agrees(rb.retarget(other, LARGE, "ik"), other)

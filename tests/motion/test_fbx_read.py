@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,25 +14,11 @@ from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, files, importer, kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files import listing
-from retarget_bench.motion.files.fbx import content
 from retarget_bench.motion.recording import Recording
 
 pytest.importorskip("ufbx")
+pytestmark = pytest.mark.usefixtures("forked")
 FLAT = np.array([-1.0, 1.0, 1.0])
-
-
-@pytest.fixture(autouse=True)
-def forked(request, monkeypatch) -> None:
-    """Files are read in copies of this process, where a test does not ask for ``own_process``."""
-    if hasattr(os, "fork") and "own_process" not in request.fixturenames:
-        from fbx_fork import process
-
-        monkeypatch.setattr(content, "process", process)
-
-
-@pytest.fixture
-def own_process() -> None:
-    """Files are read in processes of their own, as ever outside of tests."""
 
 
 @pytest.fixture
@@ -323,13 +308,6 @@ def test_the_same_clip_as_bvh(tmp_path, random):
         np.testing.assert_allclose(recording.skeleton.offsets[1:], text.skeleton.offsets[1:], atol=1e-9)
 
 
-def test_a_real_clip_as_fbx(tmp_path, real_data):
-    text = files.read(real_data / "lafan1" / "Lafan1_example.bvh")
-    recording = files.read(of_recording(text, 5).save(tmp_path / "one.fbx"))
-    assert np.degrees(rotation.angle(recording.rotations, text.rotations)).max() < 3e-4
-    np.testing.assert_allclose(recording.root, text.root, rtol=1e-6, atol=1e-4)
-
-
 def test_it_is_found_out_by_its_first_bytes(tmp_path, random):
     made = person(random, frames=3)
     for kind in ({}, {"ascii": True}):
@@ -448,25 +426,8 @@ def test_what_holds_no_motion(tmp_path, data, sentence):
     assert "\n" not in str(error.value)
 
 
-def test_what_is_no_file(tmp_path):
-    for path, sentence in (
-        (tmp_path / "none.fbx", "no such file"),
-        (tmp_path / "folder.fbx", "is a folder"),
-    ):
-        (tmp_path / "folder.fbx").mkdir(exist_ok=True)
-        with pytest.raises(FileError, match=sentence):
-            files.read(path)
-
-
-def test_files_that_are_cut_off(tmp_path, random):
-    whole = person(random, frames=3).save(tmp_path / "odd.fbx").read_bytes()
-    for size in (100, len(whole) // 3, len(whole) // 2, len(whole) - 900):
-        (tmp_path / "odd.fbx").write_bytes(whole[:size])
-        with pytest.raises(FileError):
-            files.read(tmp_path / "odd.fbx")
-
-
-def test_a_crash_is_a_sentence_and_nothing_is_left(tmp_path, random, monkeypatch, own_process):
+@pytest.mark.processes
+def test_a_crash_is_a_sentence_and_nothing_is_left(tmp_path, random, monkeypatch):
     path = person(random, frames=3).save(tmp_path / "odd.fbx")
     crashing = tmp_path / "crash.py"
     scratch = tmp_path / "scratch"
@@ -498,7 +459,8 @@ def test_a_take_without_end_and_numbers_beyond_all_bodies(tmp_path, random):
         files.read(made.save(tmp_path / "odd.fbx"))
 
 
-def test_it_works_from_a_path_of_any_name(tmp_path, random, own_process):
+@pytest.mark.processes
+def test_it_works_from_a_path_of_any_name(tmp_path, random):
     folder = tmp_path / "ein Ordner – 一"
     folder.mkdir()
     path = person(random, frames=3).save(folder / "böse 'name'.fbx")

@@ -365,9 +365,3 @@ def test_a_body_that_stands_along_another_axis_is_doubted_and_can_be_turned(tmp_
     turned = importer.load(path, up=axis)
     head, foot = (turned.motion.character.joint_of[role] for role in ("head", "left_foot"))
     assert (turned.motion.positions[:, head, 1] - turned.motion.positions[:, foot, 1]).min() > 1.0
-
-
-def test_options_that_mean_nothing_for_a_format_are_refused(tmp_path, random):
-    path = person(random).save(tmp_path / "a.glb")
-    with pytest.raises(NotSupported, match="is for BVH files"):
-        files.read(path, root="relative")

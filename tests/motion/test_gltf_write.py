@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 from gltf_files import Made, person, unpacked
 
-import retarget_bench as rb
 from retarget_bench.errors import FileError
-from retarget_bench.motion import bvh, files, importer, rotation
+from retarget_bench.motion import importer, rotation
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.files.gltf import write_into
@@ -225,32 +224,6 @@ def test_files_of_others_take_a_motion(tmp_path, real_data, random):
         after, more = unpacked(tmp_path / "out.glb")
         assert more[: len(data)] == data
         assert after["animations"][1:] == before["animations"]
-
-
-# ------------------------------------------------------------------------------------------ from Python
-@pytest.mark.filterwarnings("ignore:.*above the floor")
-def test_from_python_any_file_to_any(tmp_path, random, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    person(random).save(Path("a.glb"))
-    body = importer.load("a.glb").motion
-    bvh.write("b.bvh", performance(body.character, random))
-    glb, text = rb.load_motion("a.glb#act", unit="m"), rb.load_motion("b.bvh", unit="m")
-    assert rb.load_character("a.glb", unit="m").mesh is not None
-    rb.retarget(text, glb, "copy_rotations").save("into.glb")
-    assert files.takes("into.glb") == ("into", "act")
-    rb.retarget(glb, text, "copy_rotations").save("new.glb")
-    assert files.takes("new.glb") == ("new",)
-    rb.retarget(text, glb, "copy_rotations").save("text.bvh")
-    expected = rb.retarget(text, glb, "copy_rotations")
-    assert importer.load("text.bvh").findings.unit[0] == "m"
-    for file in ("into.glb", "text.bvh"):
-        same(rb.load_motion(file, unit="m", up="y", root_place="auto"), expected)
-    with pytest.raises(rb.BenchError, match="would overwrite"):
-        glb.save("a.glb")
-    with pytest.raises(
-        rb.BenchError, match=r"FBX is read and not written.* a name that ends in \.bvh or \.glb"
-    ):
-        glb.save("a.fbx")
 
 
 # ---------------------------------------------------------------------------------------- the validator

@@ -89,14 +89,6 @@ def test_upper_arms_of_another_clip_are_fitted_as_the_rig_has_them(degrees):
         assert apart(motion, found, role)[10:-10].max() < 2.0
 
 
-def test_without_it_they_are_off_by_what_the_axis_is_turned():
-    known = gesture(rig(30.0), 30.0, seed=1)
-    motion = gesture(replace(known.character, hinges={}), 30.0, seed=1)
-    found = fit(motion.character.positions(motion.positions, 30.0)).motion
-    for role in ARMS:
-        assert np.median(apart(motion, found, role)) == pytest.approx(30.0, abs=1.0)
-
-
 def test_a_sleeve_on_the_forearm_hides_no_elbow():
     """A second bone leaves the elbow; upper arms are twisted as they were all the same."""
     plain = body().skeleton

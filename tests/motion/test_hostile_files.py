@@ -5,7 +5,6 @@ Each is told in one sentence that names the file, before anything large is made 
 
 from __future__ import annotations
 
-import itertools
 import os
 import socket
 import tracemalloc
@@ -18,33 +17,15 @@ from fbx_files import Id, Joint, Node, binary, person
 from fbx_files import Made as FbxMade
 from gltf_files import packed
 from gltf_files import person as gltf_person
+from refusal import told
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer
 from retarget_bench.motion.bvh.catalogue import catalogue
-from retarget_bench.motion.files.scenes.nodes import Nodes
 
 SUFFIXES = files.suffixes()
 MEMORY = 400e6
 """Bytes that reading any of these may take meanwhile; all that they unpack to is gigabytes."""
-
-
-@pytest.fixture(autouse=True)
-def forked(monkeypatch) -> None:
-    """FBX files are read in copies of this process."""
-    if hasattr(os, "fork"):
-        fork = pytest.importorskip("fbx_fork", exc_type=ImportError)
-        monkeypatch.setattr("retarget_bench.motion.files.fbx.content.process", fork.process)
-
-
-def told(path: Path) -> str:
-    """The sentence about a file that cannot be read."""
-    with pytest.raises(FileError) as error:
-        files.read(path).skin()
-    message = str(error.value)
-    assert message.startswith(str(path.parent))
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 # ----------------------------------------------------------------------------- little that unpacks to much
@@ -179,74 +160,6 @@ def test_a_chain_of_joints_is_too_deep(
     assert sentence in str(error.value)
 
 
-class Counted(list):
-    """A list that counts look-ups."""
-
-    looked_up = 0
-
-    def __getitem__(self, place):
-        Counted.looked_up += 1
-        return super().__getitem__(place)
-
-
-def forest(parents: list[int]) -> Nodes:
-    children: list[list[int]] = [[] for _ in parents]
-    depths: list[int] = []
-    for node, parent in enumerate(parents):
-        depths.append(depths[parent] + 1 if parent >= 0 else 0)
-        if parent >= 0:
-            children[parent].append(node)
-    count = len(parents)
-    random = np.random.default_rng(count)
-    turns = random.normal(size=(count, 4))
-    return Nodes(
-        tuple(map(str, range(count))),
-        parents,
-        children,
-        depths,
-        random.normal(size=(count, 3)),
-        turns / np.linalg.norm(turns, axis=1, keepdims=True),
-        random.uniform(0.5, 2.0, size=(count, 3)),
-    )
-
-
-def test_trees_are_walked_once_whatever_their_depth():
-    count = 3_000
-    for asked in (lambda nodes: nodes.meeting(range(count)), lambda nodes: nodes.matrices(range(count))):
-        nodes = forest(Counted(range(-1, count - 1)))
-        Counted.looked_up = 0
-        asked(nodes)
-        assert Counted.looked_up < 5 * count
-    assert forest(list(range(-1, count - 1))).tops == [0] * count
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_where_nodes_meet_and_stand(seed: int):
-    random = np.random.default_rng(seed)
-    nodes = forest([int(random.integers(-1, n)) if n else -1 for n in range(30)])
-
-    def way(node: int) -> list[int]:
-        return [*nodes.above(node), node]
-
-    assert nodes.tops == [way(node)[0] for node in range(30)]
-    for size in (1, 2, 3, 6):
-        some = random.choice(30, size, replace=False).tolist()
-        shared = list(
-            itertools.takewhile(lambda line: len(set(line)) == 1, zip(*map(way, some), strict=False))
-        )
-        assert nodes.meeting(some) == (shared[-1][0] if shared else -1)
-    found = nodes.matrices([29])
-    assert list(found) == way(29)
-    place = np.array([0.3, -1.0, 2.0, 1.0])
-    for node in reversed(way(29)):
-        w, x, y, z = nodes.rotation[node]
-        scaled = nodes.scale[node] * place[:3]
-        axis = np.array([x, y, z])
-        turned = scaled + 2 * w * np.cross(axis, scaled) + 2 * np.cross(axis, np.cross(axis, scaled))
-        place = np.append(turned + nodes.translation[node], 1.0)
-    np.testing.assert_allclose(found[29] @ [0.3, -1.0, 2.0, 1.0], place)
-
-
 # ---------------------------------------------------------------------------------- what is no file to read
 def device(path: Path) -> None:
     path.symlink_to("/dev/zero")
@@ -292,6 +205,11 @@ def test_what_is_no_file_is_never_opened(tmp_path: Path, suffix: str, make: Call
         files.takes(path)
     (entry,) = catalogue(tmp_path, [path]).values()  # among others it costs itself alone
     assert entry.problem.startswith(sentence)
+
+
+@pytest.mark.parametrize("suffix", sorted({*SUFFIXES} - {".amc"}))
+def test_a_file_that_is_not_there(tmp_path: Path, suffix: str):
+    assert told(tmp_path / f"none{suffix}").startswith("cannot be read")
 
 
 @pytest.mark.parametrize(("make", "sentence"), NO_FILES[:3], ids=lambda each: getattr(each, "__name__", ""))

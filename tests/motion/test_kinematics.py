@@ -73,15 +73,6 @@ def test_long_clips_are_frame_by_frame_the_same() -> None:
     np.testing.assert_array_equal(folded[0].reshape(places.shape), places)
 
 
-def test_any_memory_layout_is_read() -> None:
-    body = skeleton(8)
-    q, root = pose(6, 8)
-    expected = kinematics.forward(body, q[::-2], root[::-2])[0]
-    np.testing.assert_array_equal(
-        kinematics.forward(body, np.asfortranarray(q[::-2]), root[::-2])[0], expected
-    )
-
-
 def test_the_rest_pose_is_the_skeletons_and_the_roots_offset_plays_no_part() -> None:
     body = skeleton(12)
     places, _ = kinematics.forward(body, rotation.identity(1, 12), np.zeros((1, 3)))
@@ -267,25 +258,6 @@ def _compare_mixed(bodies: list[Skeleton], frames: int, seed: int) -> None:
     assert (turned.transpose(1, 2)[empty] == torch.tensor([1.0, 0, 0, 0], dtype=turned.dtype)).all()
     assert not grads[0][empty].any()
     assert not grads[1].transpose(1, 2)[empty].any()
-
-
-def test_more_padding_changes_nothing() -> None:
-    short, long = skeleton(9), skeleton(40)
-    q, root = tensors(*pose(2, 5, 40))
-    alone = Tree.batch([short])
-    few, _ = kinematics_torch.forward(alone, pad([short.offsets], q.dtype), q[:1, :, :9], root[:1])
-    both = pad([short.offsets, long.offsets], q.dtype)
-    many, _ = kinematics_torch.forward(Tree.batch([short, long]), both, q, root)
-    torch.testing.assert_close(many[:1, :, :9], few, atol=1e-13, rtol=0)
-
-
-def test_pad_keeps_what_is_given_and_fills_with_zero() -> None:
-    padded = pad([np.ones((2, 3, 4)), torch.ones(2, 5, 4)])
-    assert padded.shape == (2, 2, 5, 4)
-    assert padded.dtype == torch.float32
-    assert padded[0, :, :3].eq(1).all()
-    assert padded[0, :, 3:].eq(0).all()
-    assert padded[1].eq(1).all()
 
 
 # ------------------------------------------------------------------------------------------ precision

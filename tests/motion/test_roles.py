@@ -13,7 +13,6 @@ from retarget_bench.motion.roles import (
     find,
     is_body,
     is_finger,
-    is_quadruped,
     load_overrides,
 )
 from retarget_bench.motion.skeleton import Skeleton
@@ -80,36 +79,6 @@ def test_3ds_max_biped():
         "Bip01 R Calf": "right_leg",
         "Bip01 R Foot": "right_foot",
     }
-
-
-def test_smpl_calls_the_toe_joint_foot():
-    found = roles_of("""
-pelvis
-  left_hip
-    left_knee
-      left_ankle
-        left_foot
-  right_hip
-    right_knee
-      right_ankle
-        right_foot
-  spine1
-    spine2
-      spine3
-        neck
-          head
-        left_collar
-          left_shoulder
-            left_elbow
-              left_wrist
-""")
-    assert found["pelvis"] == "hips"
-    assert found["left_hip"] == "left_up_leg"
-    assert found["left_ankle"] == "left_foot"
-    assert found["left_foot"] == "left_toe"
-    assert found["left_collar"] == "left_shoulder"
-    assert found["left_shoulder"] == "left_arm"
-    assert found["left_wrist"] == "left_hand"
 
 
 def test_asf_names_with_the_side_run_into_them():
@@ -287,34 +256,3 @@ def test_groups_of_roles():
     ]
     assert chain(("hips", "neck_2", "neck_1", None), "neck") == [2, 1]
     assert chain(("neck",), "neck") == [0]
-
-
-def test_a_body_that_stands_on_four_legs():
-    """Trunk across the legs in the rest pose: four legs, with or without a tail."""
-    skeleton = tree("""
-Hips
-  LeftUpLeg
-    LeftLeg
-      LeftFoot
-  RightUpLeg
-    RightLeg
-      RightFoot
-  Spine
-    LeftArm
-      LeftForeArm
-        LeftHand
-    RightArm
-      RightForeArm
-        RightHand
-    Head
-""")
-    down, forward = [0.0, -0.3, 0.0], [0.0, 0.0, 0.6]
-    offsets = np.tile(down, (len(skeleton), 1))
-    offsets[skeleton.index("Spine")] = forward
-    for name, x in (("LeftUpLeg", 0.1), ("RightUpLeg", -0.1), ("LeftArm", 0.1), ("RightArm", -0.1)):
-        offsets[skeleton.index(name)] = [x, 0.0, 0.0]
-    standing = Skeleton(skeleton.names, skeleton.parents, offsets)
-    assert is_quadruped(standing, find(standing))
-    offsets[skeleton.index("Spine")] = [0.0, 0.6, 0.0]
-    upright = Skeleton(skeleton.names, skeleton.parents, offsets)
-    assert not is_quadruped(upright, find(upright))

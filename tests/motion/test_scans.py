@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
@@ -18,7 +17,6 @@ from retarget_bench.motion.scans.writing import ply
 from retarget_bench.motion.up_axis import UP_AXES
 from retarget_bench.plugins import registry
 
-TOYS = Path(__file__).parents[1] / "tasks" / "toys"
 trimesh = pytest.importorskip("trimesh")
 
 
@@ -125,13 +123,6 @@ def test_unit_and_up_axis_are_found_in_a_t_pose(tmp_path, mesh, up, unit, scale)
     assert (body.findings.up, body.findings.unit) == (up, (unit, scale))
     np.testing.assert_allclose(body.character.mesh.vertices, mesh.vertices, atol=1e-5)
     assert body.findings.warnings == ()
-
-
-@pytest.mark.parametrize("name", ["ada", "moppet", "titan", "stork", "sumo", "gibbon", "jack"])
-def test_the_up_axis_of_all_kinds_of_people(tmp_path, name):
-    skin = registry.create("datasets", "puppets[size=tiny]").characters()[name].mesh
-    path = written(tmp_path / "body.ply", skin.vertices[:, [0, 2, 1]] * (1, -1, 1), skin.faces)
-    assert load_body(path).findings.up == "z"
 
 
 def test_what_the_user_says_stands(tmp_path, mesh):
@@ -247,64 +238,3 @@ def test_folders_without_frames_or_with_several_formats_are_refused(tmp_path, me
     assert is_scan(tmp_path)
     assert not is_scan(tmp_path / "clip.bvh")
     assert not is_scan(tmp_path / "rigged.glb")
-
-
-# ---------------------------------------------------------------------------------------------- retarget
-def bench(capsys, *arguments: object) -> tuple[int, str]:
-    with pytest.raises(SystemExit) as stopped:
-        main([str(each) for each in arguments])
-    told = capsys.readouterr()
-    return int(stopped.value.code or 0), told.out + told.err
-
-
-def test_a_folder_of_scans_is_retargeted_to_a_mesh(tmp_path, capsys, walk, mesh):
-    scans, body, toy = tmp_path / "scans", tmp_path / "body.obj", TOYS / "rest_skin.py"
-    write_frames(scans, 100 * mesh.skinned(walk)[..., [0, 2, 1]] * (1, -1, 1), mesh.faces)
-    written(body, mesh.vertices * 0.5, mesh.faces)
-    asked = (
-        "retarget",
-        scans,
-        "--target",
-        body,
-        "-m",
-        "rest_skin",
-        "--plugin",
-        toy,
-        "-o",
-        tmp_path / "out",
-    )
-    code, told = bench(capsys, *asked)
-    assert code == 0, told
-    assert "4 frames of scans at 30 per second on the mesh of body.obj" in told
-    assert "body.obj: the unit is a guess" in told
-    assert "say --target-unit" in told
-    found = list(frames_of(tmp_path / "out"))
-    assert [frame.name for frame in found] == ["0000", "0001", "0002", "0003"]
-    scan = load_scan(scans)
-    assert (scan.findings.up, scan.findings.unit) == ("z", ("cm", 0.01))
-    middle = scan.motion.root
-    on_skin = [
-        off_surface(points, frame, mesh.faces)
-        for points, frame in zip(scan.motion.points, mesh.skinned(walk), strict=True)
-    ]
-    assert max(on_skin) < 1e-4
-    for frame, wanted in zip(found, middle, strict=True):
-        np.testing.assert_allclose(frame.vertices.mean(axis=0), wanted, atol=1e-5)
-    code, told = bench(capsys, *asked)
-    assert code
-    assert "out: is there" in told
-    code, told = bench(capsys, *asked[:-1], tmp_path / "out.bvh")
-    assert code
-    assert "the result is a folder of .ply files" in told
-
-
-def test_methods_for_skeletons_say_why_they_cannot(tmp_path, capsys, mesh):
-    body = written(tmp_path / "body.obj", mesh.vertices, mesh.faces)
-    code, told = bench(capsys, "retarget", body, "--target", body, "-m", "ik", "-o", tmp_path / "out")
-    assert code
-    assert "takes motion as source, but this source is known by points only" in told
-    assert not (tmp_path / "out").exists()
-    clip = tmp_path / "clip.bvh"
-    code, told = bench(capsys, "retarget", clip, "--target", body, "-o", tmp_path / "out.bvh")
-    assert code
-    assert "is a mesh without a rig" in told

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 from gltf_files import person
 from scipy.spatial.transform import Rotation
-from smpl_files import archive, danced, model, parameters
+from smpl_files import archive, model, parameters
 
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import FileError
 from retarget_bench.motion import importer, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY, SMPL, SMPLH, SMPLX
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.python import motions
 
 DEGREES, METRES = 1e-4, 1e-5
 
@@ -110,26 +109,3 @@ def test_a_body_with_other_joints_is_refused_in_a_sentence(tmp_path, random):
     with pytest.raises(FileError, match="frame 1 of the motion holds NaN"):
         writing.write(tmp_path / "b.npz", still)
     assert not (tmp_path / "b.npz").exists()
-
-
-def test_from_any_format_to_an_archive_and_back(tmp_path, random):
-    """What the commands do: a result of an archive's body has its betas; its own file stays as it is."""
-    target = archive(tmp_path / "me.npz", parameters(random))
-    np.save(tmp_path / "dance.npy", danced(Character.of("body", average.skeleton(BODY)), 30))
-    with pytest.warns(UserWarning, match=r"body_model=|rate=30|is worse than"):
-        made = motions.retarget(tmp_path / "dance.npy", target, "copy_rotations")
-    made.save(tmp_path / "out.npz")
-    written = np.load(tmp_path / "out.npz", allow_pickle=False)
-    np.testing.assert_array_equal(written["betas"], np.load(target)["betas"])
-    assert (str(written["gender"]), float(written["mocap_framerate"])) == ("female", 20.0)
-    again = importer.load(tmp_path / "out.npz").motion
-    np.testing.assert_allclose(again.positions, made.positions, atol=METRES)
-    for ending in (".bvh", ".glb"):
-        made.save(tmp_path / f"out{ending}")
-        other = importer.load(tmp_path / f"out{ending}", unit="m").motion
-        order = [other.skeleton.index(name) for name in made.skeleton.names]  # BVH goes limb by limb
-        np.testing.assert_allclose(other.positions[:, order], made.positions, atol=1e-4)
-    with pytest.raises(BenchError, match="would overwrite"):
-        made.save(target)
-    with pytest.raises(BenchError, match=r"ends in \.bvh or \.glb or \.npz"):
-        made.save(tmp_path / "out.npy")

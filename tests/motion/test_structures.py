@@ -108,14 +108,6 @@ def test_body22_of_any_two_legged_rig(real_data, file, count):
     assert deviation(reduction, motion) < 0.02
 
 
-def test_lafan_is_its_own_body22(real_data):
-    motion = clip(real_data, "lafan1/Lafan1_example.bvh")
-    reduction = reduce(motion.character, "body22")
-    np.testing.assert_array_equal(
-        reduction.apply(motion).rotations, motion.rotations[:, list(reduction.joints)]
-    )
-
-
 def test_a_left_out_joint_that_turns_shows_as_deviation():
     """Toe ends aside, body22 of this body leaves out nothing: turn a helper by a known angle."""
     skeleton = t_pose()

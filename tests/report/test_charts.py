@@ -3,12 +3,14 @@
 import math
 import re
 from dataclasses import replace
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.colors import to_rgb
 
 from retarget_bench.analysis import summary
 from retarget_bench.figures import axis_limits, palette
@@ -58,17 +60,67 @@ def test_methods_differ_in_more_than_colour():
     assert len({(each.shape, each.dash) for each in made}) == len(made)
 
 
-def _luminance(colour):
-    channels = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
-    return np.dot(
-        [0.2126, 0.7152, 0.0722],
-        [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels],
-    )
+SEES = {
+    "usual": np.eye(3),
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritanopia": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+"""What Machado, Oliveira and Fernandes (2009) publish for linear RGB at full severity."""
+TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def linear(colour: str) -> np.ndarray:
+    value = np.array(to_rgb(colour))
+    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def lab(light: np.ndarray) -> np.ndarray:
+    """CIE L*a*b* (D65) of linear RGB."""
+    x = TO_XYZ @ np.clip(light, 0, 1) / TO_XYZ.sum(axis=1)
+    f = np.where(x > 216 / 24389, np.cbrt(x), (x * 24389 / 27 + 16) / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+def _luminance(colour: str) -> float:
+    return float(TO_XYZ[1] @ linear(colour))
 
 
 def _contrast(first, second):
     low, high = sorted([_luminance(first), _luminance(second)])
     return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("eyes", SEES)
+def test_no_two_methods_look_alike(eyes):
+    seen = [lab(np.array(SEES[eyes]) @ linear(colour)) for colour in palette.COLOURS]
+    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > 20
+
+
+def test_neighbours_differ_in_grey():
+    grey = [lab(linear(colour))[0] for colour in palette.COLOURS]
+    assert min(abs(a - b) for a, b in pairwise(grey)) >= 9
+
+
+def test_colours_start_again():
+    last = len(palette.COLOURS)
+    methods = [palette.method_style(place).colour for place in (0, last - 1, last)]
+    assert methods[2] == methods[0] != methods[1]
+    control = MethodInfo(label="still", privileged=(), control=True)
+    controls = [palette.method_style(place, control).colour for place in (0, 3)]
+    assert controls[0] == controls[1]
 
 
 def test_colours_can_be_seen_on_light_and_dark_paper():
@@ -105,6 +157,24 @@ def test_an_axis_leaves_out_only_what_is_far_worse():
     assert axis_limits.top([1.0, 2.0, 3.0, 400.0]) == axis_limits.ROOM * 2.5
     assert axis_limits.top([0.0, 1e-7, 0.2, 0.1, math.nan]) == 0.2
     assert axis_limits.top([]) > 0
+
+
+def test_a_colour_scale_ends_before_one_method_that_is_far_off():
+    numbers = {"a": [1.0, 2.0], "b": [1.0, 4.0], "far": [60.0, 90.0], "control": [500.0]}
+    # the highest of a, b and far are 2, 4 and 90: 2.5 times the median is 10
+    assert axis_limits.colour_end(numbers, ["a", "b", "far"], 0.98) == 10.0
+    assert axis_limits.colour_end(numbers, ["a", "b"], 1.0) == 4.0
+    assert axis_limits.colour_end({}, [], 0.98) == 1.0
+
+
+def test_names_of_marks_cover_neither_marks_nor_each_other():
+    room = (0.0, 0.0, 200.0, 100.0)
+    alone, left = (elements.names_beside([(x, 50.0)], ["name"], room)[0] for x in (50.0, 190.0))
+    assert 'x="59"' in alone  # at the right of its mark
+    assert 'x="156.2"' in left  # there is no room at the right: 190 - 9 - 4 * 6.2
+    crowd = [(50.0 + 4.0 * k, 50.0) for k in range(9)]
+    shown = elements.names_beside(crowd, ["a long name"] * 9, room)
+    assert 1 <= len(shown) < 9
 
 
 def test_others_lengthen_an_axis_but_not_beyond_what_methods_allow():

@@ -7,7 +7,6 @@ import json
 import pytest
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.figures import method_order
 from retarget_bench.figures.palette import COLOURS
 from retarget_bench.figures.plotting import canvas
@@ -72,30 +71,6 @@ def test_columns_are_those_asked_for_and_the_first_one_ranks(runs, tmp_path):
     with pytest.raises(BenchError, match="value 'rato'; did you mean ratio"):
         report(runs, "-o", tmp_path / "d.html", "--columns", "rato")
     assert not (tmp_path / "d.html").exists()
-
-
-def test_values_of_sets_stand_in_the_tables_asked_for_or_not(tmp_path):
-    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
-    for method, value in (("near", 12.5), ("far", 40.0)):
-        place = stored.store(tmp_path / "runs", "cross", method, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-        files.write(
-            place, [SetValue("fid.structure", "body22", 300, 30, value, 10.0, 50.0, 8.25, "real", "net")]
-        )
-        stored.changed(
-            place,
-            metrics={"fid_structure": "1+aa"},
-            date="2026-01-01",
-            set_values={"fid.structure": declared},
-        )
-    for more in ([], ["--columns", "fid.structure"]):
-        report(tmp_path / "runs", "-o", tmp_path / "s.html", "--clips", "0", *more)
-        text = Tags((tmp_path / "s.html").read_text(encoding="utf-8")).text
-        assert "all answers on bodies of structure body22 as one set: 300 windows of 30 clips" in text
-        for number in ("12.5", "40.0"):
-            assert number in text
-        assert "Not shown here: values of all answers" not in text
-        split = data_of(tmp_path / "s.html")["chapters"][0]["splits"][0]
-        assert [value["id"] for value in split["values"]] == ["mpjpe_h.world"]
 
 
 def test_very_many_cases_are_listed_as_far_as_there_is_room(runs, tmp_path, monkeypatch, open_page):

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from retarget_bench.analysis.summary import Mean
+from retarget_bench.errors import printable
 from retarget_bench.figures import method_order
 from retarget_bench.figures.data import bodies, lines, rows
 from retarget_bench.figures.data.model import (
@@ -32,7 +33,6 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results import result_matrix, store
 from tests.engine import test_plot_kinds
-from tests.report.test_report_axes import axis, said
 
 ERROR = "mpjpe_h.world"
 
@@ -94,6 +94,24 @@ def on_page(data: FigureData, chart) -> ElementTree.Element:
     return ElementTree.fromstring(str(drawing.chart(chart)))
 
 
+def axis(drawn: ElementTree.Element, anchor: str, log: bool = False) -> np.poly1d:
+    """From places to numbers, by the ticks that stand to the left (``end``) or below (``middle``)."""
+    found = []
+    for each in drawn.iter("text"):
+        if each.get("text-anchor") == anchor and not each.get("class") and each.get("x") != "0":
+            number = float((each.text or "").replace(",", ""))
+            at = float(each.get("y", "")) - 3.5 if anchor == "end" else float(each.get("x", ""))
+            found.append((at, np.log10(number) if log else number))
+    assert len(found) >= 3
+    places, numbers = zip(*found, strict=True)
+    return np.poly1d(np.polyfit(places, numbers, 1))
+
+
+def said(label: str) -> float:
+    """The first number after the colon."""
+    return float(re.search(r": ([\d.]+)", label)[1])
+
+
 def picks(drawn: ElementTree.Element) -> list[ElementTree.Element]:
     return [each for each in drawn.iter("g") if each.get("class") == "pick"]
 
@@ -121,6 +139,13 @@ def test_both_draw_the_same_marks_in_the_same_order_within_the_same_limits(
                 marks = [mark for line in chart.lines for mark in line.marks]
                 drawn = np.concatenate([line.get_xydata() for line in marked(axes)])
                 assert drawn == pytest.approx(np.array([(mark.at, mark.mean.value) for mark in marks]))
+                diagonals = [each for each in page.iter("line") if each.get("class") == "diagonal"]
+                assert len(diagonals) == chart.diagonal
+                for each in diagonals:
+                    along, up = (axis(page, which) for which in ("middle", "end"))
+                    ends = [(along(float(each.get(f"x{k}"))), up(float(each.get(f"y{k}")))) for k in "12"]
+                    most = min(chart.x.high / 1.02, chart.y.high)
+                    assert ends == [pytest.approx((value, value), abs=0.01 * most) for value in (0, most)]
                 numbers = np.stack(
                     [axis(page, "middle")(places(page)[:, 0]), axis(page, "end")(places(page)[:, 1])], 1
                 )
@@ -150,6 +175,11 @@ def test_both_draw_the_same_marks_in_the_same_order_within_the_same_limits(
                 assert axis(page, "end")(places(page)[:, 1]) == pytest.approx(
                     drawn[:, 1], abs=0.01 * drawn[:, 1].max()
                 )
+                (front,) = (each for each in page.iter("path") if each.get("class") == "front")
+                heights = [float(y) for _, y in re.findall(r"([\d.]+) ([\d.]+)", front.get("d", ""))[1::2]]
+                assert axis(page, "end")(np.array(heights)) == pytest.approx(
+                    [mark.mean.value for mark in chart.front], abs=0.01 * drawn[:, 1].max()
+                )
                 assert axes.get_xlim() == pytest.approx((chart.x.low, chart.x.high))
                 assert axes.get_ylim() == pytest.approx((chart.y.low, chart.y.high))
             case BoxChart():
@@ -170,17 +200,11 @@ def test_both_draw_the_same_marks_in_the_same_order_within_the_same_limits(
                 assert dots.get_array().tolist() == [mark.mean.value for mark in marks]
                 assert dots.get_clim() == (chart.scale.low, chart.scale.high)
         assert [each.get("data-method") for each in picks(page)] == [
-            printable_(mark.method) for mark in marks
+            printable(mark.method) for mark in marks
         ]
         assert [
             said(f": {each.get('aria-label').rpartition(': ')[2]}") for each in picks(page)
         ] == pytest.approx([mark.mean.value for mark in marks], abs=6e-4)
-
-
-def printable_(label: str) -> str:
-    from retarget_bench.errors import printable
-
-    return printable(label)
 
 
 def test_no_kind_is_left_out(matrices):

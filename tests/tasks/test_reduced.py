@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,9 +10,7 @@ from hypothesis import strategies as st
 from retarget_bench.errors import SkeletonError
 from retarget_bench.evaluation.tasks.definitions import reduced
 from retarget_bench.motion import kinematics
-
-sys.path.insert(0, str(Path(__file__).parent / "toys"))
-from toy_people import TREE, body
+from tests.tasks.toys.toy_people import TREE, body
 
 BODY = body("ann", 1.0)
 NAMES = tuple(TREE)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from retarget_bench import cli
 from retarget_bench.analysis import seen_unseen
@@ -63,14 +62,6 @@ def trained_on(root: Path, task: str, structures: list[str] | None) -> None:
     header = json.loads(path.read_text())
     header["method"]["trained_on"] = None if structures is None else {"structures": structures}
     path.write_text(json.dumps(header))
-
-
-@pytest.fixture
-def figures(monkeypatch) -> list[Figure]:
-    made: list[Figure] = []
-    kept = Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
-    return made
 
 
 def plot(root: Path, task: str, output: Path, *more: str) -> int:

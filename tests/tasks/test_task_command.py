@@ -8,20 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from retarget_bench.analysis import summary
 from retarget_bench.cli import main
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.tasks import canonical
-from retarget_bench.figures.data import lines as line_charts
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from tests.in_process import without_processes
-
-pytestmark = pytest.mark.usefixtures("in_process")
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
 CHI3 = 2 * np.sqrt(2 / np.pi)
@@ -78,13 +74,6 @@ def test_doing_nothing_scores_the_noise_before_and_after(results):
     for level, sigma in (("noise-2cm", 2.0), ("noise-5cm", 5.0)):
         lengths = 12 * 40 * 17
         assert np.mean(by_level[level]) == pytest.approx(CHI3 * sigma, rel=4 * 0.422 / np.sqrt(lengths))
-
-
-def test_a_filter_removes_noise(results):
-    nothing, filtered = (rows(results, "denoise", name) for name in ("identity", "gaussian_filter"))
-    for a, b in zip(nothing.entries, filtered.entries, strict=True):
-        if not a.case.endswith("noise-0cm"):
-            assert b.values["restored_cm"] < 0.7 * a.values["restored_cm"]
 
 
 def test_a_method_that_needs_rotations_says_so(results):
@@ -233,50 +222,9 @@ def test_table_2_has_the_printed_numbers_and_our_structures(results, capsys):
 
 
 # -------------------------------------------------------------------------------------------- pictures
-@pytest.fixture
-def figures(monkeypatch) -> list[Figure]:
-    made: list[Figure] = []
-    kept = Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
-    return made
-
-
 def line_of(panel, label: str) -> np.ndarray:
     (found,) = (line for line in panel.lines if line.get_label() == label)
     return np.array(found.get_xydata())
-
-
-def test_the_picture_of_denoising_is_what_the_rows_say(results, tmp_path, capsys, figures):
-    status, _ = bench(capsys, "plot", "denoise", "-r", str(results), "-o", str(tmp_path / "out.png"))
-    assert status == 0
-    panel = figures[0].axes[0]
-    nothing, filtered = (line_of(panel, name) for name in ("identity", "gaussian_filter"))
-    assert np.allclose(nothing[:, 0], nothing[:, 1], atol=1e-4)
-    assert nothing[1:, 0] == pytest.approx([2 * CHI3, 5 * CHI3], rel=0.02)
-    assert np.array_equal(filtered[:, 0], nothing[:, 0])
-    assert (filtered[1:, 1] < nothing[1:, 1]).all()
-    assert (tmp_path / "out.png").stat().st_size > 10_000
-
-
-def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsys, figures):
-    status, _ = bench(
-        capsys,
-        "plot",
-        "joint-completion",
-        str(results),
-        "-o",
-        str(tmp_path / "out.svg"),
-        "-m",
-        "linear_joints",
-    )
-    assert status == 0
-    whole, missing = figures[0].axes
-    assert line_of(whole, "linear_joints")[:, 0].tolist() == [50, 100]
-    assert line_of(missing, "linear_joints")[:, 0].tolist() == [50]
-    assert line_of(whole, "linear_joints")[-1, 1] == pytest.approx(0, abs=1e-4)
-    hollow = [line for line in whole.lines if line.get_markerfacecolor() == "white"]
-    assert [line.get_xdata()[0] for line in hollow] == [75.0]
-    assert line_charts.major_share(store.find_results(results, "denoise")) is None
 
 
 @pytest.mark.filterwarnings("error::UserWarning")

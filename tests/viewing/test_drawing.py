@@ -17,7 +17,7 @@ from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.viewer import bodies, drawing
 from retarget_bench.viewer.bodies import RIM, tube
 from retarget_bench.viewer.camera import DISTANCE, Camera, fitted, track
-from retarget_bench.viewer.colours import CONTACT, PAPER, STAGE, TROUBLE, colours
+from retarget_bench.viewer.colours import CONTACT, STAGE, TROUBLE, colours
 from retarget_bench.viewer.drawing import Drawing, DrawingStyle
 from retarget_bench.viewer.scene import Figure, Scene, figure_of
 from retarget_bench.viewer.text import font, plain, short, wrapped
@@ -263,17 +263,6 @@ def test_a_sheet_has_a_row_per_figure_and_a_column_per_moment():
         assert (np.histogram(cells[:, 1], bins=4, range=(170, size[0]))[0] > 20).all()
     with pytest.raises(BenchError, match="do not fit on 200 x 60 pixels"):
         drawing.sheet(shown, DrawingStyle((200, 60)), [0, 1])
-
-
-def test_panels_are_apart_and_within_the_picture():
-    for count in (1, 2, 5, 8):
-        picture = Drawing(scene(*[walker(label=f"m{k}") for k in range(count)]), DrawingStyle((900, 500)))
-        taken = np.zeros((500, 900), int)
-        for box in picture._boxes:
-            taken[box.top : box.top + box.height, box.left : box.left + box.width] += 1
-        assert taken.max() == 1
-        assert taken.sum() == sum(box.width * box.height for box in picture._boxes)
-        assert (pixels(picture.at(0))[:, -1] == PAPER).all()
 
 
 def test_sizes_and_views_that_cannot_be_are_told_in_words():

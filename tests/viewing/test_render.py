@@ -12,7 +12,6 @@ from PIL import Image
 from small_runs import CASE, OTHER, bvh_file, ran
 from viewing_toys.toy_moves import DOG
 
-from retarget_bench import cli
 from retarget_bench.commands.render import chosen
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.results.store import case_file
@@ -20,13 +19,6 @@ from retarget_bench.viewer import clips, scene_builder
 from retarget_bench.viewer.clips import ffmpeg, write_clip
 
 SMALL = ("--size", "160x120")
-
-
-def bench(capsys, *arguments) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as left:
-        cli.main(["render", *map(str, arguments)])
-    out, err = capsys.readouterr()
-    return int(left.value.code or 0), out, err
 
 
 @pytest.fixture(scope="module")
@@ -103,10 +95,10 @@ def test_a_video_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_without_ffmpeg_a_sentence_says_what_to_do(tmp_path, monkeypatch, capsys):
+def test_without_ffmpeg_a_sentence_says_what_to_do(tmp_path, monkeypatch, bench):
     monkeypatch.setattr(clips, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    status, _, err = bench(capsys, "whatever", "-o", tmp_path / "clip.mp4")
+    status, _, err = bench("render", "whatever", "-o", tmp_path / "clip.mp4")
     assert status == 2
     assert "pip install 'retarget-bench[video]'" in err
     assert len(err.splitlines()) == 1
@@ -137,9 +129,9 @@ def test_frames_are_chosen_in_seconds_and_at_a_rate(tmp_path):
         chosen(shown, 1.0, 0.5, None, None)
 
 
-def test_a_case_becomes_a_clip_and_what_failed_is_told(runs, tmp_path, capsys):
+def test_a_case_becomes_a_clip_and_what_failed_is_told(runs, tmp_path, bench):
     path = tmp_path / "clip.gif"
-    status, out, err = bench(capsys, "small>tall", "-r", runs, "-o", path, *SMALL, "--every", "3")
+    status, out, err = bench("render", "small>tall", "-r", runs, "-o", path, *SMALL, "--every", "3")
     assert status == 0
     assert err.startswith("toy_method[does=raise]: failed: RuntimeError: out of ideas (toy_method.py:")
     assert "4 pictures of 160 x 120 pixels, 10 per second" in out
@@ -148,34 +140,36 @@ def test_a_case_becomes_a_clip_and_what_failed_is_told(runs, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", [CASE, case_file(CASE), "small>tall"])
-def test_a_case_goes_by_its_id_its_file_or_a_part_of_it(runs, tmp_path, capsys, name):
+def test_a_case_goes_by_its_id_its_file_or_a_part_of_it(runs, tmp_path, bench, name):
     path = tmp_path / "still.png"
-    status, out, _ = bench(capsys, name, "-r", runs, "-m", "toy_method", "-o", path, *SMALL, "--frame", "3")
+    status, out, _ = bench(
+        "render", name, "-r", runs, "-m", "toy_method", "-o", path, *SMALL, "--frame", "3"
+    )
     assert status == 0
     assert "frame 3, 160 x 120 pixels" in out
     assert Image.open(path).size == (160, 120)
 
 
-def test_stored_predictions_are_shown_with_their_case(runs, tmp_path, capsys):
+def test_stored_predictions_are_shown_with_their_case(runs, tmp_path, bench):
     path = next(runs.glob(f"*/*/*/toy_method/{case_file(OTHER)}.npz"))
     for number, arguments in enumerate(([path], [OTHER, "-r", runs, "-m", "toy_method"])):
-        assert bench(capsys, *arguments, "-o", tmp_path / f"{number}.png", *SMALL)[0] == 0
+        assert bench("render", *arguments, "-o", tmp_path / f"{number}.png", *SMALL)[0] == 0
     assert (tmp_path / "0.png").read_bytes() == (tmp_path / "1.png").read_bytes()
 
 
-def test_methods_are_asked_now(runs, tmp_path, capsys):
+def test_methods_are_asked_now(runs, tmp_path, bench):
     common = ("tall>small", "-o", tmp_path / "now.png", *SMALL, "--hide", "source")
-    status, _, err = bench(capsys, *common, "--ask", "-d", "toy_moves", "-m", "toy_method[does=raise]")
+    status, _, err = bench("render", *common, "--ask", "-d", "toy_moves", "-m", "toy_method[does=raise]")
     assert (status, err.count("out of ideas")) == (0, 1)
-    assert "say which methods to ask" in bench(capsys, *common, "--ask")[2]
+    assert "say which methods to ask" in bench("render", *common, "--ask")[2]
 
 
-def test_files_and_sheets(tmp_path, capsys):
+def test_files_and_sheets(tmp_path, bench):
     dog, person = bvh_file(tmp_path / "dog.bvh", 9, joints=DOG), bvh_file(tmp_path / "<b>.bvh", 5)
-    status, out, err = bench(capsys, dog, person, "--sheet", "--columns", "3", "-o", tmp_path / "s.png")
+    status, out, err = bench("render", dog, person, "--sheet", "--columns", "3", "-o", tmp_path / "s.png")
     assert (status, err) == (0, "dog: the first 5 of 9 frames\n")
     assert "3 moments" in out
-    assert bench(capsys, dog, "--overlay", "-o", tmp_path / "d.webp", *SMALL)[0] == 0
+    assert bench("render", dog, "--overlay", "-o", tmp_path / "d.webp", *SMALL)[0] == 0
     assert {path.name for path in tmp_path.iterdir()} == {"dog.bvh", "<b>.bvh", "s.png", "d.webp"}
 
 
@@ -197,9 +191,9 @@ def test_files_and_sheets(tmp_path, capsys):
         ((CASE, "-o", "x.gif", "--fps", "9", "--every", "2"), "give one of them"),
     ],
 )
-def test_what_cannot_be_shown_is_told_in_words(runs, tmp_path, capsys, monkeypatch, arguments, words):
+def test_what_cannot_be_shown_is_told_in_words(runs, tmp_path, bench, monkeypatch, arguments, words):
     monkeypatch.chdir(tmp_path)
-    status, _, err = bench(capsys, *arguments, "-r", runs)
+    status, _, err = bench("render", *arguments, "-r", runs)
     assert status == 2
     assert words in err
     assert "Traceback" not in err

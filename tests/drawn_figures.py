@@ -1,0 +1,15 @@
+"""The figures that matplotlib writes."""
+
+from __future__ import annotations
+
+import pytest
+from matplotlib.figure import Figure
+
+
+@pytest.fixture
+def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that are written from here on."""
+    made: list[Figure] = []
+    kept = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
+    return made

@@ -1,0 +1,70 @@
+"""Charts of noise, of given joints and of speed in a report: a mark for every number of the tables."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from retarget_bench.evaluation import timing
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from tests.engine import stored
+from tests.in_process import run_here
+from tests.report.odd_runs import bench, report
+
+TOYS = Path(__file__).parents[1] / "tasks" / "toys" / "toy_people.py"
+
+
+def marks(root: Path, name: str) -> dict[tuple[str, str], float]:
+    """(method, level) -> the first number that the mark of the report's chart says."""
+    file = root / "r.html"
+    report(root, "-o", file, "--no-player")
+    (section,) = re.findall(
+        rf'id="chapter-1-{name}">(.*?)</section>', file.read_text(encoding="utf-8"), re.S
+    )
+    chart, *_ = re.findall(r"<svg.*?</svg>", section, re.S)
+    found = {}
+    for tag in re.findall(r'<g class="pick"[^>]*>', chart):
+        told = dict(re.findall(r'([a-z-]+)="([^"]*)"', tag))
+        number = float(re.search(r": ([\d.e+]+)", told["aria-label"])[1])
+        found[told["data-method"], told.get("data-level", "")] = number
+    return found
+
+
+@pytest.mark.parametrize(
+    ("task", "methods"),
+    [
+        ("denoise[levels='0,2,5']", ("identity", "gaussian_filter")),
+        ("upsample[levels='0.5,0.75,1']", ("linear_joints", "nearest_pose")),
+    ],
+)
+def test_every_level_has_the_number_of_the_table(tmp_path, task, methods):
+    registry.add_file(TOYS)
+    plan = Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec.parse("toy_people[clips=2]"),),
+        splits=("self",),
+        metrics=("restoration",),
+        task=task,
+        root=tmp_path,
+    )
+    run_here(plan)
+    name = Spec.parse(task).name
+    table = csv.DictReader(io.StringIO(bench("table", tmp_path, "--task", name, "-f", "csv")))
+    rows = [row for row in table if row.get("value") in (None, "restored_cm")]
+    wanted = {(method, row["level"]): float(row[method]) for row in rows for method in methods}
+    assert marks(tmp_path, name) == pytest.approx(wanted, abs=0.006)
+    assert len(wanted) == 6
+
+
+def test_methods_that_were_timed_stand_over_their_speed(tmp_path):
+    speeds = {"slow": 30.0, "even": 300.0, "quick": 3000.0}
+    for method, fps in speeds.items():
+        rows = [("a>b", f"c{k}", {"mpjpe_h.world": 0.1 * k}) for k in range(12)]
+        timing.write(stored.store(tmp_path, "intra", method, rows), [timing.Time("c", round(3 * fps), 3.0)])
+    assert marks(tmp_path, "speed") == pytest.approx({(each, ""): fps for each, fps in speeds.items()})
