@@ -35,26 +35,27 @@ def command(
     published number into another.
     """
     from retarget_bench.analysis import protocol_factors
-    from retarget_bench.api import SELF
-    from retarget_bench.results import dataset_names, store
+    from retarget_bench.results.result_matrix import result_matrices
     from retarget_bench.tables import rendering
 
-    places = options.results([root], dataset)
-    found = {place: store.read_results(place) for place in places}
-    labels = {place: each.header.method.label for place, each in found.items()}
-    wanted = [p for p in places if method in (None, labels[p]) and split in (None, p.split)]
+    found = [
+        (matrix, row) for matrix in result_matrices(options.results([root], dataset)) for row in matrix.rows
+    ]
+    wanted = [
+        (matrix, row, seed)
+        for matrix, row in found
+        if method in (None, row.label) and split in (None, matrix.split)
+        for seed in range(len(row.runs))
+    ]
     if not wanted:
-        there = sorted({f"{labels[place]} on {place.split}" for place in places})
+        there = sorted({f"{row.label} on {matrix.split}" for matrix, row in found})
         raise BenchError(f"no such result in {root}; there are {', '.join(there)}")
-    names = dataset_names.shown({place: each.header for place, each in found.items()})
-    selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == SELF}
     asked = options.ids(between)
     width = options.screen_width() if output is None else rendering.WIDTH
     pages, refused = [], []
-    for place in wanted:
+    for each in wanted:
         try:
-            mine = selves.get((place.dataset, place.method))
-            page = protocol_factors.explain(found[place], mine, names[place])
+            page = protocol_factors.explain(*each)
             factors = protocol_factors.chosen(page, asked, every=every)
             pages.append(
                 protocol_factors.markdown(page, factors)

@@ -13,9 +13,8 @@ from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import provenance
 from retarget_bench.tables.finding import finding
 from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, lacking
-from retarget_bench.tables.method_groups import MethodGroup, by_part, speeds
+from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
 from retarget_bench.tables.model import Group, Problem, Table
-from retarget_bench.tables.set_groups import by_set, without_sets
 
 DEFAULT_COLUMNS = (
     "mpjpe_h.world",

@@ -1,4 +1,4 @@
-"""Groups of a table: methods by values, on one split or several side by side; or parts by methods."""
+"""Groups of a table: methods by values, of cases or of sets; or parts of a breakdown by methods."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,21 +6,20 @@ from dataclasses import dataclass, replace
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import CURVES
 from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary
+from retarget_bench.analysis.summary import PEOPLE_SET, MethodSummary, SplitSummary, of_set, usual_value
+from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
 from retarget_bench.tables.groups import (
     FPS,
-    PEOPLE_SET,
     STALE,
     GroupBuilder,
     by_number,
-    usual_value,
 )
 from retarget_bench.tables.model import NOT_RUN, Cell, Group, Row, count, listed
-from retarget_bench.tables.set_groups import floors
 
 Spot = tuple[SplitSummary, str]
 """The split and the value of a column."""
+SETS = "Not ranked: compare such values by their intervals and with the floor, and none of different n."
 
 
 # -------------------------------------------------------------------------------- methods by values
@@ -74,7 +73,7 @@ class MethodGroup:
         """The references' scores by values of sets, unless the row of a control shows them."""
         at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.whole]
         sets = [(section, key, PEOPLE_SET) for section, key in (self.spots[number] for number in at)]
-        known = [usual_value(section, which, key).floor for section, key, which in sets]
+        known = [usual_value(section.scores, key, which).floor for section, key, which in sets]
         texts = [
             "" if floor is None else self.builder.shown(floor, key)
             for floor, (_, key, _) in zip(known, sets, strict=True)
@@ -96,8 +95,10 @@ class MethodGroup:
         return "; ".join(shown)
 
     def _common(self) -> tuple[Ranking | None, ...]:
-        """The ranking of every column; none where the title has their numbers of cases."""
-        found = tuple(section.rankings.get(key) for section, key in self.spots)
+        """The ranking of every column of cases; none where the title has their numbers of cases."""
+        found = tuple(
+            None if key in self.builder.whole else section.rankings.get(key) for section, key in self.spots
+        )
         asked = [max(score.asked for score in section.scores) for section, _ in self.spots]
         alike = all(each is None or each.cases == n for each, n in zip(found, asked, strict=True))
         return tuple(None for _ in found) if self.several and alike else found
@@ -252,6 +253,77 @@ def speeds(section: SplitSummary) -> list[str]:
             if (slower := section.slower(score))
         ),
     ]
+
+
+# ---------------------------------------------------------------------------------------- values of sets
+def floors(spots: Sequence[tuple[SplitSummary, str, tuple[str, str]]], builder: GroupBuilder) -> list[str]:
+    """A sentence for each value of sets: the references' scores. spots: split, value, set."""
+    found: dict[str, list[str]] = {}
+    for section, key, which in spots:
+        if (floor := usual_value(section.scores, key, which).floor) is not None:
+            found.setdefault(builder.column(key).label, []).append(
+                f"{section.split} {builder.shown(floor, key)}"
+            )
+    return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in found.items()]
+
+
+def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
+    """A group per set (target structure and kind) that any method has a value for, a row per method."""
+    computed: dict[tuple[str, str], dict[str, None]] = {}
+    for each in (each for score in section.scores for each in score.sets):
+        if each.value_id in keys and each.value is not None:
+            computed.setdefault((each.structure, each.kind), {})[each.value_id] = None
+    return [
+        _of_set(section, which, [key for key in keys if key in mine], builder)
+        for which, mine in sorted(computed.items())
+    ]
+
+
+def _of_set(
+    section: SplitSummary, which: tuple[str, str], keys: Sequence[str], builder: GroupBuilder
+) -> Group:
+    (structure, kind), columns = which, tuple(map(builder.column, keys))
+    usual = {key: usual_value(section.scores, key, which) for key in keys}
+    rows = []
+    for score in section.scores:
+        mark = STALE if builder.newest.why_outdated(score.header) else score.unranked
+        mine = [of_set(score.sets, key, which) for key in keys]
+        n = max((each.n for each in mine if each is not None), default=0)
+        cells = tuple(builder.cell(section, score, key, which) for key in keys)
+        method = score.header.method
+        rows.append(Row(score.label, mark, cells, f"{n}", method.summary, method.trained_on is not None))
+    rows.sort(key=lambda row: by_number(row.cells[0].value, columns[0], row.label))
+    n, clips = max((each.n, each.clips) for each in usual.values())
+    bodies = f"on {TWO_LEGS}" if structure == TWO_LEGS else f"of structure {structure}"
+    bodies += f", kind {kind}" if kind else ""
+    return Group(
+        title=f"{section.split}, all answers on bodies {bodies} as one set: {count(n, 'window')} of "
+        f"{count(clips, 'clip')}",
+        split=section.split,
+        columns=columns,
+        ranked=tuple(row for row in rows if not row.mark),
+        unranked=tuple(row for row in rows if row.mark),
+        below=(*floors([(section, key, which) for key in keys], builder), SETS),
+        counted="windows",
+        structure=structure,
+        kind=kind,
+    )
+
+
+def without_sets(found: Sequence[SplitSummary], keys: Sequence[str]) -> list[str]:
+    """A sentence about the sets for which no method has any of these values; [] for none."""
+    reasons: dict[str, str] = {}
+    for section in found:
+        values = [each for score in section.scores for each in score.sets if each.value_id in keys]
+        having = {(each.structure, each.kind) for each in values if each.value is not None}
+        for each in values:
+            if (each.structure, each.kind) not in having:
+                name = f"{section.split} {each.structure} {each.kind}".strip()
+                reasons.setdefault(name, each.reason)
+    if not reasons:
+        return []
+    first = next(iter(reasons.values()))
+    return [f"No values of sets on bodies of these structures: {', '.join(reasons)}. The first: {first}."]
 
 
 # --------------------------------------------------------------------------------- parts by methods

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import PEOPLE, Selection
+from retarget_bench.analysis.selection import PEOPLE, Selection, wanted_group
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
@@ -34,7 +34,7 @@ class Request:
     columns:  names of columns; None: the usual ones. everything: all of them.
     by:       a breakdown; None: none.
     at_least: only of cases that last so many seconds. splits: only these; none: all.
-    bodies:   see ``of_bodies``. select: of methods.
+    bodies:   see ``selection.wanted_group``. select: of methods.
     against:  ``source``: values against the source, where they exist, in the place of those against the
               reference. unit: ``m``: values in per cent of the height in metres. "": as they are.
     """
@@ -135,11 +135,8 @@ def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSum
 
 # ---------------------------------------------------------------------------------------------- bodies
 def of_bodies(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of a group of bodies, and sentences about what is left out.
-
-    bodies: one of ``selection.BODIES``, ``all``, or "": people, or all where there are none.
-    Raises BenchError where there are none of these bodies.
-    """
+    """The sections of a group of bodies (``selection.wanted_group``), and sentences about what is left
+    out."""
     wanted = wanted_group([section.bodies for section in found], bodies)
     kept = [section for section in found if wanted in ("all", section.bodies)]
     cases: dict[str, int] = {}
@@ -150,15 +147,6 @@ def of_bodies(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSum
     variants = dict.fromkeys(label for section in kept for label in section.variants)
     left = [*others(cases), *([f"{count(len(variants), 'variant')} (--variants)"] if variants else [])]
     return kept, [f"Not shown: {', '.join(left)}."] if left else []
-
-
-def wanted_group(there: Sequence[str], bodies: str) -> str:
-    """The group of bodies to show out of those that there are; see ``of_bodies``."""
-    if bodies not in ("", "all", *there):
-        known = ", ".join(dict.fromkeys(filter(None, there)))
-        known = known or "no groups of bodies: these results are older than those"
-        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
-    return bodies or (PEOPLE if PEOPLE in there else "all")
 
 
 def others(cases: Mapping[str, int]) -> list[str]:
