@@ -14,8 +14,8 @@ from retarget_bench.analysis import pairwise, selection, statistics
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
 from retarget_bench.tables import comparing
@@ -302,7 +302,7 @@ def of_sets(root, tenths, **changes):
         place = store(root, "intra", name, numbers({"mpjpe_h.world": np.full(2 * CLIPS, 1.0)}))
         value = SetValue("fid", TWO_LEGS, 90, CLIPS, float(without.mean()), real="r", network="n")
         one_body = replace(value, value_id="kid", structure="body22", without=tuple(without))
-        set_files.write(
+        set_metrics.write(
             place, [replace(value, **({"without": tuple(without)} | changes.get(name, {}))), one_body]
         )
         changed(place, set_values={"fid": fid, "kid": fid | {"label": "KID"}})

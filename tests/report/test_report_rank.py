@@ -7,7 +7,8 @@ import json
 import pytest
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.figures import method_order
 from retarget_bench.figures.palette import COLOURS
 from retarget_bench.figures.plotting import canvas
@@ -76,7 +77,7 @@ def test_values_of_sets_stand_in_the_tables_asked_for_or_not(tmp_path):
     declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
     for method, value in (("near", 12.5), ("far", 40.0)):
         place = stored.store(tmp_path / "runs", "cross", method, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-        files.write(
+        set_metrics.write(
             place, [SetValue("fid.structure", "body22", 300, 30, value, 10.0, 50.0, 8.25, "real", "net")]
         )
         stored.changed(
