@@ -164,9 +164,11 @@ def compare(
 
 
 def _of_best(ranking: Ranking, both: set[str]) -> float | None:
-    """The p-value of a table for two methods of which one is its best; None for others."""
-    others = both - {ranking.best}
-    return ranking.p[others.pop()] if len(others) == 1 < len(both) else None
+    """The p-value of a table for two methods of which one is its best, or equal to it; None for others."""
+    others = both - set(ranking.order[: ranking.equal])
+    if len(both) < 2 or others == both:
+        return None
+    return ranking.p[others.pop()] if others else 1.0
 
 
 def _adjusted(family: Sequence[Difference], known: Mapping[str, float]) -> list[Difference]:
@@ -188,8 +190,9 @@ def _of_cases(
     if one is None or two is None:
         return None
     both = np.array([one, two])
-    common = True if ranking is None or ranking.common is None else ranking.common
-    both[:, np.isnan(both).any(axis=0) | ~np.array(common)] = np.nan
+    if ranking is not None and ranking.common is not None:
+        both[:, ~ranking.common] = np.nan
+    both[:, np.isnan(both).any(axis=0)] = np.nan
     cases = int((~np.isnan(both[0])).sum())
     if not cases:
         return None

@@ -67,7 +67,7 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     if task in TASK_COLUMNS and asked.columns is not None and task != "reconstruct":
         by = by or TASK_BREAKDOWN[task]
     found = asked.summaries(places, by)
-    columns: Sequence[str] = builder.DEFAULT_COLUMNS
+    columns: Sequence[str] | None = None
     if asked.everything:
         # nobody times probes, nor derived tasks
         columns = [each for each in builder.all_columns(found) if task in PAIRED or each != FPS]
@@ -82,7 +82,8 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     if by or asked.splits or task not in PAIRED or (layout == "both" and not usual):
         layout = "splits"
     if asked.against:
-        beside = builder.OVERVIEW_COLUMNS if usual and layout == "overview" else columns
+        shown_beside = builder.OVERVIEW_COLUMNS if layout == "overview" else builder.DEFAULT_COLUMNS
+        beside = shown_beside if columns is None else columns
         columns = names.against_the_source(beside, found, asked=asked.columns is not None)
         columns = columns[: 1 if usual and by else None]
         layout = "splits" if layout == "both" else layout
@@ -113,10 +114,10 @@ def task_tables(
     ]
 
 
-def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str]:
-    """Those that any result has; the default columns of all tables where none has."""
+def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str] | None:
+    """Those that any result has; None, the usual ones of all tables, where none has."""
     there = {key for section in found for key in section.values}
-    return tuple(key for key in wanted if key in there) or builder.DEFAULT_COLUMNS
+    return tuple(key for key in wanted if key in there) or None
 
 
 def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSummary], list[str]]:
