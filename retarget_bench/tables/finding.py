@@ -48,7 +48,7 @@ def _best(group: Group, at: Sequence[int]) -> str:
             ties = sum(mark == "tied" for mark in marks.values())
             tied = f" ({count(ties, 'other')} tied)" if ties else ""
             columns.setdefault(best, []).append(group.columns[number].label + tied)
-    said = []
+    said: list[str] = []
     for labels, values in columns.items():
         who = listed(labels) if len(labels) <= FEW else f"{len(labels)} methods"
         verb = "" if said else " are best" if len(labels) > 1 else " is best"
