@@ -203,8 +203,16 @@ def _of_cases(
     apart = statistics.differences(pair[0], pair[1], facts.tolerance)
     waiting = first.header.waiting or second.header.waiting
     withheld = "cases are missing" if waiting else doubt(matrix, value)
-    clips = int((~np.isnan(apart)).sum())
-    return Difference(value, facts, float(means[0]), float(means[1]), apart, cases, clips, withheld)
+    return Difference(
+        value=value,
+        facts=facts,
+        first=float(means[0]),
+        second=float(means[1]),
+        apart=apart,
+        cases=cases,
+        clips=int((~np.isnan(apart)).sum()),
+        withheld=withheld,
+    )
 
 
 def _declared_sets(first: MethodRow, second: MethodRow) -> dict[str, DeclaredValue]:
@@ -226,12 +234,18 @@ def _of_sets(
             continue
         if first.tenths is None or second.tenths is None:
             continue
-        apart = statistics.differences(first.tenths, second.tenths, facts.tolerance)
-        means = float(first.tenths.mean()), float(second.tenths.mean())
         structure = " ".join(filter(None, which))
         label = facts.label if which == PEOPLE_SET else f"{facts.label}, {structure}"
-        named = replace(facts, label=label)
-        yield Difference(key, named, *means, apart, first.n, first.clips, structure=structure)
+        yield Difference(
+            value=key,
+            facts=replace(facts, label=label),
+            first=float(first.tenths.mean()),
+            second=float(second.tenths.mean()),
+            apart=statistics.differences(first.tenths, second.tenths, facts.tolerance),
+            cases=first.n,
+            clips=first.clips,
+            structure=structure,
+        )
 
 
 def _withheld(found: Sequence[Difference]) -> list[str]:

@@ -208,14 +208,14 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         method = matrix.rows[row]
         times = timing.read(method.paths, clips)
         return MethodSummary(
-            method.label,
-            method.header,
-            OnDemand(ids, lambda value: known(value).means[row]),
-            OnDemand(ids, lambda value: known(value).curves[row] or None),
-            timing.rate(times),
-            OnDemand(ids, lambda value: known(value).spreads[row]),
-            stored_sets(matrix, method),
-            timing.pace(times),
+            label=method.label,
+            header=method.header,
+            means=OnDemand(ids, lambda value: known(value).means[row]),
+            curves=OnDemand(ids, lambda value: known(value).curves[row] or None),
+            spread=OnDemand(ids, lambda value: known(value).spreads[row]),
+            fps=timing.rate(times),
+            pace=timing.pace(times),
+            sets=stored_sets(matrix, method),
         )
 
     scores = [of_row(row) for row in range(len(matrix.rows))]

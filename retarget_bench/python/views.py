@@ -149,8 +149,8 @@ class Comparison:
     @cached_property
     def frame(self) -> pd.DataFrame:
         """A row per split and value (of values of sets also per ``structure``): both means, their
-        ``difference``, its 95 % interval (``low``, ``high``), ``p``, ``p_adjusted`` (see ``bench compare``),
-        ``cases``, ``clips``, ``verdict``.
+        ``difference``, its 95 % interval (``low``, ``high``), ``p``, ``p_adjusted`` (see
+        ``bench compare``), ``cases``, ``clips``, ``verdict``.
         """
         text = io.StringIO(pairwise_text.comma_separated(self.found))
         return ListFrame(pd.read_csv(text, keep_default_na=False, na_values=[""], dtype=TEXTS))

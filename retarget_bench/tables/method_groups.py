@@ -63,9 +63,7 @@ class MethodGroup:
                 *(f"{each.split}: {each.so_far}." for each in self.sections if each.so_far),
                 *filter(None, (self._beside_best(row.label) for row in rows)),
                 *self._failed(),
-                *self._unranked_columns(),
-                *self._too_few_clips(),
-                *self._unclear(),
+                *self._without_marks(),
             ),
         )
 
@@ -182,49 +180,39 @@ class MethodGroup:
             )
         return sentences
 
-    def _unranked_columns(self) -> list[str]:
-        """Columns that rank nobody though several methods have numbers."""
-        found = []
-        for section, key in self.spots:
-            methods = [score for score in section.scores if not never_ranked(score.header.method)]
-            having = [score for score in methods if key in score.means]
-            if len(having) < 2 or key in section.rankings or self.builder.column(key).better == "none":
-                continue
-            ranked = any(not score.unranked for score in having)
-            why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
-            why = (
-                section.matrix and doubt(section.matrix, key)
-            ) or f"{why}. Each number is over other cases"
-            label = self.builder.column(key).label
-            found.append(f"{section.split}: no method is ranked by {label}, since {why}.")
-        return found
-
-    def _too_few_clips(self) -> list[str]:
-        """Splits without marks, and how many clips marks would need."""
+    def _without_marks(self) -> list[str]:
+        """Why columns have no marks, and why rows have none that are not significantly worse."""
         found: dict[str, list[str]] = {}
         for section, key in self.spots:
-            ranking = section.rankings.get(key)
-            if ranking is None or len(ranking.order) < 2 or ranking.separable:
-                continue
-            sentence = (
-                f"{count(ranking.clips, 'clip')} cannot tell the best method from others (that takes "
-                f"{statistics.ENOUGH_CLIPS}), so none is marked best or tied"
-            )
-            found.setdefault(sentence, []).append(section.split)
-        return [f"{', '.join(dict.fromkeys(splits))}: {sentence}." for sentence, splits in found.items()]
-
-    def _unclear(self) -> list[str]:
-        """Methods without a mark whose own difference from the best is not significant."""
-        found = []
-        for section, key in self.spots:
-            ranking = section.rankings.get(key)
-            if ranking and ranking.complete and ranking.separable and ranking.unclear:
-                label = self.builder.column(key).label
-                found.append(
-                    f"{section.split}: by {label} {listed(ranking.unclear)} cannot be told from "
-                    f"{ranking.best} either, though better methods can: the difference varies more."
+            ranking, label, said = section.rankings.get(key), self.builder.column(key).label, ""
+            if ranking is None:
+                if why := self._not_ranked(section, key):
+                    said = f"no method is ranked by {label}, since {why}."
+            elif len(ranking.order) > 1 and not ranking.separable:
+                said = (
+                    f"{count(ranking.clips, 'clip')} cannot tell the best method from others (that takes "
+                    f"{statistics.ENOUGH_CLIPS}), so none is marked best or tied."
                 )
-        return found
+            elif ranking.complete and ranking.unclear:
+                said = (
+                    f"by {label} {listed(ranking.unclear)} cannot be told from {ranking.best} either, "
+                    "though better methods can: the difference varies more."
+                )
+            found.setdefault(said, []).append(section.split)
+        found.pop("", None)
+        return [f"{', '.join(dict.fromkeys(splits))}: {said}" for said, splits in found.items()]
+
+    def _not_ranked(self, section: SplitSummary, key: str) -> str:
+        """Why nobody is ranked by a value; "" where fewer than two have it, or it is a description."""
+        methods = [score for score in section.scores if not never_ranked(score.header.method)]
+        having = [score for score in methods if key in score.means]
+        if len(having) < 2 or self.builder.column(key).better == "none":
+            return ""
+        if section.matrix and (why := doubt(section.matrix, key)):
+            return why
+        ranked = any(not score.unranked for score in having)
+        why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
+        return f"{why}. Each number is over other cases"
 
 
 def _of(score: MethodSummary) -> str:
