@@ -84,7 +84,7 @@ class Difference:
             return "same"
         if self.withheld:
             return "withheld"
-        if self.equal:
+        if self.equal and self.adjusted == 1.0:  # else the table tells one from the best, not the other
             return "equal"
         if self.clips < ENOUGH_CLIPS:
             return "few"
@@ -176,10 +176,11 @@ def _adjusted(family: Sequence[Difference], known: Mapping[str, float]) -> list[
     of_table = [known.get(each.value) if each.structure in ("", TWO_LEGS) else None for each in family]
     rest = [each.apart for each, p in zip(family, of_table, strict=True) if p is None]
     own = iter(statistics.step_down(np.array(rest)) if rest else ())
-    p_values = [float(next(own)) if p is None else p for p in of_table]
-    return [
-        replace(each, adjusted=1.0 if each.equal else p) for each, p in zip(family, p_values, strict=True)
-    ]
+    found = []
+    for each, p in zip(family, of_table, strict=True):
+        mine = float(next(own)) if p is None else p
+        found.append(replace(each, adjusted=1.0 if p is None and each.equal else mine))
+    return found
 
 
 def _of_cases(
