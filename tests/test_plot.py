@@ -201,7 +201,7 @@ def runs(tmp_path_factory) -> Path:
 
 def test_what_is_drawn_is_what_tables_say(runs, tmp_path, bench, figures):
     output = tmp_path / "recall.svg"
-    assert bench("plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
+    assert bench("plot", "recall", "-r", str(runs), "-o", str(output), "--by-height")[0] == 0
     section, *_ = summary.split_summaries(summary_places(runs), select=Selection())
     assert section.bodies == "people"
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}
@@ -229,7 +229,7 @@ def summary_places(root: Path):
 )
 def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, bench, arguments, words):
     monkeypatch.chdir(tmp_path)
-    code, _, err = bench("plot", "recall", str(runs), *arguments)
+    code, _, err = bench("plot", "recall", "-r", str(runs), *arguments)
     assert code == 2
     assert words in err
     assert not list(tmp_path.iterdir())

@@ -173,7 +173,10 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
         ),
         (lambda r: rb.retarget(None, "a.bvh"), "retarget: source is None"),
         (lambda r: rb.run([1]), r"methods is \[1\], of type list; it takes text or .* a list of such"),
-        (lambda r: rb.run("ik", overwrite="yes"), "overwrite: 'yes' is not known; it is one of never, missing, failed"),
+        (
+            lambda r: rb.run("ik", overwrite="yes"),
+            "overwrite: 'yes' is not known; it is one of never, missing, failed",
+        ),
         (lambda r: rb.run("ik", seeds=0), "seeds is 0; it must be at least 1"),
         (lambda r: rb.run("ik", limit=0), "limit is 0; it must be at least 1"),
         (lambda r: rb.run("ik", limit="3"), "limit is '3', of type str; it takes a whole number"),

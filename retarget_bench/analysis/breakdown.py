@@ -26,7 +26,7 @@ NameOf = Callable[[str, str], str]
 
 
 def breakdown(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
-    """A matrix per group, in alphabetical order (body parts from the trunk outwards).
+    """A matrix per group, in alphabetical order (body parts from the trunk outwards, levels in theirs).
 
     ``joint`` and ``part`` have the values that are known per joint, averaged within a case over the
     joints of the group; ``second`` and ``threshold`` split curves into their points, in increasing order.
@@ -37,20 +37,17 @@ def breakdown(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
     if by in ("joint", "part"):
         return _by_joint(matrix, by)
     if by == "seen":
-        return _by_seen(matrix)
-    if by in ("structure", "level"):
-        return _by_group(matrix, structures_of(matrix) if by == "structure" else _levels(matrix))
-    names = np.array([str(getattr(info, by)) or UNKNOWN for info in matrix.cases])
-    return [matrix.restricted(names == name, name) for name in sorted(set(names.tolist()))]
+        names = _seen_groups(matrix)
+    elif by in ("structure", "level"):
+        groups = structures_of(matrix) if by == "structure" else _levels(matrix)
+        names = np.array([groups[info.id] for info in matrix.cases])
+    else:
+        names = np.array([str(getattr(info, by)) or UNKNOWN for info in matrix.cases])
+    order = dict.fromkeys(groups.values()) if by == "level" else sorted(set(names.ravel().tolist()))
+    return [matrix.restricted(names == name, name) for name in order]
 
 
 # -------------------------------------------------------------------------------------- case metadata
-def _by_group(matrix: ResultMatrix, groups: Mapping[str, str]) -> list[ResultMatrix]:
-    """A matrix per group. groups: case -> group, in the order in which groups are shown."""
-    names = np.array([groups[info.id] for info in matrix.cases])
-    return [matrix.restricted(names == name, name) for name in dict.fromkeys(groups.values())]
-
-
 def structures_of(matrix: ResultMatrix) -> dict[str, str]:
     """Case -> structure of its target, sorted by structure. Raises BenchError where results lack it."""
     found: dict[str, str] = {}
@@ -67,6 +64,7 @@ def structures_of(matrix: ResultMatrix) -> dict[str, str]:
 
 
 def _levels(matrix: ResultMatrix) -> dict[str, str]:
+    """Case -> its level, in the order of levels."""
     from retarget_bench.evaluation.tasks import definitions
 
     conditions = {
@@ -212,8 +210,8 @@ def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:
 
 
 # ------------------------------------------------------------------------------------------------ seen
-def _by_seen(matrix: ResultMatrix) -> list[ResultMatrix]:
-    """By whether characters and motion were seen in training (the four groups of NKN).
+def _seen_groups(matrix: ResultMatrix) -> np.ndarray:
+    """``(methods, cases)`` whether characters and motion were seen in training (the four groups of NKN).
 
     A trained method is split by the training data of its own weights; an untrained one by the data set's
     own training part, or else by that of the first trained method.
@@ -229,8 +227,7 @@ def _by_seen(matrix: ResultMatrix) -> list[ResultMatrix]:
                 "or the results are older than this metadata (bench run --overwrite always writes it)"
             )
         names.append([_seen_group(unseen, manifest or fallback, case) for case in matrix.cases])
-    table = np.array(names)
-    return [matrix.restricted(table == name, name) for name in sorted(set(table.ravel().tolist()))]
+    return np.array(names)
 
 
 def _seen_group(unseen: Mapping[str, frozenset[str]] | None, manifest: Any, info: CaseInfo) -> str:

@@ -1,17 +1,22 @@
 """Pairwise comparison of two methods: paired difference of every value, with interval and p-value."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.ranking import doubt, ranked_cases
+from retarget_bench.analysis.ranking import Ranking, doubt
 from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
+from retarget_bench.analysis.summary import PEOPLE_SET, of_set, stored_sets
+from retarget_bench.api import TWO_LEGS
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
-from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
 
 
 @dataclass(frozen=True)
@@ -19,35 +24,68 @@ class Difference:
     """One value of two methods, over the cases that both have it for.
 
     first, second: means over clips, in the value's unit.
-    difference:    of the first from the second, in the value's unit; where a value is best at a goal, of
-                   their distances |log(value / goal)| from it.
-    won:           clips on which the first is better, and the second (of a description: higher, lower).
+    apart:         ``(clips,)`` differences of the first from the second, in the value's unit; where a value
+                   is best at a goal, of their distances |log(value / goal)| from it. nan where there is
+                   none. Of values of sets ``(10,)``, by tenths of the clips.
+    cases, clips:  how many they are over; of values of sets windows, and the clips that these are of.
     withheld:      why there is no verdict, though there may be clips enough; "" where there is one.
-    p, adjusted:   of the mean difference being 0, by sign flips over clips; adjusted as ``compare`` says.
+    adjusted:      the p-value, adjusted as ``compare`` says.
+    structure:     of the targets, of values of sets; "" of values of cases.
     """
 
     value: str
     facts: DeclaredValue
     first: float
     second: float
-    difference: float
-    won: tuple[int, int]
-    interval: Interval | None
-    p: float
-    adjusted: float
+    apart: np.ndarray = field(compare=False, repr=False)
     cases: int
     clips: int
     withheld: str = ""
+    adjusted: float = 1.0
+    structure: str = ""
+
+    @cached_property
+    def there(self) -> np.ndarray:
+        """``apart`` without what is missing."""
+        found: np.ndarray = self.apart[~np.isnan(self.apart)]
+        return found
+
+    @property
+    def difference(self) -> float:
+        return float(self.there.mean())
+
+    @property
+    def won(self) -> tuple[int, int]:
+        """Clips on which the first is better, and the second; of a description: higher, lower."""
+        least = self.facts.tolerance
+        higher, lower = int((self.there > least).sum()), int((self.there < -least).sum())
+        return (higher, lower) if self.facts.better in ("higher", "none") else (lower, higher)
+
+    @cached_property
+    def interval(self) -> Interval | None:
+        return statistics.paired_intervals(self.there[None])[0]
+
+    @cached_property
+    def p(self) -> float:
+        """Of the mean difference being 0, by sign flips over clips, not adjusted."""
+        return float(statistics.sign_flip(self.there[None])[0])
+
+    @property
+    def equal(self) -> bool:
+        """True if the means differ by no more than the value's tolerance."""
+        return abs(self.difference) <= self.facts.tolerance
 
     @property
     def verdict(self) -> str:
         """``first``, ``second`` (which is better), ``higher``, ``lower`` (the first, of a description),
-        ``same`` (no clip differs by more than the value's tolerance), ``few`` (too few clips for a
-        verdict), ``open`` (not significant) or ``withheld``."""
+        ``same`` (no clip differs by more than the value's tolerance), ``equal`` (the means do not), ``few``
+        (too few clips for a verdict), ``open`` (not significant) or ``withheld``."""
         if not any(self.won):
             return "same"
         if self.withheld:
             return "withheld"
+        if self.equal and self.adjusted == 1.0:  # else the table tells one from the best, not the other
+            return "equal"
         if self.clips < ENOUGH_CLIPS:
             return "few"
         if self.adjusted >= ALPHA:
@@ -90,13 +128,14 @@ def compare(
     first: MethodRow,
     second: MethodRow,
     values: Sequence[str],
-    table: ResultMatrix | None = None,
+    rankings: Mapping[str, Ranking] = MappingProxyType({}),
 ) -> PairwiseComparison:
     """The differences of two rows of a matrix, of those values that both have a number for.
 
-    table: the rows of the matrix that a table shows. Where both are ranked there, they are compared over
-    the table's cases, and where one of them is its best, its verdict holds. p-values of all else are
-    adjusted over the values compared here. Raises BenchError where the two were scored on different data.
+    rankings: value id -> that of a table of the matrix. Where it has both rows, they are compared over the
+    table's cases, and where one of them is its best, its p-value holds. All other p-values are adjusted
+    over the values compared here, those of sets and those of cases apart. Raises BenchError where the two
+    were scored on different data.
     """
     contents = [row.header.dataset.content for row in (first, second)]
     if contents[0] != contents[1]:
@@ -104,60 +143,56 @@ def compare(
             f"{first.label} and {second.label} were scored on different data called {matrix.dataset} "
             f"({contents[0]}; {contents[1]}); run one of them again"
         )
-    pairs = [pair for value in values if (pair := _pair(matrix, first, second, value, table)) is not None]
-    own = [pair.apart for pair in pairs if pair.p is None]
-    adjusted = iter(statistics.step_down(np.array(own)) if own else ())
+    both = {first.label, second.label}
+    there = {key: rankings[key] for key in values if key in rankings}
+    of_table = {key: each for key, each in there.items() if both <= set(each.order)}
+    known = {key: p for key, each in of_table.items() if (p := _of_best(each, both)) is not None}
+    of_cases = [_of_cases(matrix, first, second, value, of_table.get(value)) for value in values]
+    sets = [stored_sets(matrix, row) for row in (first, second)]
+    declared = _declared_sets(first, second)
+    of_sets = [each for key in values if key in declared for each in _of_sets(declared[key], key, *sets)]
+    of_sets = [each for each in of_sets if each.structure != TWO_LEGS or matrix.bodies]  # as in tables
+    found = [*_adjusted([each for each in of_cases if each], known), *_adjusted(of_sets, known)]
     return PairwiseComparison(
         dataset=matrix.dataset,
         split=matrix.split,
         first=first.label,
         second=second.label,
-        differences=tuple(
-            _difference(pair, float(next(adjusted)) if pair.p is None else pair.p) for pair in pairs
-        ),
-        notes=(*_notes(first, second), *_withheld(pairs)),
+        differences=tuple(sorted(found, key=lambda each: list(values).index(each.value))),
+        notes=(*_notes(first, second), *_withheld(found)),
     )
 
 
-def _withheld(pairs: Sequence["_Pair"]) -> list[str]:
-    reasons: dict[str, list[str]] = {}
-    for pair in pairs:
-        if pair.withheld:
-            reasons.setdefault(pair.withheld, []).append(pair.facts.label)
-    return [f"no verdict by {', '.join(labels)}: {reason}" for reason, labels in reasons.items()]
+def _of_best(ranking: Ranking, both: set[str]) -> float | None:
+    """The p-value of a table for two methods of which one is its best, or equal to it; None for others."""
+    others = both - set(ranking.order[: ranking.equal])
+    if len(both) < 2 or others == both:
+        return None
+    return ranking.p[others.pop()] if others else 1.0
 
 
-@dataclass(frozen=True)
-class _Pair:
-    """One value of two methods over the cases that count.
-
-    means: of both. apart: ``(clips,)`` differences, nan where a clip has none. p: the table's, if any.
-    withheld: why there is no verdict, or "".
-    """
-
-    value: str
-    facts: DeclaredValue
-    means: tuple[float, float]
-    apart: np.ndarray
-    cases: int
-    p: float | None
-    withheld: str
+def _adjusted(family: Sequence[Difference], known: Mapping[str, float]) -> list[Difference]:
+    """Differences with their p-values: the known ones by value id, and those of the others as a family."""
+    of_table = [known.get(each.value) if each.structure in ("", TWO_LEGS) else None for each in family]
+    rest = [each.apart for each, p in zip(family, of_table, strict=True) if p is None]
+    own = iter(statistics.step_down(np.array(rest)) if rest else ())
+    found = []
+    for each, p in zip(family, of_table, strict=True):
+        mine = float(next(own)) if p is None else p
+        found.append(replace(each, adjusted=1.0 if p is None and each.equal else mine))
+    return found
 
 
-def _pair(
-    matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str, table: ResultMatrix | None
-) -> _Pair | None:
+def _of_cases(
+    matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str, ranking: Ranking | None
+) -> Difference | None:
+    """A value of cases, over those of the ranking if there is one; None where no case has it of both."""
     one, two = (row.number((value, "")) for row in (first, second))
     if one is None or two is None:
         return None
     both = np.array([one, two])
-    p, labels = None, {first.label, second.label}
-    if table is not None and (ranked := ranked_cases(table, value)) is not None:
-        ranking, common = ranked
-        if labels <= set(ranking.order):
-            both = np.where(common, both, np.nan)
-            others = labels - {ranking.best}
-            p = ranking.p[others.pop()] if len(others) == 1 < len(labels) else None
+    if ranking is not None and ranking.common is not None:
+        both[:, ~ranking.common] = np.nan
     both[:, np.isnan(both).any(axis=0)] = np.nan
     cases = int((~np.isnan(both[0])).sum())
     if not cases:
@@ -169,27 +204,57 @@ def _pair(
     apart = statistics.differences(pair[0], pair[1], facts.tolerance)
     waiting = first.header.waiting or second.header.waiting
     withheld = "cases are missing" if waiting else doubt(matrix, value)
-    return _Pair(value, facts, (float(means[0]), float(means[1])), apart, cases, p, withheld)
-
-
-def _difference(pair: _Pair, adjusted: float) -> Difference:
-    apart = pair.apart[~np.isnan(pair.apart)]
-    least = pair.facts.tolerance
-    higher, lower = int((apart > least).sum()), int((apart < -least).sum())
     return Difference(
-        value=pair.value,
-        facts=pair.facts,
-        first=pair.means[0],
-        second=pair.means[1],
-        difference=float(apart.mean()),
-        won=(higher, lower) if pair.facts.better in ("higher", "none") else (lower, higher),
-        interval=statistics.paired_intervals(apart[None])[0],
-        p=float(statistics.sign_flip(apart[None])[0]),
-        adjusted=1.0 if abs(apart.mean()) <= least else adjusted,
-        cases=pair.cases,
-        clips=len(apart),
-        withheld=pair.withheld,
+        value=value,
+        facts=facts,
+        first=float(means[0]),
+        second=float(means[1]),
+        apart=apart,
+        cases=cases,
+        clips=int((~np.isnan(apart)).sum()),
+        withheld=withheld,
     )
+
+
+def _declared_sets(first: MethodRow, second: MethodRow) -> dict[str, DeclaredValue]:
+    """Value id -> its declaration, of the values of sets that one version of a metric computed of both."""
+    one, two = (compatibility.metric_versions(row.header) for row in (first, second))
+    declared = set_values(row.header for row in (first, second))
+    return {key: each for key, each in declared.items() if one.get(each.metric) == two.get(each.metric)}
+
+
+def _of_sets(
+    facts: DeclaredValue, key: str, one: Sequence[SetValue], two: Sequence[SetValue]
+) -> Iterator[Difference]:
+    """A value of every set of which both have one with an interval, over the same windows: the paired
+    jackknife over tenths of the clips."""
+    for first in (each for each in one if each.value_id == key):
+        which = first.structure, first.kind
+        second = of_set(two, key, which)
+        if second is None or (first.real, first.network) != (second.real, second.network):
+            continue
+        if first.tenths is None or second.tenths is None:
+            continue
+        structure = " ".join(filter(None, which))
+        label = facts.label if which == PEOPLE_SET else f"{facts.label}, {structure}"
+        yield Difference(
+            value=key,
+            facts=replace(facts, label=label),
+            first=float(first.tenths.mean()),
+            second=float(second.tenths.mean()),
+            apart=statistics.differences(first.tenths, second.tenths, facts.tolerance),
+            cases=first.n,
+            clips=first.clips,
+            structure=structure,
+        )
+
+
+def _withheld(found: Sequence[Difference]) -> list[str]:
+    reasons: dict[str, list[str]] = {}
+    for each in found:
+        if each.withheld:
+            reasons.setdefault(each.withheld, []).append(each.facts.label)
+    return [f"no verdict by {', '.join(labels)}: {reason}" for reason, labels in reasons.items()]
 
 
 def so_far(row: MethodRow) -> str:

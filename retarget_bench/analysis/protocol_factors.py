@@ -11,11 +11,10 @@ from itertools import combinations
 
 import numpy as np
 
+from retarget_bench.analysis import statistics
 from retarget_bench.analysis.protocols import PROTOCOL
-from retarget_bench.api import INTRA
 from retarget_bench.errors import BenchError
-from retarget_bench.results.header import DeclaredValue
-from retarget_bench.results.store import Results
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 
 CONSTANT = 1e-6
 """Relative spread of a factor below which it is the same in every case."""
@@ -29,14 +28,19 @@ NOTHING = 1e-9
 class ProtocolReading:
     """One protocol's number for a method on a split.
 
-    value: mean over clips of the mean per clip. cases: id -> number of every case that has it.
+    value: mean over clips of the mean per clip. numbers: ``(cases,)``, nan where a case has none.
     facts: the declared facts of the protocol, and its ``unit``.
     """
 
     id: str
     value: float
-    cases: Mapping[str, float]
+    numbers: np.ndarray
     facts: Mapping[str, str]
+
+    @property
+    def there(self) -> np.ndarray:
+        """``(cases,)`` bool: those that have a number."""
+        return ~np.isnan(self.numbers)
 
 
 @dataclass(frozen=True)
@@ -75,60 +79,42 @@ class Explanation:
     factors: tuple[Factor, ...]
 
 
-def explain(results: Results, selves: Results | None = None, dataset: str = "") -> Explanation:
+def explain(matrix: ResultMatrix, row: MethodRow, seed: int = 0) -> Explanation:
     """Values of one method on one split under every position protocol, and the factors between them.
 
-    selves: the same method on self pairs, which legacy protocols pool into ``INTRA``. dataset: what
-    tables call the data set; by default its label.
-    Raises BenchError where the results declare no protocol or have no number of any.
+    seed: the place of one among those that the method ran with. Raises BenchError where the results declare
+    no protocol or have no number of any.
     """
-    header, split = results.header, results.paths.split
-    label = header.method.label
-    known = {id_: value for id_, value in header.values.items() if value.protocol}
+    label = row.label
+    known = {key: value for key, value in row.header.values.items() if value.protocol}
     if not known:
         raise BenchError(
             f"the results of {label} declare no position protocols (they are old, or have no position "
             "metrics); score them again: bench score"
         )
     readings = []
-    for id_, value in known.items():
-        pooled = [results, selves] if value.with_self and split == INTRA and selves else [results]
-        if reading := _reading(id_, value, pooled):
-            readings.append(reading)
+    for key, value in known.items():
+        numbers = row.runs[seed].get((key, ""))
+        if numbers is not None and not np.isnan(numbers).all():
+            mean = float(np.nanmean(statistics.per_clip(numbers, matrix.clips)))
+            readings.append(ProtocolReading(key, mean, numbers, {**value.protocol, "unit": value.unit}))
     if not readings:
-        raise BenchError(f"{label} has no position error on {split}: no case has a reference")
+        raise BenchError(f"{label} has no position error on {matrix.split}: no case has a reference")
     readings.sort(key=lambda reading: reading.id != FIRST)
-    if header.method.stochastic and (seeds := header.seeds):
-        label += f", seed {seeds[0]}"
+    if row.header.method.stochastic and row.header.seeds:
+        label += f", seed {row.header.seeds[seed]}"
     factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
-    return Explanation(dataset or header.dataset.label, split, label, tuple(readings), factors)
-
-
-def _reading(id_: str, value: DeclaredValue, pooled: Sequence[Results]) -> ProtocolReading | None:
-    cases: dict[str, float] = {}
-    by_clip: dict[str, list[float]] = {}
-    for each in pooled:
-        for entry in each.entries:
-            number = entry.values.get(id_)
-            if isinstance(number, float):
-                cases[entry.case] = number
-                by_clip.setdefault(each.cases[entry.case].clip, []).append(number)
-    if not cases:
-        return None
-    mean = float(np.mean([np.mean(numbers) for numbers in by_clip.values()]))
-    return ProtocolReading(id_, mean, cases, {**value.protocol, "unit": value.unit})
+    return Explanation(matrix.dataset, matrix.split, label, tuple(readings), factors)
 
 
 def _factor(first: ProtocolReading, second: ProtocolReading) -> Factor:
-    comparable = (
-        first.cases.keys() == second.cases.keys() or first.facts["self pairs"] != second.facts["self pairs"]
-    )
-    both = [(first.cases[case], second.cases[case]) for case in first.cases if case in second.cases]
-    pairs = np.array(both, dtype=np.float64).reshape(-1, 2)
-    if len(pairs):
-        typical = np.abs(pairs).mean(axis=0)
-        pairs = pairs[(pairs > NOTHING * typical).all(axis=1)]
-    ratios = pairs[:, 1] / pairs[:, 0] if len(pairs) else np.empty(0)
+    both = first.there & second.there
+    same = bool((first.there == second.there).all())
+    comparable = same or first.facts["self pairs"] != second.facts["self pairs"]
+    pairs = np.array([first.numbers[both], second.numbers[both]])
+    typical = np.abs(pairs).sum(axis=1, keepdims=True) / max(1, both.sum())
+    one, two = pairs[:, (pairs > NOTHING * typical).all(axis=0)]
+    ratios = two / one
     low, usual, high = np.quantile(ratios, [0.05, 0.5, 0.95]) if len(ratios) else (0.0, None, 0.0)
     return Factor(
         first=first.id,
@@ -169,7 +155,7 @@ def text(found: Explanation, factors: Sequence[Factor], columns: int = 100) -> s
     width = max(map(len, numbers))
     for reading, number in zip(found.readings, numbers, strict=True):
         fixed = "; ".join(reading.facts[key] for key in PROTOCOL if key in reading.facts)
-        lead = f"  {reading.id:<{ids}}  {number:>{width}}  n {len(reading.cases)}  "
+        lead = f"  {reading.id:<{ids}}  {number:>{width}}  n {reading.there.sum()}  "
         out += _filled(fixed, columns, lead, ids + 4)
     out += ["", f"  ({'; '.join(PROTOCOL)})", ""]
     for factor in factors:
@@ -192,7 +178,7 @@ def markdown(found: Explanation, factors: Sequence[Factor]) -> str:
     out += ["| protocol | value | unit | n | " + " | ".join(PROTOCOL) + " |"]
     out.append("|---|---:|---|---:|" + "---|" * len(PROTOCOL))
     for reading in found.readings:
-        number = f"{reading.value:.4g} | {reading.facts['unit']} | {len(reading.cases)}"
+        number = f"{reading.value:.4g} | {reading.facts['unit']} | {reading.there.sum()}"
         fixed = " | ".join(reading.facts.get(key, "") for key in PROTOCOL)
         out.append(f"| `{reading.id}` | {number} | {fixed} |")
     out += ["", "| from | to | factor | because |", "|---|---|---|---|"]

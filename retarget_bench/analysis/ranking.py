@@ -4,9 +4,9 @@ One test is behind all marks, verdicts and charts: ``statistics.against_best`` o
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import compress
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -28,18 +28,22 @@ class Ranking:
     Values that are best at a goal are compared as |log(value / goal)| of every case.
 
     order: labels of the ranked methods, best first.
+    equal: how many of these are best: means differ from the first's by no more than the value's tolerance.
     p:     label -> p-value of the difference from the best, adjusted for all pairs of methods.
-    cases: common cases, of ``clips`` source clips.
+    cases: common cases (of values of sets, windows), of ``clips`` source clips.
     left_out: label -> why a ranked method is not ranked by this value.
     complete: False while cases are missing.
+    common: ``(cases,)`` bool, the common ones among those of the matrix; None for values of sets.
     """
 
     order: tuple[str, ...]
     p: Mapping[str, float]
     cases: int
     clips: int
-    left_out: Mapping[str, str]
+    equal: int = 1
+    left_out: Mapping[str, str] = field(default_factory=dict)
     complete: bool = True
+    common: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     @property
     def best(self) -> str:
@@ -52,7 +56,7 @@ class Ranking:
 
     @property
     def tied(self) -> tuple[str, ...]:
-        """Those behind the best up to the first whose difference from it is significant."""
+        """Those behind the first, up to one whose difference from it is significant; some may be equal."""
         behind = self.order[1:]
         first = next((i for i, label in enumerate(behind) if self.p[label] < statistics.ALPHA), len(behind))
         return behind[:first]
@@ -65,11 +69,11 @@ class Ranking:
         return tuple(label for label in later if self.p[label] >= statistics.ALPHA)
 
     def mark(self, label: str) -> Literal["best", "tied", ""]:
-        """``best``, ``tied`` or "": no mark where so few clips could tell nobody apart, nor while cases
-        are missing."""
+        """``best`` of all that are equal to the best, ``tied`` or "": no mark where so few clips could tell
+        nobody apart, nor while cases are missing."""
         if not (self.separable and self.complete):
             return ""
-        return "best" if label == self.best else "tied" if label in self.tied else ""
+        return "best" if label in self.order[: self.equal] else "tied" if label in self.tied else ""
 
 
 def never_ranked(method: MethodInfo) -> str:
@@ -98,35 +102,25 @@ def doubt(matrix: ResultMatrix, value: str) -> str:
     return f"the references themselves are beyond what it allows in {share:.0f} % of the cases"
 
 
-def ranked_cases(matrix: ResultMatrix, value: str) -> tuple[Ranking, np.ndarray] | None:
-    """The ranking by a value of a complete matrix, and the cases ``(cases,)`` bool that it is over; None
-    where it ranks nobody."""
-    numbers = matrix.numbers((value, ""))
-    ranked = np.array([not unranked(row.header) for row in matrix.rows], dtype=bool)
-    waiting = any(row.header.waiting for row in matrix.rows)
-    if waiting or not ranked.any() or matrix.values[value].better == "none" or doubt(matrix, value):
-        return None
-    common, among, left_out = common_cases(numbers, ranked)
-    if not among.any():
-        return None
-    return ranking(matrix, value, np.where(common, numbers, np.nan), among, left_out), common
-
-
 def ranking(
     matrix: ResultMatrix, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
-) -> Ranking:
-    """The ranking of the methods ``among`` ``(methods,)`` bool by their numbers ``(methods, cases)``."""
+) -> Ranking | None:
+    """The ranking of the methods ``among`` ``(methods,)`` bool by their numbers ``(methods, cases)``; None
+    where there are none, or a value is a description, or in doubt on these cases."""
     labels, declared = [row.label for row in matrix.rows], matrix.values[value]
+    if not among.any() or declared.better == "none" or doubt(matrix, value):
+        return None
     worse = statistics.losses(numbers[among], declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
     per_clip = statistics.per_clip(worse[:, there], matrix.clips[there])
     return _ranked(
         dict(zip(compress(labels, among), per_clip, strict=True)),
         declared.tolerance,
-        int(there.sum()),
-        per_clip.shape[1],
-        {labels[i]: why for i, why in left_out.items()},
-        not matrix.so_far,
+        cases=int(there.sum()),
+        clips=per_clip.shape[1],
+        left_out={labels[i]: why for i, why in left_out.items()},
+        complete=not matrix.so_far,
+        common=there,
     )
 
 
@@ -143,24 +137,19 @@ def set_ranking(values: Mapping[str, SetValue], declared: DeclaredValue) -> Rank
         return None
     worse = {label: statistics.losses(each, declared.better) for label, each in numbers.items()}
     first = next(iter(values.values()))
-    return _ranked(worse, declared.tolerance, first.n, first.clips, {}, True)
+    return _ranked(worse, declared.tolerance, cases=first.n, clips=first.clips)
 
 
-def _ranked(
-    losses: Mapping[str, np.ndarray],
-    tolerance: float,
-    cases: int,
-    clips: int,
-    left_out: Mapping[str, str],
-    complete: bool,
-) -> Ranking:
-    """losses: label -> ``(units,)``, less is better."""
+def _ranked(losses: Mapping[str, np.ndarray], tolerance: float, **facts: Any) -> Ranking:
+    """losses: label -> ``(units,)``, less is better. facts: the rest of the ranking."""
     labels = sorted(losses)  # so that equals stand in one order however the results were listed
     worse = np.array([losses[label] for label in labels])
-    order = np.argsort(worse.mean(axis=1), kind="stable")
+    means = worse.mean(axis=1)
+    order = np.argsort(means, kind="stable")
     best, p = statistics.against_best(worse, tolerance)
     adjusted = {labels[i]: float(p[i]) for i in order if i != best}
-    return Ranking(tuple(labels[i] for i in order), adjusted, cases, clips, left_out, complete)
+    equal = int((means - means[best] <= tolerance).sum())
+    return Ranking(tuple(labels[i] for i in order), adjusted, equal=equal, **facts)
 
 
 def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:

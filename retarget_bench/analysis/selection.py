@@ -43,7 +43,7 @@ class Selection:
         Raises BenchError for a method without results, and where there is no case yet.
         """
         labels = {row.label for matrix in matrices for row in matrix.rows}
-        wanted = {name: _label(name, labels) for name in self.methods}
+        wanted = {name: label_of(name, labels) for name in self.methods}
         if strangers := [name for name, label in wanted.items() if label is None]:
             raise unknown(labels, strangers[0])
         kept = [self._kept(matrix, set(wanted.values())) for matrix in matrices]
@@ -93,11 +93,6 @@ def unknown(having: Iterable[str], name: str) -> BenchError:
     if close := difflib.get_close_matches(name, labels, 3, 0.5):
         return BenchError(f"no results of {name!r} here; did you mean {' or '.join(close)}?")
     return BenchError(f"no results of {name!r} here; there are those of {', '.join(labels)}")
-
-
-def _label(name: str, labels: set[str]) -> str | None:
-    found = label_of(name, labels)
-    return found or next((label for label in sorted(labels) if label.casefold() == name.casefold()), None)
 
 
 def without_variants(matrix: ResultMatrix) -> ResultMatrix:
@@ -180,18 +175,25 @@ def _slug(asked: str) -> str:
 
 
 def of_bodies(matrices: Sequence[ResultMatrix], bodies: str = "") -> list[ResultMatrix]:
-    """The cases of one group of bodies, which the data set's name then says: of ``BODIES``; "": people, or
-    all where there are none; ``all``. Raises BenchError where there are none of these bodies."""
+    """The cases of one group of bodies, which the data set's name then says; see ``wanted_group``."""
     parts = [part for matrix in matrices for part in by_bodies(matrix)]
-    there = {part.bodies for part in parts}
-    wanted = bodies or (PEOPLE if PEOPLE in there else "all")
-    if wanted == "all" or there == {""}:
+    wanted = wanted_group([part.bodies for part in parts], bodies)
+    if wanted == "all":
         return list(matrices)
-    if wanted not in there:
-        raise BenchError(
-            f"no case is between bodies of the group {wanted!r}; there are {', '.join(sorted(there))}"
-        )
     return [replace(part, dataset=f"{part.dataset}: {wanted}") for part in parts if part.bodies == wanted]
+
+
+def wanted_group(there: Sequence[str], bodies: str) -> str:
+    """The group of bodies to show out of those that there are: of ``BODIES``, or ``all``.
+
+    bodies: what is asked for; "": people, or all where there are none. Raises BenchError where there are
+    none of these bodies.
+    """
+    if bodies not in ("", "all", *there):
+        known = ", ".join(dict.fromkeys(filter(None, there)))
+        known = known or "no groups of bodies: these results are older than those"
+        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
+    return bodies or (PEOPLE if PEOPLE in there else "all")
 
 
 def by_bodies(matrix: ResultMatrix) -> list[ResultMatrix]:

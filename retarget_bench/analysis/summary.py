@@ -1,25 +1,64 @@
 """Means and rankings: values averaged per source clip, then over clips, by method and split."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from typing import TypeVar
 
 import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By, breakdown, lasting
-from retarget_bench.analysis.on_demand import OnDemand
-from retarget_bench.analysis.ranking import Ranking, common_cases, doubt, never_ranked, ranking, unranked
+from retarget_bench.analysis.ranking import (
+    Ranking,
+    common_cases,
+    never_ranked,
+    ranking,
+    set_ranking,
+    unranked,
+)
 from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics, timing
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import case_metadata
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.metres import in_metres
-from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices, set_values
 from retarget_bench.results.store import ResultPaths
+
+T = TypeVar("T")
+PEOPLE_SET = (TWO_LEGS, "")
+"""The set of all bodies of a table of people: target structure and kind."""
+
+
+class OnDemand(Mapping[str, T]):
+    """What is known by value id, computed when it is asked for: of a million cases tables show few values.
+
+    compute: value id -> what there is of it, or None; it remembers.
+    """
+
+    def __init__(self, ids: Iterable[str], compute: Callable[[str], T | None]) -> None:
+        self.ids, self.compute = dict.fromkeys(ids), compute
+
+    def __getitem__(self, value: str) -> T:
+        found = self.compute(value) if value in self.ids else None
+        if found is None:
+            raise KeyError(value)
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return (value for value in self.ids if value in self)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __bool__(self) -> bool:
+        return any(True for _ in self)
 
 
 @dataclass(frozen=True)
@@ -54,7 +93,7 @@ class MethodSummary:
     curves: Mapping[str, Mapping[str, Mean]]
     fps: float | None
     spread: Mapping[str, float] = field(default_factory=dict)
-    sets: list[set_metrics.SetValue] = field(default_factory=list)
+    sets: list[SetValue] = field(default_factory=list)
     pace: float = math.nan
 
     @property
@@ -78,7 +117,8 @@ class SplitSummary:
     meaning:  what the cases of the split have in common; "" where results do not say it.
     part:     which group of the cases, or joints, this is; "" for all.
     bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
-    rankings: value id -> Ranking; values that are descriptions, or curves, have none.
+    rankings: value id -> Ranking; values that are descriptions, or curves, have none, and of values of
+              sets only those of all people.
     so_far:   see ``ResultMatrix``.
     variants: labels of variants of methods that were left out.
     matrix:   what it was made of.
@@ -161,21 +201,38 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     """Means, curves and rankings of all methods of a matrix."""
     own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
     clips = {info.clip for info in own} if matrix.bodies else None
-    section = _Section(matrix)
-    for score, row in zip(section.scores, matrix.rows, strict=True):
-        times = timing.read(row.paths, clips)
-        score.fps, score.pace = timing.rate(times), timing.pace(times)
-        score.sets = [] if matrix.part or matrix.so_far else _sets(matrix, row)
+    known = cache(lambda value: _of_value(matrix, value))
+    ids = dict.fromkeys(value for value, _ in matrix.keys)
+
+    def of_row(row: int) -> MethodSummary:
+        method = matrix.rows[row]
+        times = timing.read(method.paths, clips)
+        return MethodSummary(
+            label=method.label,
+            header=method.header,
+            means=OnDemand(ids, lambda value: known(value).means[row]),
+            curves=OnDemand(ids, lambda value: known(value).curves[row] or None),
+            spread=OnDemand(ids, lambda value: known(value).spreads[row]),
+            fps=timing.rate(times),
+            pace=timing.pace(times),
+            sets=stored_sets(matrix, method),
+        )
+
+    scores = [of_row(row) for row in range(len(matrix.rows))]
+    sets = set_values(row.header for row in matrix.rows)
+    of_sets = cache(lambda value: _set_ranking(scores, value, sets[value]))
     return SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
         notes=list(matrix.rows[0].header.dataset.notes),
-        scores=section.scores,
+        scores=scores,
         pairs=len({(info.source, info.target) for info in own}),
         clips=len({info.clip for info in own}),
         frames=sum(info.frames for info in own),
         values=dict(matrix.values),
-        rankings=section.rankings,
+        rankings=OnDemand(
+            [*ids, *sets], lambda value: of_sets(value) if value in sets else known(value).ranking
+        ),
         meaning=matrix.meaning,
         part=matrix.part,
         bodies=matrix.bodies,
@@ -185,54 +242,47 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     )
 
 
-class _Section:
-    """The summaries of all methods of a matrix, and their rankings, computed value by value on demand."""
+@dataclass(frozen=True)
+class _OfValue:
+    """What is known of a value: of every row its mean, curve and spread over seeds, and the ranking."""
 
-    def __init__(self, matrix: ResultMatrix) -> None:
-        self.matrix = matrix
-        self.waiting: dict[str, list[str]] = {}
-        for value, index in matrix.keys:
-            self.waiting.setdefault(value, []).append(index)
-        ids = tuple(self.waiting)
-        self.rankings: OnDemand[Ranking] = OnDemand(ids, self.compute)
-        self.means: list[OnDemand[Mean]] = [OnDemand(ids, self.compute) for _ in matrix.rows]
-        self.curves: list[OnDemand[dict[str, Mean]]] = [OnDemand(ids, self.compute) for _ in matrix.rows]
-        self.spreads: list[OnDemand[float]] = [OnDemand(ids, self.compute) for _ in matrix.rows]
-        self.scores = [
-            MethodSummary(row.label, row.header, self.means[i], self.curves[i], None, self.spreads[i])
-            for i, row in enumerate(matrix.rows)
-        ]
-        self.ranked = np.array([not score.unranked for score in self.scores])
-        self.never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
+    means: list[Mean | None]
+    curves: list[dict[str, Mean]]
+    spreads: list[float | None]
+    ranking: Ranking | None
 
-    def compute(self, value: str) -> None:
-        """All that is known of a value."""
-        for index in self.waiting.pop(value, ()):
-            numbers = self.matrix.numbers((value, index))
-            common, among, left_out = common_cases(numbers, self.ranked)
-            alike = among | self.never if among.any() else among
-            numbers[alike] = np.where(common, numbers[alike], np.nan)
-            for row, mean in enumerate(means_over_clips(numbers, self.matrix.clips)):
-                if mean is not None and index:
-                    self.curves[row].found.setdefault(value, {})[index] = mean
-                elif mean is not None:
-                    self.means[row].found[value] = mean
-            if index:
-                continue
-            for row, each in enumerate(among):
-                self._add_spread(row, value, common if each else None)
-            ranked = self.matrix.values[value].better != "none" and not doubt(self.matrix, value)
-            if ranked and among.any():
-                self.rankings.found[value] = ranking(self.matrix, value, numbers, among, left_out)
 
-    def _add_spread(self, row: int, value: str, common: np.ndarray | None) -> None:
-        """The spread over seeds, of a method that ran with several: of the mean over the same cases."""
-        runs = self.matrix.rows[row].runs
-        if value in self.means[row].found and len(runs) > 1:
-            draws = np.array([draw[value, ""] for draw in runs])
-            there = ~np.isnan(draws).any(axis=0) & (True if common is None else common)
-            means = statistics.per_clip(draws[:, there], self.matrix.clips[there]).mean(axis=1)
-            self.spreads[row].found[value] = float(means.std(ddof=1))
+def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
+    ranked = np.array([not unranked(row.header) for row in matrix.rows])
+    never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
+    nothing = [None] * len(matrix.rows)
+    found = _OfValue([*nothing], [{} for _ in nothing], [*nothing], None)
+    for index in [index for key, index in matrix.keys if key == value]:
+        numbers = matrix.numbers((value, index))
+        common, among, left_out = common_cases(numbers, ranked)
+        alike = among | never if among.any() else among
+        numbers[alike] = np.where(common, numbers[alike], np.nan)
+        means = means_over_clips(numbers, matrix.clips)
+        if not index:
+            spreads = [
+                _spread(row, value, matrix.clips, common if each else np.True_) if mean else None
+                for row, mean, each in zip(matrix.rows, means, among, strict=True)
+            ]
+            order = ranking(matrix, value, numbers, among, left_out)
+            found = _OfValue(means, found.curves, spreads, order)
+        else:
+            for curve, mean in zip(found.curves, means, strict=True):
+                curve |= {} if mean is None else {index: mean}
+    return found
+
+
+def _spread(row: MethodRow, value: str, clips: np.ndarray, common: np.ndarray | np.bool) -> float | None:
+    """Standard deviation over seeds of the mean over the common cases; None where there is one seed."""
+    if len(row.runs) < 2:
+        return None
+    draws = np.array([draw[value, ""] for draw in row.runs])
+    there = ~np.isnan(draws).any(axis=0) & common
+    return float(statistics.per_clip(draws[:, there], clips[there]).mean(axis=1).std(ddof=1))
 
 
 def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
@@ -247,17 +297,56 @@ def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None
     ]
 
 
-def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
-    """Values of sets, where bodies are told apart those of structures that the cases' targets have.
+# ---------------------------------------------------------------------------------------- values of sets
+def stored_sets(matrix: ResultMatrix, row: MethodRow) -> list[SetValue]:
+    """Values of sets of a row; where bodies are told apart, of structures that the cases' targets have.
 
-    A value that the header does not declare is left from earlier results that had other metrics, and all
-    are where results are not complete.
+    A value that the header does not declare is left from earlier results that had other metrics. There are
+    none of parts of the cases, nor where results are not complete.
     """
-    stored = set_metrics.read(row.paths) if row.paths.complete else []
-    found = [each for each in stored if each.value_id in row.header.set_values]
+    if matrix.part or matrix.so_far or not row.paths.complete:
+        return []
+    found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
     structures = case_metadata.read_structures(row.paths) if matrix.bodies and found else None
     if structures is None:
         return found
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
     return [each for each in found if each.structure in here]
+
+
+def of_set(values: Iterable[SetValue], key: str, which: tuple[str, str] = PEOPLE_SET) -> SetValue | None:
+    """The value of an id, target structure and kind; None where there is none."""
+    return next(
+        (each for each in values if (each.value_id, each.structure, each.kind) == (key, *which)), None
+    )
+
+
+def usual_value(scores: Iterable[MethodSummary], key: str, which: tuple[str, str] = PEOPLE_SET) -> SetValue:
+    """A value of the newest network over the real windows that most methods were compared with.
+
+    which: target structure and kind. Methods that lack a case have other windows. An empty value where no
+    method has any.
+    """
+    newest_last = sorted(scores, key=lambda score: score.header.date)
+    found = [of_set(score.sets, key, which) for score in newest_last]
+    values = [each for each in found if each is not None and each.value is not None]
+    if not values:
+        return SetValue(key, which[0], 0, 0, kind=which[1])
+    fresh = [each for each in values if each.network == values[-1].network]
+    real = Counter(each.real for each in fresh).most_common(1)[0][0]
+    return next(each for each in fresh if each.real == real)
+
+
+def _set_ranking(scores: Sequence[MethodSummary], key: str, declared: DeclaredValue) -> Ranking | None:
+    """The ranking by a value of the set of all people, of methods over the usual windows."""
+    usual = usual_value(scores, key)
+    values = {score.label: of_set(score.sets, key) for score in scores if not score.unranked}
+    return set_ranking(
+        {
+            label: value
+            for label, value in values.items()
+            if value is not None and (value.real, value.network) == (usual.real, usual.network)
+        },
+        declared,
+    )

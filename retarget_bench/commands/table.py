@@ -93,36 +93,34 @@ def _protocols(asked: Options, form: str) -> str:
     factor that is not the same in every case cannot turn one published number into another."""
     from retarget_bench.analysis import protocol_factors
     from retarget_bench.analysis.selection import label_of, of_splits, unknown
-    from retarget_bench.api import SELF
-    from retarget_bench.results import dataset_names, store
+    from retarget_bench.results.result_matrix import result_matrices
     from retarget_bench.tables import rendering
 
     if form not in ("text", "md"):
         raise BenchError(f"protocols are compared as text or md, not as {form}")
     places = asked.places()
-    found = {place: store.read_results(place) for place in places}
-    labels = {place: each.header.method.label for place, each in found.items()}
-    names = {name: label_of(name, labels.values()) for name in listed(asked.methods)}
-    if strangers := [name for name, label in names.items() if label is None]:
-        raise unknown(labels.values(), strangers[0])
-    shown = dataset_names.shown({place: each.header for place, each in found.items()})
-    selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == SELF}
+    splits = {place.split for place in of_splits(places, listed(asked.splits))}
+    found = [(matrix, row) for matrix in result_matrices(places) for row in matrix.rows]
+    labels = {row.label for _, row in found}
+    wanted = {name: label_of(name, labels) for name in listed(asked.methods)}
+    if strangers := [name for name, label in wanted.items() if label is None]:
+        raise unknown(labels, strangers[0])
     width = options.screen_width() if asked.out is None else rendering.WIDTH
     pages, refused = [], []
-    for place in of_splits(places, listed(asked.splits)):
-        if names and labels[place] not in names.values():
+    for matrix, row in found:
+        if matrix.split not in splits or (wanted and row.label not in wanted.values()):
             continue
-        try:
-            mine = selves.get((place.dataset, place.method))
-            page = protocol_factors.explain(found[place], mine, shown[place])
-            factors = protocol_factors.chosen(page, listed(asked.columns), every=asked.all)
-            pages.append(
-                protocol_factors.markdown(page, factors)
-                if form == "md"
-                else protocol_factors.text(page, factors, width)
-            )
-        except BenchError as error:
-            refused.append(error)
+        for seed in range(len(row.runs)):
+            try:
+                page = protocol_factors.explain(matrix, row, seed)
+                factors = protocol_factors.chosen(page, listed(asked.columns), every=asked.all)
+                pages.append(
+                    protocol_factors.markdown(page, factors)
+                    if form == "md"
+                    else protocol_factors.text(page, factors, width)
+                )
+            except BenchError as error:
+                refused.append(error)
     if not pages:
         raise refused[0]
     return "\n".join(pages)

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import clips, executors, timing
+from retarget_bench.evaluation import clips, executors, set_metrics, timing
 from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
@@ -192,7 +192,7 @@ def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) ->
         _units_by(plan, local, "sets", list(done), answered=answered)
     else:
         for unit in done:
-            set_files.write(unit.paths, [])  # earlier results of other metrics may have left some
+            set_metrics.write(unit.paths, [])  # earlier results of other metrics may have left some
     written = set[Path]()
     for unit, found in done.items():
         listed = [found[info.id] for info in unit.infos]

@@ -14,7 +14,7 @@ from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import plan, timing
+from retarget_bench.evaluation import plan, set_metrics, timing
 from retarget_bench.evaluation.attempt import sentence
 from retarget_bench.evaluation.cases import loaded
 from retarget_bench.evaluation.plan import data_of
@@ -117,7 +117,7 @@ class ShardWork:
         infos = [info for info in self._infos(unit).values() if info.id in answered]
         self.at((number,), (), SCORING)
         before = partial(self._before, number, "")
-        set_files.write(unit.paths, evaluate(self.plan, unit.dataset, unit.paths, infos, before))
+        set_metrics.write(unit.paths, evaluate(self.plan, unit.dataset, unit.paths, infos, before))
 
     def time(self, number: int) -> None:
         """Measure and write how long a unit's method takes."""

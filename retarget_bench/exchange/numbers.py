@@ -9,9 +9,9 @@ import pandas as pd
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Metric, OwnSets, SetMetric, optional
 from retarget_bench.errors import FileError
+from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
-from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.bound import BoundMetrics
 from retarget_bench.results import columns, store
@@ -178,7 +178,7 @@ def _sets(rows: Rows) -> Iterator[str]:
     bodies, working = rows.data.characters(), registry.working("metrics")[0]
     one_of = {bodies[info.target].structure: info for info in rows.answered if info.target in bodies}
     cases = [rows.data.load(info) for info in one_of.values()]
-    values = set_files.read(rows.found.paths)
+    values = set_metrics.read(rows.found.paths)
     for name, said in rows.found.header.set_values.items():
         if (metric := working.get(said.metric)) is None:
             continue

@@ -86,8 +86,7 @@ class TableView:
         Methods tied with the best follow after ``=``; ``(not tested)`` stands where there are too few clips
         to tell. In a breakdown: of every part.
         """
-        place = self.frame["place"].fillna(self.frame["mark"].map({"best": 1, "tied": 2}))
-        ranked = self.frame.assign(place=place)[place.notna()].sort_values("place", kind="stable")
+        ranked = self.frame[self.frame["place"].notna()].sort_values("place", kind="stable")
         keys = ["dataset", "group", "part", "value_id", "split"]
         cells = [(*key, _best(each)) for key, each in ranked.groupby(keys, sort=False)]
         found = pd.DataFrame(cells, columns=[*keys, "best"])
@@ -109,10 +108,9 @@ class TableView:
 
 def _best(ranked: pd.DataFrame) -> str:
     """The best of some methods, best first, and those tied with it."""
-    first = str(ranked["method"].iloc[0])
     if not ranked["mark"].any():
-        return f"{first} (not tested)"
-    return " = ".join([first, *ranked.loc[ranked["mark"] == "tied", "method"]])
+        return f"{ranked['method'].iloc[0]} (not tested)"
+    return " = ".join(ranked.loc[ranked["mark"] != "", "method"])
 
 
 FACTS = (
@@ -150,14 +148,15 @@ class Comparison:
 
     @cached_property
     def frame(self) -> pd.DataFrame:
-        """A row per split and value: both means, their ``difference``, its 95 % interval (``low``,
-        ``high``), ``p``, ``p_adjusted`` (see ``bench compare``), ``cases``, ``clips``, ``verdict``.
+        """A row per split and value (of values of sets also per ``structure``): both means, their
+        ``difference``, its 95 % interval (``low``, ``high``), ``p``, ``p_adjusted`` (see
+        ``bench compare``), ``cases``, ``clips``, ``verdict``.
         """
         text = io.StringIO(pairwise_text.comma_separated(self.found))
         return ListFrame(pd.read_csv(text, keep_default_na=False, na_values=[""], dtype=TEXTS))
 
 
-TEXTS = dict.fromkeys(("dataset", "split", "first", "second", "value", "verdict"), "str")
+TEXTS = dict.fromkeys(("dataset", "split", "first", "second", "value", "structure", "verdict"), "str")
 """Columns of a comparison that hold texts, whatever these look like."""
 
 

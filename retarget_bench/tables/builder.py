@@ -13,9 +13,8 @@ from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import provenance
 from retarget_bench.tables.finding import finding
 from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, lacking
-from retarget_bench.tables.method_groups import MethodGroup, by_part, speeds
+from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
 from retarget_bench.tables.model import Group, Problem, Table
-from retarget_bench.tables.set_groups import by_set, without_sets
 
 DEFAULT_COLUMNS = (
     "mpjpe_h.world",
@@ -44,15 +43,16 @@ Layout = Literal["splits", "overview", "both"]
 
 def tables(
     found: Sequence[SplitSummary],
-    columns: Sequence[str] = DEFAULT_COLUMNS,
+    columns: Sequence[str] | None = None,
     by: str = "",
     *,
     with_sets: bool = False,
     layout: Layout = "splits",
 ) -> list[Table]:
-    """One table per data set and group of bodies. ``columns`` are value ids, or ``fps``; results may lack
-    some of ``DEFAULT_COLUMNS`` and ``OVERVIEW_COLUMNS``, and show what they have where they lack all.
+    """One table per data set and group of bodies.
 
+    columns: value ids, or ``fps``; None: ``DEFAULT_COLUMNS`` and ``OVERVIEW_COLUMNS``, of which results may
+        lack some, and show what they have where they lack all.
     by: the breakdown of ``found``. Then there is a group per split and column; without requested columns,
         only the first default column that exists (or all values where none does).
     with_sets: add every value of whole sets, requested or not.
@@ -62,10 +62,10 @@ def tables(
     Raises BenchError for an empty list of columns, an unknown one, and a curve.
     """
     declared = declared_values(found)
-    if not _usual(columns):
+    if columns is not None:
         _check_columns(columns, declared, by, declared_sets(found))
-    elif not by and (own := _own_columns(found, columns)):
-        columns = own
+    elif not by:
+        columns = _own_columns(found) or None
     made: dict[str, list[SplitSummary]] = {}
     for section in found:
         bodies = f": {section.bodies}" if section.bodies else ""
@@ -106,7 +106,7 @@ def curve_index(found: Sequence[SplitSummary], columns: Sequence[str]) -> By | N
 def _table(
     title: str,
     found: Sequence[SplitSummary],
-    wanted: Sequence[str],
+    columns: Sequence[str] | None,
     declared: Values,
     by: str,
     with_sets: bool,
@@ -117,15 +117,15 @@ def _table(
     whole = _whole(found)
     builder = GroupBuilder(newest, {**declared, **of_sets}, _Decimals(found), whole)
     apart = [key for key in of_sets if key not in whole]
-    sets = [key for key in apart if with_sets or (key in wanted and not _usual(wanted))]
-    keys = _broken_down(found, wanted, declared) if by else []
-    cases = [key for key in wanted if key not in apart]
+    sets = [key for key in apart if with_sets or key in (columns or ())]
+    keys = _broken_down(found, columns, declared) if by else []
+    cases = [key for key in columns or DEFAULT_COLUMNS if key not in apart]
     groups: list[Group] = []
     if by:
         for parts in _by_split(found):
             groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts, keys)]
     else:
-        beside = OVERVIEW_COLUMNS if _usual(wanted) else cases
+        beside = OVERVIEW_COLUMNS if columns is None else cases
         layout = (
             "splits" if layout == "overview" and (sets or len(beside) > len(OVERVIEW_COLUMNS)) else layout
         )
@@ -186,15 +186,10 @@ def _by_split(found: Sequence[SplitSummary]) -> list[list[SplitSummary]]:
 
 
 # --------------------------------------------------------------------------------------------- columns
-def _usual(columns: Sequence[str]) -> bool:
-    """True for columns of ours, of which results may lack some."""
-    return columns is DEFAULT_COLUMNS or columns is OVERVIEW_COLUMNS
-
-
-def _own_columns(found: Sequence[SplitSummary], usual: Sequence[str]) -> list[str]:
+def _own_columns(found: Sequence[SplitSummary]) -> list[str]:
     """The values with a number, of results that have none of the usual ones; else []."""
     sets = {each.value_id for section in found for score in section.scores for each in score.sets}
-    if _present(found, usual) or sets & set(usual):
+    if _present(found, DEFAULT_COLUMNS) or sets & set(DEFAULT_COLUMNS):
         return []
     numbers = {key for section in found for score in section.scores for key in score.means}
     return [key for key, value in declared_values(found).items() if key in numbers and not value.index]
@@ -274,12 +269,15 @@ def stand_in(key: str, present: Collection[str]) -> str | None:
     return FPS if key == FPS else next((each for each in either if each in present), None)
 
 
-def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values) -> list[str]:
+def _broken_down(
+    found: Sequence[SplitSummary], columns: Sequence[str] | None, declared: Values
+) -> list[str]:
     """The values of a breakdown, a group each; by default the first default column, or else all."""
+    wanted = columns or DEFAULT_COLUMNS
     present = _present(found, wanted)
     shown = (stand_in(key, present) for key in wanted if key != FPS)
     keys = list(dict.fromkeys(key for key in shown if key is not None))
-    if not _usual(wanted):
+    if columns is not None:
         return keys
     return keys[:1] or [key for key in declared if key in _present(found, declared)]
 

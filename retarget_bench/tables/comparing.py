@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-
-import numpy as np
 
 from retarget_bench.analysis import pairwise, selection
 from retarget_bench.analysis.pairwise import PairwiseComparison
+from retarget_bench.analysis.ranking import Ranking
+from retarget_bench.analysis.summary import split_summary
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OptionSet, option
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
-from retarget_bench.tables import names
+from retarget_bench.tables import groups, names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries, stand_in
-from retarget_bench.tables.groups import failed, lacking_beside
 
+PEOPLE_ALONE = "computed of all answers to bodies of one group: --bodies people"
 Pair = tuple[MethodRow | None, MethodRow | None]
 
 
@@ -47,9 +47,8 @@ def compare(
         if not any(selection.find(matrix, name) for matrix in matrices):
             raise selection.unknown([row.label for matrix in matrices for row in matrix.rows], name)
     pairs = [(selection.find(matrix, first), selection.find(matrix, second)) for matrix in matrices]
-    found = compared(
-        [(matrix, [pair]) for matrix, pair in zip(matrices, pairs, strict=True)], wanted, everything, True
-    )
+    both = [(matrix, [pair]) for matrix, pair in zip(matrices, pairs, strict=True)]
+    found = compared(both, wanted, everything, as_in_tables=True)
     if not found:
         raise nothing_common(first, second, [row for pair in pairs for row in pair if row])
     return found
@@ -72,18 +71,25 @@ def compared(
     asked for, or else of the columns of tables, that are left out.
 
     as_in_tables: whether the matrices have all rows of a table, whose verdicts hold where it has some.
-    Raises BenchError for values that no result has, or that are curves, and where all are of sets.
+    Raises BenchError for values that no result has, or that are curves.
     """
     ids = _ids([matrix for matrix, _ in pairs], wanted)
     found = []
     for matrix, rows in pairs:
-        table = selection.without_variants(matrix) if as_in_tables else None
+        rankings = table_rankings(matrix) if as_in_tables else {}
         keys = _values(matrix, ids, everything)
         for one, two in rows:
             if one and two:
-                made = pairwise.compare(matrix, one, two, keys, table)
+                made = pairwise.compare(matrix, one, two, keys, rankings)
                 found.append(_with_note(made, matrix, one, two, ids))
     return [each for each in found if each.differences]
+
+
+def table_rankings(matrix: ResultMatrix) -> Mapping[str, Ranking]:
+    """The rankings of the table of a matrix, which has no variants; none while cases are missing."""
+    if any(row.header.waiting for row in matrix.rows):
+        return {}
+    return split_summary(selection.without_variants(matrix)).rankings
 
 
 def _ids(matrices: Sequence[ResultMatrix], wanted: Sequence[str] | None) -> list[str] | None:
@@ -94,14 +100,15 @@ def _ids(matrices: Sequence[ResultMatrix], wanted: Sequence[str] | None) -> list
         raise BenchError(f"name at least one value, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
     declared, of_sets = names.declared(matrices)
     found = names.value_ids(wanted, declared | of_sets)
-    for key in [key for key in found if key in declared] or found[:1]:
-        names.check_of_cases(key, declared, of_sets)
+    for key in [key for key in found if key in declared]:
+        names.check_of_cases(key, declared, {})
     return found
 
 
 def _values(matrix: ResultMatrix, wanted: Sequence[str] | None, everything: bool) -> Sequence[str]:
     """Value ids to compare on a split: those asked for, all, or the columns of a table."""
     there = list(dict.fromkeys(value for value, index in matrix.keys if not index))
+    there += set_values(row.header for row in matrix.rows)
     if everything:
         wanted = entries(there)
     usual = DEFAULT_COLUMNS if wanted is None else wanted
@@ -124,13 +131,12 @@ def _with_note(
     for key in DEFAULT_COLUMNS if wanted is None else wanted:
         if stand_in(key, shown) or key not in {**matrix.values, **of_sets}:
             continue
-        if key in of_sets:
-            left.setdefault("all answers as one set: bench table --intervals", []).append(
-                of_sets[key].label
-            )
+        if key in matrix.values:
+            label, why = matrix.values[key].label, _why_missing(matrix, (one, two), key)
         else:
-            label = matrix.values[key].label
-            left.setdefault(_why_missing(matrix, (one, two), key), []).append(label)
+            label = of_sets[key].label
+            why = "needs an interval of both, over the same windows" if matrix.bodies else PEOPLE_ALONE
+        left.setdefault(why, []).append(label)
     if not left:
         return made
     told = "; ".join(f"{' and '.join(labels)} ({why})" for why, labels in left.items())
@@ -148,9 +154,5 @@ def _why_missing(matrix: ResultMatrix, rows: Sequence[MethodRow], key: str) -> s
 
 def lacking(matrix: ResultMatrix, row: MethodRow, key: str) -> str:
     """The reason why a row has no number of a value; "" where it has one."""
-    having = {value for run in row.runs for (value, _), each in run.items() if not np.isnan(each).all()}
-    if key in having:
-        return ""
-    return failed(matrix.values[key].metric, [row.header]) or lacking_beside(
-        matrix.values[key], [matrix.values[each] for each in having if each in matrix.values]
-    )
+    (score,) = split_summary(replace(matrix, rows=(row,))).scores
+    return "" if key in score.means else groups.lacking(matrix.values[key], [score])

@@ -40,19 +40,20 @@ def finding(group: Group, found: Sequence[SplitSummary]) -> str:
 
 
 def _best(group: Group, at: Sequence[int]) -> str:
-    """The best method of every column that has marks, and how many are tied with it."""
-    columns: dict[str, list[str]] = {}
+    """The best methods of every column that has marks, and how many are tied with them."""
+    columns: dict[tuple[str, ...], list[str]] = {}
     for number in at:
         marks = {row.label: row.cells[number].mark for row in group.ranked}
-        if best := [label for label, mark in marks.items() if mark == "best"]:
+        if best := tuple(label for label, mark in marks.items() if mark == "best"):
             ties = sum(mark == "tied" for mark in marks.values())
             tied = f" ({count(ties, 'other')} tied)" if ties else ""
-            columns.setdefault(best[0], []).append(group.columns[number].label + tied)
-    said = [f"{label} by {listed(labels)}" for label, labels in columns.items()]
-    if not said:
-        return ""
-    first, *others = said
-    return listed([first.replace(" by ", " is best by ", 1), *others])
+            columns.setdefault(best, []).append(group.columns[number].label + tied)
+    said: list[str] = []
+    for labels, values in columns.items():
+        who = listed(labels) if len(labels) <= FEW else f"{len(labels)} methods"
+        verb = "" if said else " are best" if len(labels) > 1 else " is best"
+        said.append(f"{who}{verb} by {listed(values)}")
+    return listed(said)
 
 
 def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:

@@ -1,14 +1,12 @@
 """Columns and cells of tables: numbers and marks, or why there is no number."""
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from retarget_bench.analysis.ranking import Ranking, set_ranking
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary
-from retarget_bench.api import INTRA, SELF, TWO_LEGS
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary, of_set, usual_value
+from retarget_bench.api import INTRA, SELF
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue, ResultHeader
@@ -21,7 +19,6 @@ from retarget_bench.tables.model import (
     Cell,
     Column,
     Footnotes,
-    Mark,
     count,
 )
 
@@ -34,8 +31,6 @@ NEEDS = {
     "source": "the source's skeleton",
 }
 """Needs of values in words, where their ids do not say it."""
-PEOPLE_SET = (TWO_LEGS, "")
-"""The set of all bodies of a table of people: target structure and kind."""
 FPS_MEANING = "frames retargeted per second by one process and one thread, with handing over"
 
 
@@ -62,58 +57,64 @@ class GroupBuilder:
         facts = (value.unit, value.better, value.meaning, value.goal, value.formula)
         return Column(key, value.label, *facts, version)
 
-    def cell(self, section: SplitSummary, score: MethodSummary, key: str) -> Cell:
-        """The cell of a method and a value, or the reason why it is missing."""
+    def cell(
+        self, section: SplitSummary, score: MethodSummary, key: str, which: tuple[str, str] | None = None
+    ) -> Cell:
+        """The cell of a method and a value, or the reason why it is missing.
+
+        which: target structure and kind, of a value of sets that is no column beside others.
+        """
         if absent := self.absent(score):
             return Cell(absent)
         if key == FPS:
-            if score.fps is not None:
-                slower, shown = section.slower(score), self.shown(score.fps, key)
-                note = self.footnotes.number(slower)
-                return Cell(shown, score.fps, decimals=self.decimals[key], reason=slower, footnote=note)
-            if score.header.method.external:
-                return self.footnotes.missing("external predictions are not timed")
-            return self.footnotes.missing("speed was not measured", NOT_RUN)
+            return self._speed(section, score)
+        if which is not None:
+            return self._of_set(score, key, usual_value(section.scores, key, which))
         if key in self.whole:
-            return self.set_cell(score, key, usual_value(section, PEOPLE_SET, key), section)
-        if key not in score.means:
+            cell = self._of_set(score, key, usual_value(section.scores, key))
+        elif key in score.means:
+            cell = self._of_cases(section, score, key)
+        else:
             return self.missing(score, key)
-        mean, ranking = score.means[key], section.rankings.get(key)
-        reason = self._remark(score, key, ranking)
+        ranking = section.rankings.get(key)
+        if cell.value is None or ranking is None or score.label not in ranking.order:
+            return cell
+        return replace(cell, mark=ranking.mark(score.label), place=ranking.order.index(score.label))
+
+    def _speed(self, section: SplitSummary, score: MethodSummary) -> Cell:
+        if score.fps is not None:
+            slower, shown = section.slower(score), self.shown(score.fps, FPS)
+            note = self.footnotes.number(slower)
+            return Cell(shown, score.fps, decimals=self.decimals[FPS], reason=slower, footnote=note)
+        if score.header.method.external:
+            return self.footnotes.missing("external predictions are not timed")
+        return self.footnotes.missing("speed was not measured", NOT_RUN)
+
+    def _of_cases(self, section: SplitSummary, score: MethodSummary, key: str) -> Cell:
+        """A mean over cases, with a footnote where the method is not ranked by it though others are."""
+        mean, ranking, reason = score.means[key], section.rankings.get(key), ""
+        if ranking and (why := ranking.left_out.get(score.label)):
+            fault = failed(self.declared[key].metric, [score.header])
+            reason = f"not ranked by this column: {'; '.join(filter(None, [why, fault]))}"
         return Cell(
             self.shown(mean.value, key),
             mean.value,
             mean.interval,
-            _mark(section, score, key),
-            self.decimals[key],
-            mean.n,
-            mean.clips,
-            score.spread.get(key),
-            reason,
-            self.footnotes.number(reason),
-            ranking.order.index(score.label) if ranking and score.label in ranking.order else None,
+            decimals=self.decimals[key],
+            n=mean.n,
+            clips=mean.clips,
+            spread=score.spread.get(key),
+            reason=reason,
+            footnote=self.footnotes.number(reason),
         )
 
-    def _remark(self, score: MethodSummary, key: str, ranking: Ranking | None) -> str:
-        """What a footnote says of a number and its place in the ranking; "" for most."""
-        why = ranking.left_out.get(score.label, "") if ranking else ""
-        whys = filter(None, [why, why and failed(self.declared[key].metric, [score.header])])
-        return f"not ranked by this column: {'; '.join(whys)}" if why else ""
-
-    def set_cell(
-        self, score: MethodSummary, key: str, usual: SetValue, section: SplitSummary | None = None
-    ) -> Cell:
-        """The cell of a method and a value of sets. section: where methods are compared by it.
-
-        usual: the value of the set that most methods have, see ``usual_value``.
-        """
-        if absent := self.absent(score):
-            return Cell(absent)
+    def _of_set(self, score: MethodSummary, key: str, usual: SetValue) -> Cell:
+        """A value of sets. usual: that of the set that most methods have, see ``usual_value``."""
         if stale := self.newest.why_value_outdated(score.header, key):
             return self.footnotes.missing(stale, OTHER_VERSION)
         if key not in score.header.set_values:
             return self.footnotes.missing(f"scored without {key}; bench score adds it", NOT_RUN)
-        if (value := value_like(usual, score)) is None:
+        if (value := of_set(score.sets, key, (usual.structure, usual.kind))) is None:
             fault = failed(score.header.set_values[key].metric, [score.header])
             return self.footnotes.missing(fault or "no answer on a body of this structure")
         if value.value is None:
@@ -128,8 +129,7 @@ class GroupBuilder:
         return Cell(
             self.shown(value.value, key),
             value.value,
-            _interval(value),
-            _set_mark(section, score, usual, self.declared[key]) if section else "",
+            None if value.low is None or value.high is None else Interval(value.low, value.high),
             decimals=self.decimals[key],
             n=value.n,
             clips=value.clips,
@@ -195,71 +195,15 @@ def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
     far as other numbers show."""
     if fault := failed(value.metric, (score.header for score in scores)):
         return fault
-    alike = (
-        (score, key, each)
+    met = {
+        need
         for score in scores
         for key, each in score.header.values.items()
-        if set(each.needs) & set(value.needs)
-    )
-    return lacking_beside(value, (each for score, key, each in alike if key in score.means))
-
-
-def lacking_beside(value: DeclaredValue, having: Iterable[DeclaredValue]) -> str:
-    """The needs of a value that none of these, which have numbers, shows to be met, as text."""
-    met = {need for each in having for need in each.needs}
+        for need in set(each.needs) & set(value.needs)
+        if key in score.means
+    }
     unmet = [NEEDS.get(need, need) for need in value.needs if need not in met]
     return f"needs {' and '.join(unmet)}" if unmet else "undefined for all of these cases"
-
-
-def usual_value(section: SplitSummary, which: tuple[str, str], key: str) -> SetValue:
-    """A value of the newest network over the real windows that most methods were compared with.
-
-    which: target structure and kind. Methods that lack a case have other windows. An empty value where no
-    method has any.
-    """
-    values = [
-        each
-        for score in sorted(section.scores, key=lambda score: score.header.date)
-        for each in score.sets
-        if (each.value_id, each.structure, each.kind) == (key, *which) and each.value is not None
-    ]
-    if not values:
-        return SetValue(key, which[0], 0, 0, kind=which[1])
-    fresh = [each for each in values if each.network == values[-1].network]
-    real = Counter(each.real for each in fresh).most_common(1)[0][0]
-    return next(each for each in fresh if each.real == real)
-
-
-def value_like(usual: SetValue, score: MethodSummary) -> SetValue | None:
-    """A method's value of the same id, structure and kind."""
-    which = (usual.value_id, usual.structure, usual.kind)
-    same = (each for each in score.sets if (each.value_id, each.structure, each.kind) == which)
-    return next(same, None)
-
-
-def _interval(value: SetValue) -> Interval | None:
-    return None if value.low is None or value.high is None else Interval(value.low, value.high)
-
-
-def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
-    """Best or tied; "" where so few clips could not have told the best from the worst, and of results that
-    are not complete."""
-    ranking = section.rankings.get(key)
-    return ranking.mark(score.label) if ranking else ""
-
-
-def _set_mark(
-    section: SplitSummary, score: MethodSummary, usual: SetValue, declared: DeclaredValue
-) -> Mark:
-    """Best or tied; "" for methods that are not ranked, over other windows, or without intervals."""
-    values = {each.label: value_like(usual, each) for each in section.scores if not each.unranked}
-    alike = {
-        label: value
-        for label, value in values.items()
-        if value is not None and (value.real, value.network) == (usual.real, usual.network)
-    }
-    ranking = set_ranking(alike, declared)
-    return ranking.mark(score.label) if ranking else ""
 
 
 def by_number(value: float | None, column: Column | None, label: str) -> tuple[int, float, str]:

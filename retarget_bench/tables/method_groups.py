@@ -1,4 +1,4 @@
-"""Groups of a table: methods by values, on one split or several side by side; or parts by methods."""
+"""Groups of a table: methods by values, of cases or of sets; or parts of a breakdown by methods."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,21 +6,20 @@ from dataclasses import dataclass, replace
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import CURVES
 from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary
+from retarget_bench.analysis.summary import PEOPLE_SET, MethodSummary, SplitSummary, of_set, usual_value
+from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
 from retarget_bench.tables.groups import (
     FPS,
-    PEOPLE_SET,
     STALE,
     GroupBuilder,
     by_number,
-    usual_value,
 )
 from retarget_bench.tables.model import NOT_RUN, Cell, Group, Row, count, listed
-from retarget_bench.tables.set_groups import floors
 
 Spot = tuple[SplitSummary, str]
 """The split and the value of a column."""
+SETS = "Not ranked: compare such values by their intervals and with the floor, and none of different n."
 
 
 # -------------------------------------------------------------------------------- methods by values
@@ -64,9 +63,7 @@ class MethodGroup:
                 *(f"{each.split}: {each.so_far}." for each in self.sections if each.so_far),
                 *filter(None, (self._beside_best(row.label) for row in rows)),
                 *self._failed(),
-                *self._unranked_columns(),
-                *self._too_few_clips(),
-                *self._unclear(),
+                *self._without_marks(),
             ),
         )
 
@@ -74,7 +71,7 @@ class MethodGroup:
         """The references' scores by values of sets, unless the row of a control shows them."""
         at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.whole]
         sets = [(section, key, PEOPLE_SET) for section, key in (self.spots[number] for number in at)]
-        known = [usual_value(section, which, key).floor for section, key, which in sets]
+        known = [usual_value(section.scores, key, which).floor for section, key, which in sets]
         texts = [
             "" if floor is None else self.builder.shown(floor, key)
             for floor, (_, key, _) in zip(known, sets, strict=True)
@@ -96,8 +93,10 @@ class MethodGroup:
         return "; ".join(shown)
 
     def _common(self) -> tuple[Ranking | None, ...]:
-        """The ranking of every column; none where the title has their numbers of cases."""
-        found = tuple(section.rankings.get(key) for section, key in self.spots)
+        """The ranking of every column of cases; none where the title has their numbers of cases."""
+        found = tuple(
+            None if key in self.builder.whole else section.rankings.get(key) for section, key in self.spots
+        )
         asked = [max(score.asked for score in section.scores) for section, _ in self.spots]
         alike = all(each is None or each.cases == n for each, n in zip(found, asked, strict=True))
         return tuple(None for _ in found) if self.several and alike else found
@@ -181,49 +180,39 @@ class MethodGroup:
             )
         return sentences
 
-    def _unranked_columns(self) -> list[str]:
-        """Columns that rank nobody though several methods have numbers."""
-        found = []
-        for section, key in self.spots:
-            methods = [score for score in section.scores if not never_ranked(score.header.method)]
-            having = [score for score in methods if key in score.means]
-            if len(having) < 2 or key in section.rankings or self.builder.column(key).better == "none":
-                continue
-            ranked = any(not score.unranked for score in having)
-            why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
-            why = (
-                section.matrix and doubt(section.matrix, key)
-            ) or f"{why}. Each number is over other cases"
-            label = self.builder.column(key).label
-            found.append(f"{section.split}: no method is ranked by {label}, since {why}.")
-        return found
-
-    def _too_few_clips(self) -> list[str]:
-        """Splits without marks, and how many clips marks would need."""
+    def _without_marks(self) -> list[str]:
+        """Why columns have no marks, and why rows have none that are not significantly worse."""
         found: dict[str, list[str]] = {}
         for section, key in self.spots:
-            ranking = section.rankings.get(key)
-            if ranking is None or len(ranking.order) < 2 or ranking.separable:
-                continue
-            sentence = (
-                f"{count(ranking.clips, 'clip')} cannot tell the best method from others (that takes "
-                f"{statistics.ENOUGH_CLIPS}), so none is marked best or tied"
-            )
-            found.setdefault(sentence, []).append(section.split)
-        return [f"{', '.join(dict.fromkeys(splits))}: {sentence}." for sentence, splits in found.items()]
-
-    def _unclear(self) -> list[str]:
-        """Methods without a mark whose own difference from the best is not significant."""
-        found = []
-        for section, key in self.spots:
-            ranking = section.rankings.get(key)
-            if ranking and ranking.complete and ranking.separable and ranking.unclear:
-                label = self.builder.column(key).label
-                found.append(
-                    f"{section.split}: by {label} {listed(ranking.unclear)} cannot be told from "
-                    f"{ranking.best} either, though better methods can: the difference varies more."
+            ranking, label, said = section.rankings.get(key), self.builder.column(key).label, ""
+            if ranking is None:
+                if why := self._not_ranked(section, key):
+                    said = f"no method is ranked by {label}, since {why}."
+            elif len(ranking.order) > 1 and not ranking.separable:
+                said = (
+                    f"{count(ranking.clips, 'clip')} cannot tell the best method from others (that takes "
+                    f"{statistics.ENOUGH_CLIPS}), so none is marked best or tied."
                 )
-        return found
+            elif ranking.complete and ranking.unclear:
+                said = (
+                    f"by {label} {listed(ranking.unclear)} cannot be told from {ranking.best} either, "
+                    "though better methods can: the difference varies more."
+                )
+            found.setdefault(said, []).append(section.split)
+        found.pop("", None)
+        return [f"{', '.join(dict.fromkeys(splits))}: {said}" for said, splits in found.items()]
+
+    def _not_ranked(self, section: SplitSummary, key: str) -> str:
+        """Why nobody is ranked by a value; "" where fewer than two have it, or it is a description."""
+        methods = [score for score in section.scores if not never_ranked(score.header.method)]
+        having = [score for score in methods if key in score.means]
+        if len(having) < 2 or self.builder.column(key).better == "none":
+            return ""
+        if section.matrix and (why := doubt(section.matrix, key)):
+            return why
+        ranked = any(not score.unranked for score in having)
+        why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
+        return f"{why}. Each number is over other cases"
 
 
 def _of(score: MethodSummary) -> str:
@@ -252,6 +241,77 @@ def speeds(section: SplitSummary) -> list[str]:
             if (slower := section.slower(score))
         ),
     ]
+
+
+# ---------------------------------------------------------------------------------------- values of sets
+def floors(spots: Sequence[tuple[SplitSummary, str, tuple[str, str]]], builder: GroupBuilder) -> list[str]:
+    """A sentence for each value of sets: the references' scores. spots: split, value, set."""
+    found: dict[str, list[str]] = {}
+    for section, key, which in spots:
+        if (floor := usual_value(section.scores, key, which).floor) is not None:
+            found.setdefault(builder.column(key).label, []).append(
+                f"{section.split} {builder.shown(floor, key)}"
+            )
+    return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in found.items()]
+
+
+def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
+    """A group per set (target structure and kind) that any method has a value for, a row per method."""
+    computed: dict[tuple[str, str], dict[str, None]] = {}
+    for each in (each for score in section.scores for each in score.sets):
+        if each.value_id in keys and each.value is not None:
+            computed.setdefault((each.structure, each.kind), {})[each.value_id] = None
+    return [
+        _of_set(section, which, [key for key in keys if key in mine], builder)
+        for which, mine in sorted(computed.items())
+    ]
+
+
+def _of_set(
+    section: SplitSummary, which: tuple[str, str], keys: Sequence[str], builder: GroupBuilder
+) -> Group:
+    (structure, kind), columns = which, tuple(map(builder.column, keys))
+    usual = {key: usual_value(section.scores, key, which) for key in keys}
+    rows = []
+    for score in section.scores:
+        mark = STALE if builder.newest.why_outdated(score.header) else score.unranked
+        mine = [of_set(score.sets, key, which) for key in keys]
+        n = max((each.n for each in mine if each is not None), default=0)
+        cells = tuple(builder.cell(section, score, key, which) for key in keys)
+        method = score.header.method
+        rows.append(Row(score.label, mark, cells, f"{n}", method.summary, method.trained_on is not None))
+    rows.sort(key=lambda row: by_number(row.cells[0].value, columns[0], row.label))
+    n, clips = max((each.n, each.clips) for each in usual.values())
+    bodies = f"on {TWO_LEGS}" if structure == TWO_LEGS else f"of structure {structure}"
+    bodies += f", kind {kind}" if kind else ""
+    return Group(
+        title=f"{section.split}, all answers on bodies {bodies} as one set: {count(n, 'window')} of "
+        f"{count(clips, 'clip')}",
+        split=section.split,
+        columns=columns,
+        ranked=tuple(row for row in rows if not row.mark),
+        unranked=tuple(row for row in rows if row.mark),
+        below=(*floors([(section, key, which) for key in keys], builder), SETS),
+        counted="windows",
+        structure=structure,
+        kind=kind,
+    )
+
+
+def without_sets(found: Sequence[SplitSummary], keys: Sequence[str]) -> list[str]:
+    """A sentence about the sets for which no method has any of these values; [] for none."""
+    reasons: dict[str, str] = {}
+    for section in found:
+        values = [each for score in section.scores for each in score.sets if each.value_id in keys]
+        having = {(each.structure, each.kind) for each in values if each.value is not None}
+        for each in values:
+            if (each.structure, each.kind) not in having:
+                name = f"{section.split} {each.structure} {each.kind}".strip()
+                reasons.setdefault(name, each.reason)
+    if not reasons:
+        return []
+    first = next(iter(reasons.values()))
+    return [f"No values of sets on bodies of these structures: {', '.join(reasons)}. The first: {first}."]
 
 
 # --------------------------------------------------------------------------------- parts by methods

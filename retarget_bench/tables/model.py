@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol
+from typing import Literal
 
+from retarget_bench.analysis.ranking import Ranking
 from retarget_bench.analysis.statistics import Interval
 
 ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
@@ -113,16 +114,6 @@ class Row:
     learned: bool = False
 
 
-class CommonCases(Protocol):
-    """The cases, and their clips, that all compared rows of a column are over."""
-
-    @property
-    def cases(self) -> int: ...
-
-    @property
-    def clips(self) -> int: ...
-
-
 @dataclass(frozen=True)
 class Group:
     """One split, or several side by side: ranked rows, best first, then those that are not ranked.
@@ -130,7 +121,7 @@ class Group:
     Splits of one data set may have different columns: without references only some values exist.
 
     heading: of the rows: ``method``, or the kind of breakdown.
-    common:  of each column the cases that all compared rows are over; None where there are none.
+    common:  of each column the ranking, whose cases all compared rows are over; or None.
     subject: the id of the value that is broken down; "" where the columns are values.
     below:   sentences directly below the rows: what columns, marks and rows lack, and floors.
     counted: the unit of n.
@@ -142,7 +133,7 @@ class Group:
     columns: tuple[Column, ...]
     ranked: tuple[Row, ...]
     unranked: tuple[Row, ...]
-    common: tuple[CommonCases | None, ...] = ()
+    common: tuple[Ranking | None, ...] = ()
     heading: str = "method"
     subject: str = ""
     below: tuple[str, ...] = ()

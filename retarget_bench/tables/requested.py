@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import PEOPLE, Bodies, Selection
+from retarget_bench.analysis.selection import PEOPLE, Bodies, Selection, wanted_group
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
@@ -64,12 +64,9 @@ class Request(OptionSet):
         shown="people, where there are any",
     )
     by: By | Literal[""] = option(
-        "Break values down: a line per pair, clip, kind of performance, "
-        "structure, level of a task, joint, part "
-        ""
-        "of the body, by what was seen in training, or per point of a curve. "
-        "Without columns: the first value "
-        "that there is.",
+        "Break values down: a line per pair, clip, kind of performance, structure, level of a task, joint, "
+        "part of the body, by what was seen in training, or per point of a curve. Without columns: the "
+        "first value that there is.",
         default="",
     )
     at_least: int | None = option(
@@ -109,7 +106,7 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     if task in TASK_COLUMNS and asked_columns and task != "reconstruct":
         by = by or TASK_BREAKDOWN[task]
     found = asked.summaries(places, by)
-    columns: Sequence[str] = builder.DEFAULT_COLUMNS
+    columns: Sequence[str] | None = None
     if asked.all:
         # nobody times probes, nor derived tasks
         columns = [each for each in builder.all_columns(found) if task in PAIRED or each != FPS]
@@ -124,7 +121,8 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
     if by or splits or task not in PAIRED or (layout == "both" and not usual):
         layout = "splits"
     if asked.against:
-        beside = builder.OVERVIEW_COLUMNS if usual and layout == "overview" else columns
+        shown_beside = builder.OVERVIEW_COLUMNS if layout == "overview" else builder.DEFAULT_COLUMNS
+        beside = shown_beside if columns is None else columns
         columns = names.against_the_source(beside, found, asked=bool(asked_columns))
         columns = columns[: 1 if usual and by else None]
         layout = "splits" if layout == "both" else layout
@@ -155,10 +153,10 @@ def task_tables(
     ]
 
 
-def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str]:
-    """Those that any result has; the default columns of all tables where none has."""
+def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str] | None:
+    """Those that any result has; None, the usual ones of all tables, where none has."""
     there = {key for section in found for key in section.values}
-    return tuple(key for key in wanted if key in there) or builder.DEFAULT_COLUMNS
+    return tuple(key for key in wanted if key in there) or None
 
 
 def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSummary], list[str]]:
@@ -178,11 +176,8 @@ def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSum
 
 # ---------------------------------------------------------------------------------------------- bodies
 def of_bodies(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of a group of bodies, and sentences about what is left out.
-
-    bodies: one of ``selection.BODIES``, ``all``, or "": people, or all where there are none.
-    Raises BenchError where there are none of these bodies.
-    """
+    """The sections of a group of bodies (``selection.wanted_group``), and sentences about what is left
+    out."""
     wanted = wanted_group([section.bodies for section in found], bodies)
     kept = [section for section in found if wanted in ("all", section.bodies)]
     cases: dict[str, int] = {}
@@ -193,15 +188,6 @@ def of_bodies(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSum
     variants = dict.fromkeys(label for section in kept for label in section.variants)
     left = [*others(cases), *([f"{count(len(variants), 'variant')} (--variants)"] if variants else [])]
     return kept, [f"Not shown: {', '.join(left)}."] if left else []
-
-
-def wanted_group(there: Sequence[str], bodies: str) -> str:
-    """The group of bodies to show out of those that there are; see ``of_bodies``."""
-    if bodies not in ("", "all", *there):
-        known = ", ".join(dict.fromkeys(filter(None, there)))
-        known = known or "no groups of bodies: these results are older than those"
-        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
-    return bodies or (PEOPLE if PEOPLE in there else "all")
 
 
 def others(cases: Mapping[str, int]) -> list[str]:

@@ -36,7 +36,7 @@ COMPARISON, TRANSFER = "retarget_bench.api.comparison", "retarget_bench.motion.t
 MEASURES, POSE = "retarget_bench.motion.measures", "retarget_bench.motion.reference_pose"
 CHARACTER, WRITING = "retarget_bench.motion.character", "retarget_bench.motion.bvh.writing"
 BUILDER, MODEL = "retarget_bench.tables.builder", "retarget_bench.tables.model"
-GROUPS, SET_GROUPS = "retarget_bench.tables.groups", "retarget_bench.tables.set_groups"
+GROUPS, METHODS = "retarget_bench.tables.groups", "retarget_bench.tables.method_groups"
 PAIRWISE, MATRIX = "retarget_bench.analysis.pairwise", "retarget_bench.results.result_matrix"
 RENDERED = "retarget_bench.tables.rendering.as_text"
 
@@ -121,7 +121,7 @@ MUTATIONS = {
         "table", PAIRWISE, "Difference.verdict", 'facts.better == "higher"', 'facts.better == "lower"',
     ),
     "paired intervals the other way round": (
-        "table", PAIRWISE, "_difference", "paired_intervals(apart[None])", "paired_intervals(-apart[None])",
+        "table", PAIRWISE, "Difference.interval", "self.there[None]", "-self.there[None]",
     ),
     "adjusted p-values in their own order": (
         "table", STATISTICS, "step_down", "stages[order] =", "stages[np.arange(len(order))] =",
@@ -130,7 +130,7 @@ MUTATIONS = {
         "table", RANKING, "set_ranking", "statistics.losses(", "-statistics.losses(",
     ),
     "the floor is what answers score": (
-        "table", SET_GROUPS, "floors", ").floor", ").value",
+        "table", METHODS, "floors", ").floor", ").value",
     ),
     "self pairs left out of pooled means": (
         "table", MATRIX, "_aligned", "if own_self is not None and", "if False and",
@@ -153,7 +153,8 @@ def mutate(monkeypatch, module, name, before, after):
         for key, each in after.items():
             monkeypatch.setitem(found, key, each)
         return
-    function = inspect.unwrap(found.fget if isinstance(found, property) else found)
+    found = found.fget if isinstance(found, property) else getattr(found, "func", found)
+    function = inspect.unwrap(found)
     if not callable(function):
         assert found == before
         monkeypatch.setattr(holder, attribute, after)

@@ -14,9 +14,8 @@ from stored import unchecked
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.set_metrics import files as set_files
-from retarget_bench.evaluation.set_metrics.files import SetValue
+from retarget_bench.evaluation import runner, set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.evaluation.shard_work import ShardWork
 from retarget_bench.files import LOCK, locked
 from retarget_bench.plugins import registry
@@ -91,7 +90,7 @@ def test_rows_that_lost_some_are_told_in_numbers(tmp_path):
 def test_values_of_sets_are_checked_too(tmp_path, harm):
     numbers = [("a>b", "c", {"mpjpe_h.world": 1.0})]
     place = made_up(tmp_path, "intra", "m", numbers)
-    set_files.write(place, [SetValue("fid.structure", "s", 5, 5, value=1.0)])
+    set_metrics.write(place, [SetValue("fid.structure", "s", 5, 5, value=1.0)])
     made_up(tmp_path, "intra", "m", numbers)
     assert SETS in store.read_header(place.header).files
     harm(place.sets)

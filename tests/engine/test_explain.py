@@ -16,9 +16,9 @@ from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import store
+from retarget_bench.results import result_matrix, store
 from retarget_bench.results.header import DeclaredValue
-from retarget_bench.results.store import CaseResult, ResultPaths, Results
+from retarget_bench.results.store import CaseResult, ResultPaths
 from tests.in_process import without_processes
 
 FACTS = {
@@ -49,13 +49,15 @@ VALUES = {
 }
 
 
-def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2.0) -> Results:
-    """One method whose error in metres is given for every (pair, clip)."""
-    infos, entries = {}, []
+def results(
+    root: Path, split: str, numbers: dict[tuple[str, str], float], height: float = 2.0, **changes: object
+) -> None:
+    """Results of one method whose error in metres is given for every (pair, clip)."""
+    infos, entries = [], []
     for (pair, clip), metres in numbers.items():
         source, target = pair.split(">")
         info = CaseInfo(f"data/{pair}/{clip}", "retarget", split, source, target, clip, "", 10)
-        infos[info.id] = info
+        infos.append(info)
         values = {
             "metres": metres,
             "mpjpe_h.world": 100 * metres / height,
@@ -65,9 +67,15 @@ def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2
             "elsewhere": 1.0,
         }
         entries.append(CaseResult(info.id, "ok", values=values))
-    place = ResultPaths(Path("runs"), "data", "retarget", split, "mine")
-    told = replace(header("mine", [], split), values=VALUES)
-    return Results(place, told, entries, infos)
+    place = ResultPaths(root, "data", "retarget", split, "mine")
+    told = replace(header("mine", entries, split), **{"values": VALUES, **changes})
+    store.write_results(place, told, entries, infos)
+
+
+def explained(root: Path) -> protocol_factors.Explanation:
+    """The last split of the results in a folder: intra, of self and intra."""
+    *_, matrix = result_matrix.result_matrices(store.find_results(root))
+    return protocol_factors.explain(matrix, matrix.rows[0])
 
 
 INTRA = {("a>b", "x"): 0.1, ("b>a", "x"): 0.3, ("a>b", "y"): 0.4}
@@ -77,8 +85,9 @@ def factor(found: protocol_factors.Explanation, first: str, second: str) -> prot
     return next(f for f in found.factors if (f.first, f.second) == (first, second))
 
 
-def test_factors_by_hand() -> None:
-    found = protocol_factors.explain(results("intra", INTRA))
+def test_factors_by_hand(tmp_path: Path) -> None:
+    results(tmp_path, "intra", INTRA)
+    found = explained(tmp_path)
     assert found.readings[0].id == "mpjpe_h.world"
     assert "elsewhere" not in [reading.id for reading in found.readings]
     metres = next(reading for reading in found.readings if reading.id == "metres")
@@ -93,53 +102,57 @@ def test_factors_by_hand() -> None:
     assert (square.low, square.high) == pytest.approx(tuple(np.quantile([0.1, 0.3, 0.4], [0.05, 0.95])))
     assert square.means == pytest.approx(((0.01 + 0.09) / 2 + 0.16) / 2 / 0.3)
     assert square.reasons == ("error: distance against squared distance",)
-    assert len(found.factors) == 10  # each pair of five protocols
+    assert len(found.factors) == 6  # each pair of four protocols; the fifth needs self pairs
 
 
-def test_self_pairs_move_the_mean_and_no_case() -> None:
-    selves = results("self", {("a>a", "x"): 0.0, ("b>b", "y"): 0.0})
-    found = protocol_factors.explain(results("intra", INTRA), selves)
+def test_self_pairs_move_the_mean_and_no_case(tmp_path: Path) -> None:
+    selves = {("a>a", "x"): 0.0, ("b>b", "y"): 0.0}
+    for split, numbers in (("intra", INTRA), ("self", selves)):
+        results(tmp_path / "both", split, numbers)
+    found = explained(tmp_path / "both")
     pooled = factor(found, "metres", "pooled")
     assert pooled.constant
     assert pooled.usual == pytest.approx(1.0)
     assert pooled.means == pytest.approx(((0.4 / 3) + 0.2) / 2 / 0.3)
     assert pooled.reasons == ("self pairs: apart against in intra",)
-    alone = protocol_factors.explain(selves)
+    results(tmp_path / "alone", "self", selves)
+    alone = explained(tmp_path / "alone")
     assert all(f.usual is None for f in alone.factors)
     assert "is 0 in every case" in protocol_factors.text(alone, alone.factors)
 
 
 @pytest.mark.parametrize("columns", [80, 120])
-def test_lines_are_as_wide_as_asked_for(columns) -> None:
-    found = protocol_factors.explain(results("intra", INTRA))
+def test_lines_are_as_wide_as_asked_for(columns, tmp_path: Path) -> None:
+    results(tmp_path, "intra", INTRA)
+    found = explained(tmp_path)
     lines = protocol_factors.text(found, found.factors, columns).splitlines()
     assert max(map(len, lines)) <= columns
 
 
-def test_between_all_and_unknown_protocols() -> None:
-    found = protocol_factors.explain(results("intra", INTRA))
+def test_between_all_and_unknown_protocols(tmp_path: Path) -> None:
+    results(tmp_path, "intra", INTRA)
+    found = explained(tmp_path)
     first = protocol_factors.chosen(found, (), every=False)
     assert {f.first for f in first} == {"mpjpe_h.world"}
-    assert len(first) == 4
-    assert len(protocol_factors.chosen(found, (), every=True)) == 10
+    assert len(first) == 3
+    assert len(protocol_factors.chosen(found, (), every=True)) == 6
     (one,) = protocol_factors.chosen(found, ("squared", "metres"), every=False)
     assert (one.first, one.second) == ("metres", "squared")
     with pytest.raises(BenchError, match=r"no protocol .mpjpe. here; it has mpjpe_h\.world, metres"):
         protocol_factors.chosen(found, ("mpjpe",), every=False)
 
 
-def test_one_protocol_alone_has_no_factor() -> None:
+def test_one_protocol_alone_has_no_factor(tmp_path: Path) -> None:
+    results(tmp_path, "intra", INTRA)
     with pytest.raises(BenchError, match="name another beside metres"):
-        protocol_factors.chosen(
-            protocol_factors.explain(results("intra", INTRA)), ("metres", "metres"), every=False
-        )
+        protocol_factors.chosen(explained(tmp_path), ("metres", "metres"), every=False)
 
 
-def test_results_without_protocols_say_what_to_do() -> None:
-    old = results("intra", INTRA)
+def test_results_without_protocols_say_what_to_do(tmp_path: Path) -> None:
     bare = {id_: replace(value, protocol={}) for id_, value in VALUES.items()}
+    results(tmp_path, "intra", INTRA, values=bare)
     with pytest.raises(BenchError, match="score them again"):
-        protocol_factors.explain(replace(old, header=replace(old.header, values=bare)))
+        explained(tmp_path)
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -170,8 +183,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_what_must_be_exact_is_exact_on_puppets(run: Path) -> None:
     """The squared coordinate is a third of the squared distance."""
-    (place,) = store.find_results(run)
-    found = protocol_factors.explain(store.read_results(place))
+    found = explained(run)
     third = factor(found, "san_code_noself", "sqdist_h2")
     assert third.constant
     assert third.usual == pytest.approx(3.0, rel=1e-7)
@@ -200,8 +212,7 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "no protocol 'mpjpe'" in out
 
 
-def test_seeds_are_told_apart() -> None:
-    found = results("intra", INTRA)
-    learned = replace(found.header.method, stochastic=True)
-    found.header = replace(found.header, method=learned, seeds=(3,))
-    assert protocol_factors.explain(found).method == "mine, seed 3"
+def test_seeds_are_told_apart(tmp_path: Path) -> None:
+    learned = replace(header("mine", [], "intra").method, stochastic=True)
+    results(tmp_path, "intra", INTRA, method=learned, seeds=(3,))
+    assert explained(tmp_path).method == "mine, seed 3"

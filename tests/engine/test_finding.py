@@ -1,5 +1,6 @@
 """The sentence on what a table shows: each part is computed, and left out where its facts are missing."""
 
+import numpy as np
 import pytest
 from stored import VALUES, changed, store
 
@@ -52,10 +53,26 @@ def test_another_best_by_another_value_and_a_learned_one_alone(tmp_path):
 
 
 def test_ties_are_counted(tmp_path):
-    for name in ("one", "two", "three"):
-        stored(tmp_path, name, 1.0)
+    random = np.random.default_rng(0)
+    for name, mean in (("one", 1.0), ("two", 1.001), ("three", 1.002), ("worse", 2.0)):
+        rows = [("a>b", f"c{n:02}", {WORLD: mean + 0.1 * random.normal()}) for n in range(20)]
+        changed(store(tmp_path, "cross", name, rows), values=RECALLS)
+    (made,) = requested.tables(records.find_results(tmp_path), Request())
+    marks = {row.label: row.cells[0].mark for row in made.groups[0].ranked}
+    assert sorted(marks.values()) == ["", "best", "tied", "tied"]
+    best = next(label for label, mark in marks.items() if mark == "best")
+    assert made.finding == f"Across structures (cross) {best} is best by world (2 others tied)."
+
+
+@pytest.mark.parametrize(("equals", "who"), [(2, "a and b are"), (4, "4 methods are")])
+def test_equal_means_share_the_first_place(tmp_path, equals, who):
+    """Means that differ by no more than the tolerance of the value, 1e-6."""
+    for number, name in enumerate("abcd"[:equals]):
+        stored(tmp_path, name, 1.0 + 2e-7 * number)
     stored(tmp_path, "worse", 2.0)
-    assert said(tmp_path) == "Across structures (cross) one is best by world (2 others tied)."
+    assert said(tmp_path) == f"Across structures (cross) {who} best by world."
+    (made,) = requested.tables(records.find_results(tmp_path), Request())
+    assert [row.cells[0].mark for row in made.groups[0].ranked] == ["best"] * equals + [""]
 
 
 @pytest.mark.parametrize("share", [None, 0.1])

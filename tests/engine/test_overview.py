@@ -10,7 +10,8 @@ from stored import changed, store
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder, rendering, requested
 from retarget_bench.tables.model import Group, Table
@@ -39,7 +40,7 @@ def with_set(place, value, spread, real="real", floor=1.0):
     tenths = value + spread * np.random.default_rng(int(100 * value)).normal(size=10)
     ends = (value - spread, value + spread)
     values = [SetValue("fid", "two legs", 300, 30, value, *ends, floor, real, "net", without=tuple(tenths))]
-    files.write(place, [*values, SetValue("fid.structure", "s", 9, 3, reason="too few windows")])
+    set_metrics.write(place, [*values, SetValue("fid.structure", "s", 9, 3, reason="too few windows")])
     told = {"fid": FID, "fid.structure": FID}
     return changed(place, set_values=told, metrics={"fid_structure": "1+aa"}, date="2026-01-01")
 
@@ -218,7 +219,7 @@ def test_structures_without_values_of_sets_share_one_note(tmp_path):
             SetValue("fid.structure", each, 9, 3, reason=f"fid.structure needs more on {each}")
             for each in ("s", "t")
         ]
-        files.write(place, lacking)
+        set_metrics.write(place, lacking)
         changed(
             place, set_values={"fid.structure": FID}, metrics={"fid_structure": "1+aa"}, date="2026-01-01"
         )

@@ -11,8 +11,11 @@ from click.testing import CliRunner
 from stored import VALUES, changed, store
 
 from retarget_bench.analysis import pairwise, selection, statistics
+from retarget_bench.api import TWO_LEGS
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
 from retarget_bench.tables import comparing
@@ -95,7 +98,8 @@ def test_ratios_are_compared_by_their_factor_from_the_goal(tmp_path):
         (np.full(40, 1.0), "none", "higher"),
         (np.full(40, -1.0), "none", "lower"),
         (np.full(40, 1e-9), "lower", "same"),
-        (np.tile([1.0, 1.0, -1.0, -1.0], 10), "lower", "open"),
+        (np.tile([1.0, 1.0, -1.0, -1.0], 10), "lower", "equal"),
+        (np.repeat([1.0, -1.0], [22, 18]), "lower", "open"),
     ],
 )
 def test_verdicts(tmp_path, apart, better, verdict):
@@ -283,11 +287,59 @@ def test_values_left_out_are_named_with_the_reason(tmp_path):
     assert [each.value for each in found.differences] == ["mpjpe_h.world"]
     (note,) = [note for note in found.notes if note.startswith("not compared: ")]
     assert "ratio (two: needs rotations)" in note
-    assert "FID (all answers as one set" in note
+    assert "FID (computed of all answers to bodies of one group" in note
     (usual,) = comparing.compare(matrices, "one", "two")
     assert [note for note in usual.notes if "FID" in note]
-    with pytest.raises(BenchError, match=r"FID \(fid\) is a value of all answers as one set"):
+    with pytest.raises(BenchError, match="no case in common"):
         comparing.compare(matrices, "one", "two", ["FID"])
+
+
+def of_sets(root, tenths, **changes):
+    """A matrix of people with values of sets; tenths: method -> ``(10,)`` values without a tenth each."""
+    fid = VALUES["mpjpe_h.world"] | {"label": "FID", "tolerance": 1e-2, "metric": "fid"}
+    for name, without in tenths.items():
+        place = store(root, "intra", name, numbers({"mpjpe_h.world": np.full(2 * CLIPS, 1.0)}))
+        value = SetValue("fid", TWO_LEGS, 90, CLIPS, float(without.mean()), real="r", network="n")
+        one_body = replace(value, value_id="kid", structure="body22", without=tuple(without))
+        set_metrics.write(
+            place, [replace(value, **({"without": tuple(without)} | changes.get(name, {}))), one_body]
+        )
+        changed(place, set_values={"fid": fid, "kid": fid | {"label": "KID"}})
+    (found,) = result_matrix.result_matrices(records.find_results(root))
+    return replace(found, bodies="people")
+
+
+def test_values_of_sets_are_compared_by_the_paired_jackknife(tmp_path):
+    """Both move alike without a tenth, so that a difference far below their spread is one."""
+    random = np.random.default_rng(6)
+    shared, own = random.normal(size=10), 0.01 * random.normal(size=(3, 10))
+    matrix = of_sets(
+        tmp_path, {"one": 5 + shared, "two": 5.1 + shared + own[1], "three": 7.0 + shared + own[2]}
+    )
+    (found,) = comparing.compare([matrix], "one", "two", ["fid"])
+    (fid,) = found.differences
+    apart = 0.1 + own[1]
+    error = 3 * np.std(apart)  # the jackknife's: sqrt(9/10 of the sum of squares)
+    assert fid.difference == pytest.approx(-apart.mean(), rel=1e-6)
+    assert fid.interval.low < fid.difference < fid.interval.high
+    assert fid.interval.high - fid.interval.low == pytest.approx(2 * 2.26 * error, rel=0.3)
+    assert (fid.verdict, fid.cases, fid.clips) == ("first", 90, CLIPS)
+    ranking = comparing.table_rankings(matrix)["fid"]
+    assert fid.adjusted == ranking.p["two"]
+    (found,) = comparing.compare([matrix], "two", "three", ["fid", "kid"])
+    fid, kid = found.differences
+    assert (fid.facts.label, kid.facts.label) == ("FID", "KID, body22")
+    assert fid.adjusted == kid.adjusted == statistics.step_down(fid.apart[None])[0]
+    assert "by the paired jackknife" in " ".join(pairwise_text.text([found]).split())
+
+
+@pytest.mark.parametrize("other", [{"real": "x"}, {"network": "x"}, {"without": ()}])
+def test_values_of_other_sets_are_not_compared(tmp_path, other):
+    tenths = {name: np.arange(10.0) for name in ("one", "two")}
+    matrix = of_sets(tmp_path, tenths, two=other)
+    (found,) = comparing.compare([matrix], "one", "two", ["mpjpe_h.world", "fid"])
+    assert [each.value for each in found.differences] == ["mpjpe_h.world"]
+    assert "not compared: FID (needs an interval of both, over the same windows)" in found.notes
 
 
 def test_different_data_are_never_compared(runs):

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.analysis.selection import Selection
-from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, parsed
 from retarget_bench.results.result_matrix import result_matrices
@@ -64,7 +65,7 @@ def store(
     if header["four_legged"] is None:
         del header["four_legged"]
     records.write_results(place, parsed(header), [], [])
-    files.write(place, values)
+    set_metrics.write(place, values)
 
 
 def rows(root: Path) -> dict[str, OurRow]:

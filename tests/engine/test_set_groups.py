@@ -10,7 +10,7 @@ from stored import changed, store
 from retarget_bench.analysis import summary
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.evaluation import set_metrics
-from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.tables import builder, rendering
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
@@ -24,7 +24,7 @@ WHOLE = SetValue("fid.structure", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "re
 
 def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=True):
     place = store(root, "cross", name, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    files.write(place, values)
+    set_metrics.write(place, values)
     told = {"set_values": {"fid.structure": FID}} if declared else {}
     return changed(place, metrics={"fid_structure": metrics} if declared else {}, date=date, **told)
 

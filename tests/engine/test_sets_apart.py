@@ -13,7 +13,7 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.predict import context_for
-from retarget_bench.evaluation.set_metrics import draw, files
+from retarget_bench.evaluation.set_metrics import draw, files, values
 from retarget_bench.evaluation.set_metrics.files import NO_REFERENCE, collect
 from retarget_bench.metrics.fid_structure.frechet import frechet
 from retarget_bench.plugins import bound, registry
@@ -191,7 +191,7 @@ def test_kinds_stand_apart_and_structures_without_real_motion_say_so(finished):
 def test_files_name_the_kind_and_headers_the_legs(finished):
     place = finished[0]
     head = place.sets.read_text().splitlines()[0]
-    assert head == ",".join(files.FIELDS)
+    assert head == ",".join(values.FIELDS)
     assert store.read_header(place.header).four_legged == ()
     kept = files.stored_features(files.features_path(place), "toy_sets")
     assert not [case for case, found in kept.items() if len(found.real)]

@@ -69,7 +69,7 @@ def make_table(label: str = "ours", words: str = "words") -> Table:
             "47",
         ),
     )
-    common = (Ranking((), frozenset(), 47, 43, {}, {}), Ranking((), frozenset(), 46, 42, {}, {}), None)
+    common = (Ranking((), {}, 47, 43), Ranking((), {}, 46, 42), None)
     cross = Group("cross: 47 cases", "cross", COLUMNS, ranked, unranked, common, below=(words,))
     return Table(
         title=f"data {words}",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from tests.engine import stored
 from tests.report.odd_runs import report
 
@@ -43,7 +44,7 @@ def runs(tmp_path_factory):
             SetValue("fid.structure", each, 300, 30, 12.5 * error, 10.0, 50.0, 8.25, "real", "net")
             for each in STRUCTURES.values()
         ]
-        files.write(place, values)
+        set_metrics.write(place, values)
         stored.changed(
             place,
             metrics={"fid_structure": "1+aa"},
@@ -122,7 +123,7 @@ def test_cases_that_means_leave_out_are_told_and_common_ones_are_listed(tmp_path
 def test_a_page_of_sets_alone_lists_the_cases(tmp_path, open_page):
     declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
     place = stored.store(tmp_path / "runs", "cross", "near", [("a>b", f"c{k}", {}) for k in range(3)])
-    files.write(
+    set_metrics.write(
         place, [SetValue("fid.structure", "two_legs", 300, 30, 12.5, 10.0, 50.0, 8.25, "real", "net")]
     )
     stored.changed(

@@ -55,7 +55,7 @@ def test_every_level_has_the_number_of_the_table(tmp_path, task, methods):
     )
     run_here(plan)
     name = Spec.parse(task).name
-    table = csv.DictReader(io.StringIO(bench("table", tmp_path, "--task", name, "-f", "csv")))
+    table = csv.DictReader(io.StringIO(bench("table", "-r", tmp_path, "--task", name, "-f", "csv")))
     rows = [row for row in table if row.get("value") in (None, "restored_cm")]
     wanted = {(method, row["level"]): float(row[method]) for row in rows for method in methods}
     assert marks(tmp_path, name) == pytest.approx(wanted, abs=0.006)

@@ -30,7 +30,6 @@ def task(name: str, **parameters: str | int) -> Spec:
     return canonical(Spec(name, parameters))
 
 
-
 @pytest.fixture(autouse=True)
 def _toys():
     registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
@@ -139,9 +138,7 @@ def test_uniform_numbers_are_those_of_the_raw_bits():
 
 
 def test_levels_that_are_written_alike_are_one():
-    assert str(task("denoise", levels="1.00000001,1")) == str(
-        task("denoise", levels="1")
-    )
+    assert str(task("denoise", levels="1.00000001,1")) == str(task("denoise", levels="1"))
     assert str(task("joint-completion", levels="0.5,0.50000001")) == str(
         task("joint-completion", levels="0.5")
     )
@@ -200,10 +197,7 @@ def test_usual_parameters_are_left_out_and_others_written_one_way():
     assert str(task("denoise", levels="0, 1.0,2,3,4,5,6,8,10")) == "denoise"
     written = task("joint-completion", levels="0.50,major, 0.5", motions=3)
     assert written == task("joint-completion", levels="0.5,major", motions=3)
-    assert (
-        task("joint-completion", levels="0.5").slug
-        != task("joint-completion", levels="0.6").slug
-    )
+    assert task("joint-completion", levels="0.5").slug != task("joint-completion", levels="0.6").slug
 
 
 def test_the_content_tells_tasks_and_levels_apart():

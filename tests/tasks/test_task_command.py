@@ -51,7 +51,9 @@ def results(tmp_path_factory) -> Path:
     root = tmp_path_factory.mktemp("tasks")
     with without_processes():
         carried_out(root, "denoise[levels='0,2,5']", "identity", "gaussian_filter", "copy_rotations")
-        carried_out(root, "joint-completion[levels='0.5,1,major']", "linear_joints", "nearest_pose", "identity")
+        carried_out(
+            root, "joint-completion[levels='0.5,1,major']", "linear_joints", "nearest_pose", "identity"
+        )
         carried_out(root, "reconstruct", "identity", "copy_rotations", "pan")
     return root
 

@@ -6,6 +6,6 @@ structure to ``<method>.sets.csv`` beside the rows. The features go to ``<method
 every number can be computed again. They are as disposable as predictions; the rows are what is kept.
 """
 
-from retarget_bench.evaluation.set_metrics.files import SetValue, read
+from retarget_bench.evaluation.set_metrics.values import SetValue, read, write
 
-__all__ = ["SetValue", "read"]
+__all__ = ["SetValue", "read", "write"]

@@ -16,7 +16,8 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.score import Before, as_number, asked, compared, nothing, seconds
 from retarget_bench.evaluation.set_metrics import files
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
-from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays, SetValue
+from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays
+from retarget_bench.evaluation.set_metrics.values import SetValue
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths

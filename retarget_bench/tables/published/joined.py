@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from retarget_bench.analysis.selection import Selection
+from retarget_bench.analysis.selection import Selection, wanted_group
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
@@ -13,7 +13,7 @@ from retarget_bench.tables.model import Column as Heading
 from retarget_bench.tables.published.our_sets import of_sets
 from retarget_bench.tables.published.ours import OurRow, OurRows, of_cases
 from retarget_bench.tables.published.printed import COUNTED, STRUCTURE, Column, Number, PublishedTable
-from retarget_bench.tables.requested import others, wanted_group
+from retarget_bench.tables.requested import others
 
 PRINTED = "printed"
 NOT_PRINTED = "not printed in the paper"

@@ -23,6 +23,10 @@ LEGEND = (
     "won: clips on which {first} and {second} are better. About N clips: with so many, this difference "
     f"would be significant in {100 * POWER:g} % of samples, were it the true one.",
 )
+OF_SETS = (
+    "FID and other values of all answers as one set: cases are windows, and tests and won are over tenths "
+    "of the clips, by the paired jackknife; p as above, or adjusted for such values alone."
+)
 CASES = HEADS.index("cases") - 1
 """The place of the number of cases among numbers."""
 BESIDE_MEANS = 58
@@ -74,8 +78,9 @@ def _lines(found: PairwiseComparison, columns: int) -> list[str]:
 
 
 def _cases(found: PairwiseComparison) -> str:
-    """The number of cases, or the range of these."""
-    least, *_, most = sorted([one.cases for one in found.differences] * 2)
+    """The number of cases, or the range of these; of windows where all values are of sets."""
+    of_cases = [one.cases for one in found.differences if not one.structure]
+    least, *_, most = sorted((of_cases or [one.cases for one in found.differences]) * 2)
     return count(most, "case") if least == most else f"{least} to {count(most, 'case')}"
 
 
@@ -95,14 +100,17 @@ def comma_separated(found: Sequence[PairwiseComparison]) -> str:
     """A line per split and value; full precision; empty where there is no interval."""
     names = ("first_mean", "second_mean", "difference", "low", "high", "p", "p_adjusted")
     counts = ("cases", "clips", "first_won", "second_won", "verdict", "clips_needed")
-    lines: list[list[object]] = [["dataset", "split", "first", "second", "value", *names, *counts]]
+    lines: list[list[object]] = [
+        ["dataset", "split", "first", "second", "value", "structure", *names, *counts]
+    ]
     for each in found:
         for one in each.differences:
             ends = (one.interval.low, one.interval.high) if one.interval else (None, None)
             numbers = (one.first, one.second, one.difference, *ends, one.p, one.adjusted)
             shown = ["" if number is None else f"{number:.9g}" for number in numbers]
             words = [one.cases, one.clips, *one.won, verdict(each, one), one.clips_needed]
-            lines.append([each.dataset, each.split, each.first, each.second, one.value, *shown, *words])
+            about = [each.dataset, each.split, each.first, each.second, one.value, one.structure]
+            lines.append([*about, *shown, *words])
     return spreadsheet(lines)
 
 
@@ -114,6 +122,7 @@ def verdict(found: PairwiseComparison, one: Difference) -> str:
         "higher": f"{found.first} higher",
         "lower": f"{found.first} lower",
         "same": "the same",
+        "equal": "equal means",
         "few": "too few clips",
         "open": "not significant",
         "withheld": "no verdict",
@@ -169,6 +178,7 @@ def _legend(found: Sequence[PairwiseComparison]) -> list[str]:
     names = {(each.first, each.second) for each in found}
     first, second = names.pop() if len(names) == 1 else ("the first", "the second")
     lines = [line.replace("{first}", first).replace("{second}", second) for line in LEGEND]
+    lines += [OF_SETS] if any(one.structure for each in found for one in each.differences) else []
     few = min((one.clips for each in found for one in each.differences if one.limited), default=0)
     return [*lines, SUCH_LEGEND.format(clips=few, share=100 * unseen(few))] if few else lines
 

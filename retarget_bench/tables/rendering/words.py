@@ -29,14 +29,14 @@ MEANS = (
 )
 SPEEDS = "Speeds are measured once for a method, on a few cases of one split, and are not ranked."
 ARROWS = "↓ less is better, ↑ more is better, →1 best at 1 (ranked by the mean of |log|)."
-BEST = "best of the ranked methods"
+BEST = "best of the ranked methods, or equal to it within the tolerance of the value"
 TIED = (
     f"tied: no significant difference from the best (paired sign flips over clips at {100 * ALPHA:g} %, "
-    "adjusted for all pairs of methods), or one below the tolerance of the value"
+    "adjusted for all pairs of methods)"
 )
 BRIEF_MARKS = (
-    f"{MARKS['best']} best, {MARKS['tied']} no significant difference from it ({100 * ALPHA:g} %, over "
-    "clips), no mark: significantly worse."
+    f"{MARKS['best']} best, or equal to it; {MARKS['tied']} no significant difference ({100 * ALPHA:g} %, "
+    "over clips); no mark: significantly worse."
 )
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "

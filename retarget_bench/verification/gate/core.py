@@ -16,8 +16,8 @@ import numpy as np
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.pairwise import Difference
 from retarget_bench.api import INTRA, SELF, TWO_LEGS, Case, CaseInfo, Direction
+from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.motion import bvh, ground, transfer
 from retarget_bench.motion.bvh import recording
 from retarget_bench.motion.character import Character
@@ -297,7 +297,7 @@ def _stored(root: Path, method: str, split: str, listed: Sequence[Mapping[str, s
         facts = (distance, distance - 3 * spread, distance + 3 * spread, FLOOR)
         without = tuple((distance + spread * np.cos(np.arange(10))).tolist())
         value = SetValue(DISTANCE, TWO_LEGS, 100, 20, *facts, "real", "network", without=without)
-        set_files.write(paths, [value])
+        set_metrics.write(paths, [value])
     store.write_results(paths, header, entries, infos)
     return paths
 
