@@ -255,8 +255,8 @@ def _sets(matrix: ResultMatrix, row: MethodRow) -> list[set_metrics.SetValue]:
     """
     stored = set_metrics.read(row.paths) if row.paths.complete else []
     found = [each for each in stored if each.value_id in row.header.set_values]
-    structures = case_metadata.read_structures(row.paths) if matrix.bodies and found else None
-    if structures is None:
+    structures = case_metadata.read(row.paths).structures if matrix.bodies and found else {}
+    if not structures:
         return found
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()

@@ -133,7 +133,7 @@ class _Part:
         infos = sorted(own, key=lambda info: (info.clip, info.split, info.id))
         known: dict[str, str] = {}
         for row in rows:
-            known |= case_metadata.read_structures(row.paths) or {}
+            known |= case_metadata.read(row.paths).structures
         return cls(
             table=table,
             matrices=matrices,
