@@ -138,7 +138,6 @@ class ResultHeader:
     """The header of the results of one method on one split.
 
     set_values:     value id -> declaration, of values of whole sets.
-    networks:       set metric -> target structure -> hash of what makes its features.
     four_legged:    four-legged structures among the characters, where cases have no references.
     keys:           ``prediction_key`` and ``score_key``: what results are recognised by.
     metrics:        metric -> ``version+code``.
@@ -150,7 +149,6 @@ class ResultHeader:
     """
 
     set_values: Mapping[str, DeclaredValue] = field(default_factory=dict)
-    networks: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     four_legged: tuple[str, ...] | None = None
     schema: int = SCHEMA
     keys: Mapping[str, str]
@@ -164,8 +162,6 @@ class ResultHeader:
     problems: tuple[Problem, ...]
     faults: tuple[MetricFault, ...] = ()
     seeds: tuple[int, ...] = ()
-    device: str = ""
-    threads: int = 1
     versions: Mapping[str, str] = field(default_factory=dict)
     revision: str = ""
     date: str = ""

@@ -191,27 +191,19 @@ def _matrix(found: Sequence[Results], name: str, selves: Sequence[Results]) -> R
     pooled = {key for key, value in values.items() if value.with_self}
     split = found[0].paths.split
     extra = selves if pooled and split == INTRA else ()
-    lists = {id(each.infos): each.infos for each in found}  # mostly one
-    once = {info.id: info for each in lists.values() for info in each}
-    mine = len(once)
-    lists |= {id(each.infos): each.infos for each in extra}
-    once |= {i.id: i for each in extra for i in each.infos if i.id not in once}
-    ids, infos = list(once), list(once.values())
-    names = [info.clip for info in infos]
-    order = sorted(sorted(range(len(ids)), key=ids.__getitem__), key=names.__getitem__)
-    place = np.empty(len(ids), dtype=np.int64)
-    place[order] = np.arange(len(ids))
-    number = {case: n for n, case in enumerate(ids)} if len(lists) > 1 else {}
-    places = {
-        key: place[[number[info.id] for info in each]] if number else place for key, each in lists.items()
-    }
+    lists = {id(each.infos): each.infos for each in (*extra, *found)}  # mostly one
+    infos = {info.id: info for each in lists.values() for info in each}
+    own = {info.id for each in found for info in each.infos}
+    cases = tuple(sorted(infos.values(), key=lambda info: (info.clip, info.id)))
+    position = {info.id: at for at, info in enumerate(cases)}
+    places = {key: np.array([position[info.id] for info in each], int) for key, each in lists.items()}
     own_self = {replace(each.paths, split=split): each for each in extra}
-    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(order))) for each in found]
+    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(cases))) for each in found]
     return ResultMatrix(
         dataset=name,
         split=split,
-        cases=tuple(map(infos.__getitem__, order)),
-        own=np.array(order, dtype=np.int64) < mine,
+        cases=cases,
+        own=np.array([info.id in own for info in cases], dtype=bool),
         rows=_rows(runs),
         values=values,
         meaning=_newest(found).dataset.splits.get(split, ""),

@@ -21,8 +21,6 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-import numpy as np
-
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.files import check_ordinary, digest, read_json, write_csv, write_text
@@ -34,7 +32,7 @@ from retarget_bench.results.paths import CaseResult as CaseResult
 from retarget_bench.results.paths import ResultPaths as ResultPaths
 from retarget_bench.results.paths import Values as Values
 from retarget_bench.results.paths import case_file as case_file
-from retarget_bench.results.rows import Key, Numbers, derived
+from retarget_bench.results.rows import Numbers, derived
 from retarget_bench.results.rows import read_csv as read_csv
 from retarget_bench.results.rows import read_npz as read_npz
 from retarget_bench.results.rows import write_npz as write_npz
@@ -247,7 +245,8 @@ def read_arrays(paths: ResultPaths) -> Results:
 
 
 def _read(paths: ResultPaths, header: ResultHeader, *, arrays: bool) -> Results:
-    complete, numbers = paths.complete, dict[Key, np.ndarray]()
+    complete = paths.complete
+    numbers: Numbers = {}
     if complete:
         verify(paths, header, LARGE, CASES, *([ARRAYS] if arrays else [ROWS, SETS]))
     infos = read_cases(paths.cases, paths.task, paths.split)

@@ -162,9 +162,9 @@ def changed(facts: dict[str, Any], place: str, value: object) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("place", "value", "sentence"),
     [
-        ("threads", "4", "threads: Input should be a valid integer"),
-        ("threads", True, "threads: Input should be a valid integer"),
-        ("threads", 1.5, "threads: Input should be a valid integer"),
+        ("counts/asked", "4", "counts.asked: Input should be a valid integer"),
+        ("counts/asked", True, "counts.asked: Input should be a valid integer"),
+        ("counts/asked", 1.5, "counts.asked: Input should be a valid integer"),
         ("keys", None, "keys: Input should be a"),
         ("keys", ["a"], "keys: Input should be a"),
         ("seeds", ["a"], "seeds.0: Input should be a valid integer"),
