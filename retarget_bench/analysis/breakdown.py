@@ -139,7 +139,7 @@ def _joint_means(
     """Group -> (value id, "") -> ``(cases,)``: the mean over the joints of the group."""
     position = {info.id: number for number, info in enumerate(matrix.cases)}
     found: dict[str, dict[Key, np.ndarray]] = {}
-    stored = store.read_arrays(place)
+    stored = store.read_results(place, arrays=True)
     here = [number for number, info in enumerate(stored.infos) if info.id in position]  # of these bodies
     place_of = [position[stored.infos[number].id] for number in here]
     for value in sorted(values):

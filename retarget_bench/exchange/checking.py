@@ -131,8 +131,6 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
     if (place.dataset, header.dataset.label) != (dataset.slug, data.label):
         called = f"{header.dataset.label} in {place.dataset}/"
         yield f"the data set is called {called}; it is {data.label} in {dataset.slug}/"
-    if newer := sorted(_newer_versions(header)):
-        yield f"scored by newer versions of {', '.join(newer)} than are installed; upgrade retarget-bench"
     if header.method.control:
         yield "a control is no submission"
     there = [place.file(end) for end in store.ENDS if end not in header.files and place.file(end).exists()]
@@ -146,7 +144,7 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
     results = store.read_results(place, header)
     if header.counted(set(results.cases)).counts != header.counts:
         yield "the counts of its header are not those of its cases"
-    yield from _wrong_values(header, place.task)
+    yield from _wrong_metrics(header, place.task)
     yield from _wrong_numbers(results)
     if (predictions := place.folder / place.method).is_dir():
         yield from _scored_again(results, data, predictions)
@@ -177,22 +175,18 @@ def _other_versions(header: ResultHeader) -> set[str]:
     return {name for name, ours in _installed(header).versions.items() if header.metrics[name] != ours}
 
 
-def _newer_versions(header: ResultHeader) -> set[str]:
-    """The metrics of a result that are installed here in an earlier version."""
-    said = metric_versions(header)
-    here = {metric.card.name: str(metric.card.version) for metric in _installed(header).built}
-    return {name for name, ours in here.items() if (len(said[name]), said[name]) > (len(ours), ours)}
-
-
-def _wrong_values(header: ResultHeader, task: str) -> Iterator[str]:
-    """Metrics that take part in every run, and values of one, that a header lacks or declares otherwise."""
-    others = _other_versions(header)
+def _wrong_metrics(header: ResultHeader, task: str) -> Iterator[str]:
+    """Metrics of every run that a header lacks or has newer, values that it lacks or declares otherwise."""
+    others, versions = _other_versions(header), metric_versions(header)
     for name, metric in registry.working("metrics")[0].items():
         if name not in header.metrics:
             usual = registry.find("metrics", name).origin == registry.BUILT_IN
             if usual and task in optional.metric_tasks(metric):
                 yield f"there are no values of {name}; score all metrics"
             continue
+        there, here = versions[name], str(metric.card.version)
+        if (len(there), there) > (len(here), here):
+            yield f"scored by a newer version of {name} than is installed; upgrade retarget-bench"
         for value in metric.card.computed:
             said, ours = header.declared.get(value.id), DeclaredValue.of(value, name)
             if said is None and name not in others:
@@ -208,7 +202,7 @@ def _wrong_numbers(results: Results) -> Iterator[str]:
     metrics = registry.working("metrics")[0].values()
     known = {value.id: value for metric in metrics for value in metric.card.computed}
     rated = np.zeros(len(results.infos), dtype=bool)
-    per_joint = store.read_arrays(results.paths).numbers
+    per_joint = store.read_results(results.paths, arrays=True).numbers
     for (name, point), column in {**results.numbers, **per_joint}.items():
         rated |= ~np.isnan(column)
         if name not in header.values:

@@ -229,22 +229,15 @@ def read_header(path: Path) -> ResultHeader:
         raise FileError(path, f"is not a result header ({error})") from error
 
 
-def read_results(paths: ResultPaths, header: ResultHeader | None = None) -> Results:
-    """Everything but the values per joint and frame of one method on one split, complete or not.
+def read_results(
+    paths: ResultPaths, header: ResultHeader | None = None, *, arrays: bool = False
+) -> Results:
+    """The results of one method on one split, complete or not.
 
-    header: where it was read already. Raises FileError when a file is missing, damaged or of another
-    version.
+    header: where it was read already. arrays: with the values per joint and frame, in place of all others.
+    Raises FileError when a file is missing, damaged or of another version.
     """
     header = read_header(paths.any_header) if header is None else header
-    return _read(paths, header, arrays=False)
-
-
-def read_arrays(paths: ResultPaths) -> Results:
-    """The same with the values per joint or frame alone: an index is the name of a joint, or a frame."""
-    return _read(paths, read_header(paths.any_header), arrays=True)
-
-
-def _read(paths: ResultPaths, header: ResultHeader, *, arrays: bool) -> Results:
     complete = paths.complete
     numbers: Numbers = {}
     if complete:

@@ -82,7 +82,8 @@ def test_a_method_that_does_not_answer_a_pair_is_counted_so(results):
 
 def arrays(root: Path) -> tuple[np.ndarray, np.ndarray]:
     place = next(p for p in store.find_results(root) if "shaken" in str(store.read_header(p.header)))
-    columns = {joint: column for (value, joint), column in store.read_arrays(place).numbers.items()}
+    numbers = store.read_results(place, arrays=True).numbers
+    columns = {joint: column for (_, joint), column in numbers.items()}
     found = [(joint, number) for joint, column in columns.items() for number in column[~np.isnan(column)]]
     joints, numbers = zip(*found, strict=True)
     return np.array(joints), np.array(numbers)

@@ -132,7 +132,7 @@ def test_nor_are_results_and_predictions(tmp_path: Path, make: Callable, sentenc
     path.unlink(missing_ok=True)
     make(path)
     with pytest.raises(FileError, match=sentence):
-        store.read_arrays(place) if end == "npz" else split_summaries([place])
+        store.read_results(place, arrays=True) if end == "npz" else split_summaries([place])
     for name in ("a.npz", "a.bvh"):
         make(tmp_path / name)
         with pytest.raises(FileError, match=sentence):

@@ -104,7 +104,9 @@ def test_a_run_writes_either_form_and_leaves_nothing_of_the_other(tmp_path, monk
         monkeypatch.setattr(rows, "MANY", many)
         (place,) = runner.run(asked(tmp_path, "toy_method", redo="always"), lambda *_: None)
         assert place.large.exists() == (not many) != place.rows.exists() == place.arrays.exists()
-        arrays = {key: column.tolist() for key, column in store.read_arrays(place).numbers.items()}
+        arrays = {
+            key: column.tolist() for key, column in store.read_results(place, arrays=True).numbers.items()
+        }
         assert {value for value, _ in arrays} >= {"mpjpe_h.joint"}
         found.append((store.read_results(place).entries, arrays))
     assert found[0] == found[1] == found[2]

@@ -228,7 +228,7 @@ HOSTILE = [
         (own_table, "is called toy_cases, corrected in toy_cases/"),
         (own_folder, "is called toy_cases in corrected/"),
     ),
-    (newest_of_all, "newer versions of position than are installed"),
+    (newest_of_all, "a newer version of position than is installed"),
     *((direction, "declares another better"), (other_split, "the rows are of retarget self")),
     *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "cases.csv is not what")),
     *((metric_gone, "no values of ground"), (no_sets, "are left out")),
