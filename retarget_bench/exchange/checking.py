@@ -219,10 +219,10 @@ def _wrong_numbers(results: Results) -> Iterator[str]:
         if not has and info.id not in header.unanswered:
             yield f"{info.id} has no numbers, though the header says that it was answered"
     sets = set_files.read(results.paths) if header.set_values else []
-    own = {value.id for each in metrics if isinstance(each, OwnSets) for value in each.card.computed}
-    wanted = (header.set_values.keys() & known.keys()) - own if rated.any() else set[str]()
-    for name in sorted(wanted - {each.value_id for each in sets}):
-        yield f"values of {name} are left out"
+    for name in sorted(header.set_values.keys() - {each.value_id for each in sets}):
+        metric = registry.working("metrics")[0].get(header.set_values[name].metric)
+        if rated.any() and metric is not None and not isinstance(metric, OwnSets):
+            yield f"values of {name} are left out"
     for each in sets:
         shown = [number for number in (each.value, each.floor) if number is not None]
         if each.value_id in known and not all(_possible(known[each.value_id], n) for n in shown):

@@ -16,7 +16,7 @@ from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results import store
+from retarget_bench.results import rows, store
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.store import CaseResult, ResultPaths, Results
 from tests.in_process import without_processes
@@ -51,11 +51,11 @@ VALUES = {
 
 def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2.0) -> Results:
     """One method whose error in metres is given for every (pair, clip)."""
-    infos, entries = {}, []
+    infos, entries = [], []
     for (pair, clip), metres in numbers.items():
         source, target = pair.split(">")
         info = CaseInfo(f"data/{pair}/{clip}", "retarget", split, source, target, clip, "", 10)
-        infos[info.id] = info
+        infos.append(info)
         values = {
             "metres": metres,
             "mpjpe_h.world": 100 * metres / height,
@@ -67,7 +67,8 @@ def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2
         entries.append(CaseResult(info.id, "ok", values=values))
     place = ResultPaths(Path("runs"), "data", "retarget", split, "mine")
     told = replace(header("mine", [], split), values=VALUES)
-    return Results(place, told, entries, infos)
+    numbers_of = rows.columns_of(entries, [info.id for info in infos])
+    return Results(place, told, tuple(infos), numbers_of)
 
 
 INTRA = {("a>b", "x"): 0.1, ("b>a", "x"): 0.3, ("a>b", "y"): 0.4}
@@ -203,5 +204,5 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_seeds_are_told_apart() -> None:
     found = results("intra", INTRA)
     learned = replace(found.header.method, stochastic=True)
-    found.header = replace(found.header, method=learned, seeds=(3,))
-    assert protocol_factors.explain(found).method == "mine, seed 3"
+    header = replace(found.header, method=learned, seeds=(3,))
+    assert protocol_factors.explain(replace(found, header=header)).method == "mine, seed 3"
