@@ -67,8 +67,8 @@ def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2
         entries.append(CaseResult(info.id, "ok", values=values))
     place = ResultPaths(Path("runs"), "data", "retarget", split, "mine")
     told = replace(header("mine", [], split), values=VALUES)
-    numbers_of = rows.columns_of(entries, [info.id for info in infos])
-    return Results(place, told, tuple(infos), numbers_of)
+    columns = rows.columns_of(entries, [info.id for info in infos])
+    return Results(place, told, tuple(infos), columns)
 
 
 INTRA = {("a>b", "x"): 0.1, ("b>a", "x"): 0.3, ("a>b", "y"): 0.4}
