@@ -8,6 +8,10 @@ from __future__ import annotations
 import traceback
 import unicodedata
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 
 def visible(text: str, *, lines: bool = True) -> str:
@@ -78,3 +82,8 @@ def one_line(error: BaseException) -> str:
     except Exception:  # of a class of its own
         text = "no message that can be read"
     return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"
+
+
+def mistakes(error: ValidationError) -> str:
+    """Everything that pydantic found wrong with a file, each mistake with its field."""
+    return "; ".join(f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors())

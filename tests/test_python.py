@@ -153,7 +153,7 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
     place = stored.store(tmp_path, "cross", "m", [*cases, ("ann>rex", "c3", {"mpjpe_h.world": 5.0})])
     rows = rb.load_results(tmp_path).rows
     assert set(rows.bodies) == {""}  # they do not say
-    (place.folder / "cases.bodies.csv").write_text("character,legs\nann,2\nbo,2\nrex,4\n")
+    stored.metadata(place, legs={"ann": "2", "bo": "2", "rex": "4"})
     results = rb.load_results(tmp_path)
     found = results.rows.groupby("bodies").value.mean()
     assert found.to_dict() == {"people": 1.0, "four-legged": 9.0, "mixed": 5.0}

@@ -9,12 +9,12 @@ import numpy as np
 
 from retarget_bench.analysis.ranking import doubt
 from retarget_bench.api import CaseInfo
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.results import case_metadata, compatibility, store
-from retarget_bench.results.columns import Key
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
+from retarget_bench.results.rows import Key
 from retarget_bench.results.store import ResultPaths
 
 By = Literal["pair", "clip", "kind", "structure", "level", "joint", "part", "seen", "second", "threshold"]
@@ -52,8 +52,8 @@ def structures_of(matrix: ResultMatrix) -> dict[str, str]:
     """Case -> structure of its target, sorted by structure. Raises BenchError where results lack it."""
     found: dict[str, str] = {}
     for row in matrix.rows:
-        mine = case_metadata.read_structures(row.paths)
-        if mine is None:
+        mine = case_metadata.read(row.paths).structures
+        if not mine:
             raise BenchError(
                 f"{row.paths.folder} lacks the structures of the bodies; bench run --overwrite always "
                 "writes them"
@@ -68,7 +68,7 @@ def _levels(matrix: ResultMatrix) -> dict[str, str]:
     from retarget_bench.evaluation.tasks import definitions
 
     conditions = {
-        case: each for row in matrix.rows for case, each in case_metadata.read_conditions(row.paths).items()
+        case: each for row in matrix.rows for case, each in case_metadata.read(row.paths).conditions.items()
     }
     if not conditions:
         raise BenchError(
@@ -122,13 +122,13 @@ def _with_runs(
 
 
 def _part_of(row: MethodRow) -> NameOf:
-    parts = case_metadata.read_parts(row.paths)
-    if parts is None:
+    parts = case_metadata.read(row.paths).parts
+    if not parts:
         raise BenchError(
             f"{row.paths.folder} lacks the body parts of the joints; bench score, or bench run --overwrite "
             "always, writes them"
         )
-    return lambda target, joint: parts.get((target, joint), UNKNOWN)
+    return lambda target, joint: parts.get(target, {}).get(joint, UNKNOWN)
 
 
 def _joint_means(
@@ -137,27 +137,23 @@ def _joint_means(
     """Group -> (value id, "") -> ``(cases,)``: the mean over the joints of the group."""
     position = {info.id: number for number, info in enumerate(matrix.cases)}
     found: dict[str, dict[Key, np.ndarray]] = {}
-    arrays = store.read_arrays(place)
+    stored = store.read_results(place, arrays=True)
+    here = [number for number, info in enumerate(stored.infos) if info.id in position]  # of these bodies
+    place_of = [position[stored.infos[number].id] for number in here]
     for value in sorted(values):
-        if f"{value}:values" not in arrays:
+        joints = sorted(joint for key, joint in stored.numbers if key == value)
+        if not joints:
             continue
-        known = np.isin(arrays[f"{value}:cases"], list(position))
-        if not (known.all() or matrix.bodies):  # then others are of other bodies
-            stranger = arrays[f"{value}:cases"][~known][0]
-            raise FileError(place.arrays, f"names case {stranger!r}, which {place.cases} does not list")
-        numbers = arrays[f"{value}:values"][known]
-        cases, case = np.unique(arrays[f"{value}:cases"][known], return_inverse=True)
-        joints, joint = np.unique(arrays[f"{value}:index"][known], return_inverse=True)
-        at = np.array([position[name] for name in cases.tolist()], dtype=np.int64)[case]
-        pairs, pair = np.unique(at * len(joints) + joint, return_inverse=True)
-        names = [
-            name_of(matrix.cases[p // len(joints)].target, str(joints[p % len(joints)])) for p in pairs
-        ]
+        table = np.stack([stored.numbers[value, joint][here] for joint in joints], axis=1)
+        case, joint = np.nonzero(~np.isnan(table))
+        at = np.array(place_of, dtype=np.int64)[case]
+        pairs = zip(at.tolist(), joint.tolist(), strict=True)
+        names = [name_of(matrix.cases[c].target, joints[j]) for c, j in pairs]
         groups, group = np.unique(names, return_inverse=True)
         shape = len(groups), len(matrix.cases)
-        flat = group[pair] * len(matrix.cases) + at
+        flat = group * len(matrix.cases) + at
         counts = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
-        totals = np.bincount(flat, numbers, shape[0] * shape[1]).reshape(shape)
+        totals = np.bincount(flat, table[case, joint], shape[0] * shape[1]).reshape(shape)
         with np.errstate(invalid="ignore"):
             means = totals / counts
         for name, row in zip(groups.tolist(), means, strict=True):
@@ -220,7 +216,7 @@ def _seen_groups(matrix: ResultMatrix) -> np.ndarray:
     fallback: Any = next((each for each in manifests if each), None)
     names = []
     for row, manifest in zip(matrix.rows, manifests, strict=True):
-        unseen = None if manifest else case_metadata.read_unseen(row.paths)
+        unseen = None if manifest else case_metadata.read(row.paths).unseen
         if unseen is None and not (manifest or fallback):
             raise BenchError(
                 f"{row.paths.folder} lacks what was seen in training; the data set has no training part, "

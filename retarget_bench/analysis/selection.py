@@ -212,8 +212,8 @@ def bodies_of_cases(matrix: ResultMatrix) -> np.ndarray:
     """``(cases,)`` the group of bodies of every case; "" where results do not say how bodies stand."""
     legs: dict[str, str] = {}
     for row in matrix.rows:
-        mine = case_metadata.read_legs(row.paths)
-        if mine is None:
+        mine = case_metadata.read(row.paths).legs
+        if not mine:
             return np.full(len(matrix.cases), "", dtype=object)
         legs |= mine
     kinds = {"2": PEOPLE, "4": FOUR_LEGGED}

@@ -307,8 +307,8 @@ def stored_sets(matrix: ResultMatrix, row: MethodRow) -> list[SetValue]:
     if matrix.part or matrix.so_far or not row.paths.complete:
         return []
     found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
-    structures = case_metadata.read_structures(row.paths) if matrix.bodies and found else None
-    if structures is None:
+    structures = case_metadata.read(row.paths).structures if matrix.bodies and found else {}
+    if not structures:
         return found
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()

@@ -41,7 +41,6 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
         four_legged = tuple(sorted({b.structure for b in data.characters().values() if b.four_legged}))
     return ResultHeader(
         set_values=_values(asked),
-        networks=unit.networks,
         # what tables need to know of structures that answers without references are of
         four_legged=four_legged,
         keys=unit.keys,
@@ -63,8 +62,6 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
         problems=_problems(entries),
         faults=_faults(entries),
         seeds=(plan.seed,),
-        device="cpu",
-        threads=1,
         versions=versions(),
         revision=revision(),
         date=datetime.now(UTC).isoformat(timespec="seconds"),

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from retarget_bench.api import MethodCard, optional
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, mistakes
 from retarget_bench.files import read_toml, write_text
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
@@ -67,8 +67,7 @@ def read(folder: Path) -> Card:
     try:
         return Card.model_validate(facts)
     except ValidationError as error:
-        mistakes = [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()]
-        raise FileError(path, f"is not the card of a submission: {'; '.join(mistakes)}") from error
+        raise FileError(path, f"is not the card of a submission: {mistakes(error)}") from error
 
 
 def write(folder: Path, about: MethodInfo, rate: float | None) -> None:

@@ -1,7 +1,7 @@
 """Checks of a submission: safe to open, complete, of the data set here, and of numbers that are possible.
 
 A submission is a results folder with a card. What is damaged or does not fit together is found by whatever
-reads results; here is what only somebody who wants to look better would change.
+reads results; here is what only a folder from elsewhere can have.
 """
 
 import stat
@@ -10,20 +10,24 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 from retarget_bench.analysis.summary import split_summaries
+from retarget_bench.api import Dataset, OwnSets, Value, optional
 from retarget_bench.errors import BenchError, FileError, printable
+from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.shard_work import elsewhere
 from retarget_bench.evaluation.timing import spread
-from retarget_bench.exchange import card, numbers
-from retarget_bench.exchange.numbers import Rows
-from retarget_bench.plugins import bound
-from retarget_bench.plugins.bound import BoundDataset
+from retarget_bench.exchange import card
+from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins.bound import BoundDataset, BoundMetrics
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, store
-from retarget_bench.results.header import ResultHeader
-from retarget_bench.results.store import ResultPaths
+from retarget_bench.results.compatibility import metric_versions
+from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.store import ResultPaths, Results
 from retarget_bench.tables import builder
 
 LONGEST = 1000
@@ -31,6 +35,13 @@ LONGEST = 1000
 LARGEST = 1_000_000_000
 """Bytes that a file may have."""
 MOST, DEEPEST = 200_000, 6
+"""Files and folders of a submission, and how deep folders may lie in one another."""
+NONE_GIVES = 1e12
+"""Size from which a number is none that any motion gives."""
+CLOSE = 1e-6
+"""Relative difference up to which numbers of nine digits agree."""
+READ_BY = ("unit", "better", "goal", "index", "with_self")
+"""Of a value's declaration, what decides how its numbers are read."""
 
 
 def check(folder: Path, root: str | None = None) -> tuple[list[str], list[str]]:
@@ -88,12 +99,11 @@ def _wrong(folder: Path, root: str | None, warnings: list[str]) -> Iterator[str]
             yield f"{where}: {error}"
         if header.unanswered:
             warnings.append(f"{where}: answers {header.counts.ok} of {header.counts.asked} cases")
-        if moved := sorted(numbers.other_versions(header)):
+        if moved := sorted(_other_versions(header)):
             told = f"scored by other versions of {', '.join(moved)} than are installed here"
             warnings.append(f"{where}: {told}; tables show such numbers apart")
-    if missing := [
-        split for split in data.built.card.splits if split not in {place.split for place in headers}
-    ]:
+    there = {place.split for place in headers}
+    if missing := [split for split in data.built.card.splits if split not in there]:
         warnings.append(f"no rows of {', '.join(missing)}: the data set has such cases")
 
 
@@ -121,16 +131,27 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
     if (place.dataset, header.dataset.label) != (dataset.slug, data.label):
         called = f"{header.dataset.label} in {place.dataset}/"
         yield f"the data set is called {called}; it is {data.label} in {dataset.slug}/"
-    if newer := sorted(numbers.newer_versions(header)):
-        yield f"scored by newer versions of {', '.join(newer)} than are installed; upgrade retarget-bench"
     if header.method.control:
         yield "a control is no submission"
-    if unlisted := store.unlisted(place, header):
-        yield f"its header has no checksum of {', '.join(unlisted)}"
+    there = [place.file(end) for end in store.ENDS if end not in header.files and place.file(end).exists()]
+    if there:
+        yield f"its header has no checksum of {', '.join(path.name for path in there)}"
     if header.dataset.content != data.content:
         other = f"made on other data ({header.dataset.content})"
         raise BenchError(f"{other} than {data.label} has here ({data.content})")
     store.verify(place, header)
+    _check_cases(place, data)
+    results = store.read_results(place, header)
+    if header.counted(set(results.cases)).counts != header.counts:
+        yield "the counts of its header are not those of its cases"
+    yield from _wrong_metrics(header, place.task)
+    yield from _wrong_numbers(results)
+    if (predictions := place.folder / place.method).is_dir():
+        yield from _scored_again(results, data, predictions)
+
+
+def _check_cases(place: ResultPaths, data: Dataset) -> None:
+    """Raises BenchError where the cases, or what else is said of them, are not the data set's."""
     infos = list(data.cases(place.task, place.split))
     with TemporaryDirectory() as temporary:
         own = replace(place, root=Path(temporary))
@@ -138,26 +159,98 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
         case_metadata.write(own, data, infos)
         for path in place.folder.glob("cases*.csv"):
             ours = own.folder / path.name
-            if not ours.exists() or ours.read_bytes() != path.read_bytes().replace(b"\r\n", b"\n"):
+            if not ours.exists() or store.checksum(ours) != store.checksum(path):
                 raise BenchError(f"{path.name} is not what the data set says here")
-    if header.counted({info.id for info in infos}).counts != header.counts:
-        yield "the counts of its header are not those of its cases"
-    rows = numbers.read(place, header, data)
-    yield from numbers.wrong(rows)
-    if (predictions := place.folder / place.method).is_dir():
-        yield from _scored_again(rows, predictions)
 
 
-def _scored_again(rows: Rows, predictions: Path) -> Iterator[str]:
+# -------------------------------------------------------------------------------------------- metrics
+def _installed(header: ResultHeader) -> BoundMetrics:
+    """The metrics of a result that are installed here."""
+    working = registry.working("metrics")[0]
+    return bound.metrics(tuple(name for name in header.metrics if name in working))
+
+
+def _other_versions(header: ResultHeader) -> set[str]:
+    """The metrics of a result that are installed here in another version."""
+    return {name for name, ours in _installed(header).versions.items() if header.metrics[name] != ours}
+
+
+def _wrong_metrics(header: ResultHeader, task: str) -> Iterator[str]:
+    """Metrics of every run that a header lacks or has newer, values that it lacks or declares otherwise."""
+    others, versions = _other_versions(header), metric_versions(header)
+    for name, metric in registry.working("metrics")[0].items():
+        if name not in header.metrics:
+            usual = registry.find("metrics", name).origin == registry.BUILT_IN
+            if usual and task in optional.metric_tasks(metric):
+                yield f"there are no values of {name}; score all metrics"
+            continue
+        there, here = versions[name], str(metric.card.version)
+        if (len(there), there) > (len(here), here):
+            yield f"scored by a newer version of {name} than is installed; upgrade retarget-bench"
+        for value in metric.card.computed:
+            said, ours = header.declared.get(value.id), DeclaredValue.of(value, name)
+            if said is None and name not in others:
+                yield f"the header lacks {value.id} of {name}"
+            elif said and (other := [f for f in READ_BY if getattr(said, f) != getattr(ours, f)]):
+                yield f"the header declares another {other[0]} of {value.id} than its metric"
+
+
+# -------------------------------------------------------------------------------------------- numbers
+def _wrong_numbers(results: Results) -> Iterator[str]:
+    """Of every value the first number that no motion gives; answered cases, and sets, without any."""
+    header, broken = results.header, dict[str, str]()
+    metrics = registry.working("metrics")[0].values()
+    known = {value.id: value for metric in metrics for value in metric.card.computed}
+    rated = np.zeros(len(results.infos), dtype=bool)
+    per_joint = store.read_results(results.paths, arrays=True).numbers
+    for (name, point), column in {**results.numbers, **per_joint}.items():
+        rated |= ~np.isnan(column)
+        if name not in header.values:
+            broken[name] = f"the header does not say what {name} is"
+        elif bool(point) != bool(header.values[name].index):
+            broken[name] = f"{name} is {'a' if point else 'no'} curve"
+        elif name in known:
+            for at in np.flatnonzero(~np.isnan(column)):
+                if not _possible(known[name], column[at]):
+                    told = f"{name} of {results.infos[at].id} is {column[at]:g}, which is not possible"
+                    broken.setdefault(name, told)
+    yield from broken.values()
+    for info, has in zip(results.infos, rated, strict=True):
+        if not has and info.id not in header.unanswered:
+            yield f"{info.id} has no numbers, though the header says that it was answered"
+    sets = set_metrics.read(results.paths) if header.set_values else []
+    for name in sorted(header.set_values.keys() - {each.value_id for each in sets}):
+        metric = registry.working("metrics")[0].get(header.set_values[name].metric)
+        if rated.any() and metric is not None and not isinstance(metric, OwnSets):
+            yield f"values of {name} are left out"
+    for each in sets:
+        shown = [number for number in (each.value, each.floor) if number is not None]
+        if each.value_id in known and not all(_possible(known[each.value_id], n) for n in shown):
+            yield f"{each.value_id} of {each.structure} is {each.value}, floor {each.floor}: not possible"
+
+
+def _possible(value: Value, number: float) -> bool:
+    return abs(number) < NONE_GIVES and value.allows(number)
+
+
+def _scored_again(results: Results, data: Dataset, predictions: Path) -> Iterator[str]:
     """A few cases of which the predictions give other numbers than the rows say."""
-    for info in spread(rows.answered):
-        case = rows.data.load(info)
+    said = {entry.case: entry.values for entry in results.entries}
+    metrics = _installed(results.header).of_cases
+    for info in spread([info for info in results.infos if info.id not in results.header.unanswered]):
+        case = data.load(info)
         outcome = elsewhere(predictions, case)
         if outcome.prediction is None:
             yield f"{info.id} has rows, but its prediction: {outcome.message}"
             continue
-        again = score(rows.metrics, case, as_scored(outcome.prediction)).values
-        for name, known in rows.table.loc[info.id].dropna().items():
-            if isinstance(number := again.get(str(name)), float) and not numbers.same(number, known):
-                yield f"{info.id} scored again gives {number:.6g} as {name}, and the rows say {known:.6g}"
+        for name, number in score(metrics, case, as_scored(outcome.prediction)).values.items():
+            known = said.get(info.id, {}).get(name)
+            if isinstance(number, float) and (not isinstance(known, float) or not _same(number, known)):
+                there = f"{known:.6g}" if isinstance(known, float) else "nothing"
+                yield f"{info.id} scored again gives {number:.6g} as {name}, and the rows say {there}"
                 break
+
+
+def _same(one: float, other: float) -> bool:
+    """Whether numbers are equal to nine digits."""
+    return abs(one - other) <= CLOSE * max(abs(one), abs(other), CLOSE)

@@ -78,10 +78,10 @@ class Split:
             "clip": [info.clip for info in cases],
         }
         structures: dict[str, str] = {}
-        conditions: dict[str, dict[str, float]] = {}
+        conditions: dict[str, Mapping[str, float]] = {}
         for row in self.matrix.rows:
-            structures |= case_metadata.read_structures(row.paths) or {}
-            conditions |= case_metadata.read_conditions(row.paths)
+            structures |= case_metadata.read(row.paths).structures
+            conditions |= case_metadata.read(row.paths).conditions
         found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
         if conditions:
             found["level"] = [definitions.level_name(conditions.get(info.id, {})) for info in cases]

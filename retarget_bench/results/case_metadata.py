@@ -1,76 +1,85 @@
-"""Metadata of the cases of a split: structures, heights, body parts, unseen bodies and kinds, conditions.
+"""Metadata of the cases of a split: structures, heights, legs, body parts, what is unseen, conditions.
 
-Small files lie beside ``cases.csv``. Results written before there were any load without them.
-
-    cases.parts.csv    target, joint, part of the body (``retarget_bench.motion.roles.BODY_PARTS``)
-    cases.structures.csv  target, structure
-    cases.heights.csv  target, its height: the metres that errors are divided by
-    cases.bodies.csv   source or target, number of its legs
-    cases.unseen.csv   case, and which of source, target and kind no training part of the data has
-    cases.conditions.csv  of derived tasks: case, condition (``noise``), number
-    cases.sums.csv     which of these files, its SHA-256 and its rows
+A file beside ``cases.csv`` has a row for every fact: its kind, the character or case that it is of, a joint
+or condition where it is of one, and the fact. The last row has the hash of those before it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo, Dataset
 from retarget_bench.api.optional import OffersConditions, OffersUnseen
 from retarget_bench.errors import FileError
-from retarget_bench.files import write_csv
+from retarget_bench.files import digest, write_csv
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part
-from retarget_bench.results import checksums, store
-from retarget_bench.results.header import StoredFile
-from retarget_bench.results.store import ResultPaths
+from retarget_bench.results.paths import ResultPaths
+from retarget_bench.results.rows import read_csv
 
-FIELDS = {
-    "parts": ("target", "joint", "part"),
-    "structures": ("target", "structure"),
-    "heights": ("target", "height"),
-    "bodies": ("character", "legs"),
-    "unseen": ("case", "unseen"),
-    "conditions": ("case", "condition", "value"),
-}
-SUMS = ("file", "sha256", "rows")
+FIELDS = ("fact", "of", "index", "value")
+STRUCTURE, HEIGHT, LEGS, PART = "structure", "height", "legs", "part"
+UNSEEN, CONDITION = "unseen", "condition"
+HASH = "hash"
+
+
+@dataclass(frozen=True)
+class CaseMetadata:
+    """What is known of the cases of a split beside the case list; empty where nothing is.
+
+    structures: target -> its structure.
+    heights:    target -> its height in metres: what errors are divided by.
+    legs:       source or target -> the number of its legs, ``2`` or ``4``.
+    parts:      target -> joint -> part of the body (``retarget_bench.motion.roles.BODY_PARTS``).
+    unseen:     case -> which of ``source``, ``target`` and ``kind`` no training part of the data has; None
+                where the data set does not say.
+    conditions: of derived tasks, case -> condition (``noise``) -> number.
+    """
+
+    structures: Mapping[str, str] = field(default_factory=dict)
+    heights: Mapping[str, float] = field(default_factory=dict)
+    legs: Mapping[str, str] = field(default_factory=dict)
+    parts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    unseen: Mapping[str, frozenset[str]] | None = None
+    conditions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
-    """The metadata of a split: a file of each kind that the data set knows."""
+    """The metadata of a split, as far as the data set knows them."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
     known = sorted(({info.source for info in infos} & set(bodies)).union(targets))
-    rows: dict[str, list[tuple[str, ...]]] = {
-        "parts": [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()],
-        "structures": [(name, bodies[name].structure) for name in targets],
-        "heights": [(name, f"{bodies[name].height:.12g}") for name in targets],
-        "bodies": [(name, "4" if bodies[name].four_legged else "2") for name in known],
-    }
-    if isinstance(data, OffersUnseen):
-        rows["unseen"] = sorted((info.id, "+".join(sorted(data.unseen(info)))) for info in infos)
-    if isinstance(data, OffersConditions):
-        said = ((info.id, name, number) for info in infos for name, number in data.conditions(info).items())
-        rows["conditions"] = sorted((case, name, f"{number:.9g}") for case, name, number in said)
-    _sums_path(paths).unlink(missing_ok=True)
-    sums = []
-    for kind, fields in FIELDS.items():
-        if kind in rows:
-            write_csv(_path(paths, kind), fields, rows[kind])
-            stored = checksums.stored_file(_path(paths, kind))
-            sums.append((kind, stored.sha256, stored.rows))
-        else:
-            _path(paths, kind).unlink(missing_ok=True)
-    write_csv(_sums_path(paths), SUMS, sums)
+    facts = [(LEGS, name, "", "4" if bodies[name].four_legged else "2") for name in known]
+    for name in targets:
+        facts.append((STRUCTURE, name, "", bodies[name].structure))
+        facts.append((HEIGHT, name, "", f"{bodies[name].height:.12g}"))
+        facts += [(PART, name, joint, part) for joint, part in parts(bodies[name]).items()]
+    for info in sorted(infos, key=lambda info: info.id):
+        if isinstance(data, OffersUnseen):
+            facts.append((UNSEEN, info.id, "", "+".join(sorted(data.unseen(info)))))
+        if isinstance(data, OffersConditions):
+            said = sorted(data.conditions(info).items())
+            facts += [(CONDITION, info.id, name, f"{number:.9g}") for name, number in said]
+    write_facts(paths, facts)
+
+
+def write_facts(paths: ResultPaths, facts: Sequence[Sequence[str]]) -> None:
+    """Rows of the file, below which their hash is written."""
+    write_csv(path_of(paths), FIELDS, [*facts, (HASH, "", "", _hash(facts))])
 
 
 def damaged(paths: ResultPaths) -> bool:
-    """True where a file is missing or not as it was written, and where results are older than the file of
-    heights; those without checksums are not looked at."""
+    """Whether the metadata are missing or not as they were written."""
     try:
-        found = _problems(paths)
+        read(paths)
     except FileError:
         return True
-    return any(found.values()) or (bool(found) and "heights" not in found)
+    return not path_of(paths).exists()
+
+
+def path_of(paths: ResultPaths) -> Path:
+    return paths.folder / "cases.metadata.csv"
 
 
 def parts(body: Character) -> dict[str, str]:
@@ -85,73 +94,49 @@ def parts(body: Character) -> dict[str, str]:
     return found
 
 
-def read_parts(paths: ResultPaths) -> dict[tuple[str, str], str] | None:
-    """(target, joint) -> part of the body; None where the results are older than this file."""
-    rows = _rows(paths, "parts")
-    return None if rows is None else {(target, joint): part for target, joint, part in rows}
+def read(paths: ResultPaths) -> CaseMetadata:
+    """The metadata of the cases of results. Raises FileError where they are not as they were written."""
+    path = path_of(paths)
+    return _read(path, path.stat().st_mtime_ns) if path.exists() else CaseMetadata()
 
 
-def read_unseen(paths: ResultPaths) -> dict[str, frozenset[str]] | None:
-    """Case -> what of it the data set's training part does not have; None where it does not say."""
-    rows = _rows(paths, "unseen")
-    return None if rows is None else {case: frozenset(filter(None, text.split("+"))) for case, text in rows}
-
-
-def read_structures(paths: ResultPaths) -> dict[str, str] | None:
-    """Target -> its structure; None where the results are older than this file."""
-    rows = _rows(paths, "structures")
-    return None if rows is None else dict(rows)
-
-
-def read_heights(paths: ResultPaths) -> dict[str, float] | None:
-    """Target -> its height in metres; None where the results are older than this file. Raises FileError."""
-    rows = _rows(paths, "heights")
-    if rows is None:
-        return None
-    path = _path(paths, "heights")
-    return {target: _number(path, line, text) for line, (target, text) in enumerate(rows, 2)}
-
-
-def read_legs(paths: ResultPaths) -> dict[str, str] | None:
-    """Source or target -> ``2`` or ``4`` legs; None where the results are older than this file."""
-    rows = _rows(paths, "bodies")
-    return None if rows is None else dict(rows)
-
-
-def read_conditions(paths: ResultPaths) -> dict[str, dict[str, float]]:
-    """Case -> condition -> number; empty where the task has none. Raises FileError."""
-    found: dict[str, dict[str, float]] = {}
-    path = _path(paths, "conditions")
-    for line, (case, name, text) in enumerate(_rows(paths, "conditions") or (), 2):
-        found.setdefault(case, {})[name] = _number(path, line, text)
-    return found
-
-
-def _number(path: Path, line: int, text: str) -> float:
+@lru_cache(maxsize=64)
+def _read(path: Path, changed: int) -> CaseMetadata:
+    """Metadata that all methods on a split share."""
+    del changed
+    *rows, last = read_csv(path, FIELDS) or [[]]
     try:
-        return float(text)
+        if last == [HASH, "", "", _hash(rows)]:
+            return _parsed(rows)
     except ValueError:
-        raise FileError(path, f"{text!r} is not a number", line) from None
+        pass  # no number: somebody else wrote it
+    raise FileError(
+        path, "is not as it was written; groups of cases could be wrong. bench run writes it anew"
+    )
 
 
-def _rows(paths: ResultPaths, kind: str) -> list[list[str]] | None:
-    path = _path(paths, kind)
-    if problem := _problems(paths).get(kind):
-        raise FileError(path, f"{problem}; groups of cases could be wrong. bench run writes it anew")
-    return store.read_csv(path, FIELDS[kind]) if path.exists() else None
+def _parsed(rows: Iterable[Sequence[str]]) -> CaseMetadata:
+    """Raises ValueError for a text that is no number."""
+    facts: dict[str, dict[str, dict[str, str]]] = {}
+    for fact, of, index, value in rows:
+        facts.setdefault(fact, {}).setdefault(of, {})[index] = value
+    plain = {fact: {of: each.get("", "") for of, each in all_of.items()} for fact, all_of in facts.items()}
+    unseen = {case: frozenset(filter(None, t.split("+"))) for case, t in plain.get(UNSEEN, {}).items()}
+    return CaseMetadata(
+        structures=plain.get(STRUCTURE, {}),
+        heights={name: float(text) for name, text in plain.get(HEIGHT, {}).items()},
+        legs=plain.get(LEGS, {}),
+        parts=facts.get(PART, {}),
+        unseen=unseen if UNSEEN in facts else None,
+        conditions={
+            case: {name: float(text) for name, text in each.items()}
+            for case, each in facts.get(CONDITION, {}).items()
+        },
+    )
 
 
-def _problems(paths: ResultPaths) -> dict[str, str]:
-    """Kind of file -> how it differs from what was written, "" where it does not."""
-    path = _sums_path(paths)
-    if not path.exists():
-        return {}
-    sums = {}
-    for line, (kind, sha256, rows) in enumerate(store.read_csv(path, SUMS), 2):
-        if kind not in FIELDS or not rows.isdecimal():
-            raise FileError(path, "is no list of checksums; bench run writes it anew", line)
-        sums[kind] = StoredFile(sha256=sha256, rows=int(rows))
-    return {kind: checksums.problem(_path(paths, kind), each) for kind, each in sums.items()}
+def _hash(rows: Iterable[Sequence[str]]) -> str:
+    return digest("\n".join("\0".join(row) for row in rows), 32)
 
 
 def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[str]:
@@ -166,11 +151,3 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
         "kind": info.kind in manifest["kinds"] if kinds else info.clip in manifest.get("clips", ()),
     }
     return frozenset(word for word, there in known.items() if not there)
-
-
-def _sums_path(paths: ResultPaths) -> Path:
-    return paths.folder / "cases.sums.csv"
-
-
-def _path(paths: ResultPaths, what: str) -> Path:
-    return paths.folder / f"cases.{what}.csv"

@@ -42,14 +42,6 @@ class Newest:
         )
 
 
-def newest_by_name(named: Iterable[tuple[str, ResultHeader]]) -> dict[str, Newest]:
-    """Name of a data set (``dataset_names.shown``) -> the newest of its results."""
-    by_name: dict[str, list[ResultHeader]] = {}
-    for name, header in named:
-        by_name.setdefault(name, []).append(header)
-    return {name: newest(each) for name, each in by_name.items()}
-
-
 def newest(headers: Iterable[ResultHeader]) -> Newest:
     """Of results on one data set; by date, and where dates are equal by version."""
     ordered = sorted(headers, key=lambda header: header.date)

@@ -1,22 +1,21 @@
 """The header of a result file: what ran, on what, with which versions, and what went wrong.
 
-A header is read once, here, and written with its fields in this order. Fields that this version does not
-know are kept as ``extra``.
-
-Headers of schema 1 do not say what the files beside them hold (``files``), which is then not checked.
+A header is written with its fields in this order, and checked against their types as it is read.
 """
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, field, fields, replace
-from types import UnionType
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from typing import Any, TypeVar
 
 from retarget_bench.api import SPLITS, Direction, Parameters, Value
+from retarget_bench.errors import mistakes
 
-SCHEMA = 2
+SCHEMA = 3
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 WAITING = "not done yet"
@@ -26,19 +25,7 @@ ELSEWHERE = "predictions made elsewhere"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Part:
-    extra: Mapping[str, Any] = field(default_factory=dict)
-
-    def plain(self) -> dict[str, Any]:
-        """The part as it is written; optional fields that say nothing are left out."""
-        names = [each.name for each in fields(self) if each.name != "extra"]
-        found = {name: _plain(getattr(self, name)) for name in names}
-        kept = {key: value for key, value in found.items() if key not in OPTIONAL or value != OPTIONAL[key]}
-        return kept | dict(self.extra)
-
-
-@dataclass(frozen=True, kw_only=True)
-class MethodInfo(_Part):
+class MethodInfo:
     """A method as its results name it.
 
     posts:      its post-processors, in order, each with ``name`` and ``parameters``.
@@ -68,15 +55,9 @@ class MethodInfo(_Part):
     def external(self) -> bool:
         return self.origin == ELSEWHERE
 
-    def plain(self) -> dict[str, Any]:
-        found = super().plain()
-        if self.external:
-            del found["trained_on"]
-        return found
-
 
 @dataclass(frozen=True, kw_only=True)
-class DatasetInfo(_Part):
+class DatasetInfo:
     """A data set as results name it; ``content`` identifies the data. splits: see ``DatasetCard``."""
 
     name: str = ""
@@ -89,10 +70,10 @@ class DatasetInfo(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeclaredValue(_Part):
+class DeclaredValue:
     """A value as its metric declared it when the results were scored: see ``api.Value``.
 
-    metric: the metric's name; "" in headers of earlier versions, which did not say it.
+    metric: the metric's name.
     """
 
     label: str
@@ -116,7 +97,7 @@ class DeclaredValue(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Counts(_Part):
+class Counts:
     """Numbers of cases: asked for, and by outcome."""
 
     asked: int
@@ -135,7 +116,7 @@ class Counts(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Problem(_Part):
+class Problem:
     """Cases without values, for one reason."""
 
     status: str
@@ -144,7 +125,7 @@ class Problem(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MetricFault(_Part):
+class MetricFault:
     """Answered cases that lack the values of a metric, because it failed."""
 
     metric: str
@@ -153,23 +134,10 @@ class MetricFault(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StoredFile(_Part):
-    """A file beside the header as it was written: see ``checksums``.
-
-    rows: of a table, else None. footer: the hash of the size and of the end of a Parquet file.
-    """
-
-    sha256: str
-    rows: int | None = None
-    footer: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ResultHeader(_Part):
+class ResultHeader:
     """The header of the results of one method on one split.
 
     set_values:     value id -> declaration, of values of whole sets.
-    networks:       set metric -> target structure -> hash of what makes its features.
     four_legged:    four-legged structures among the characters, where cases have no references.
     keys:           ``prediction_key`` and ``score_key``: what results are recognised by.
     metrics:        metric -> ``version+code``.
@@ -177,11 +145,10 @@ class ResultHeader(_Part):
     problems, faults: cases without values, and those that lack the values of a metric alone.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
-    files:          end of a file's name (``csv``, ``cases.csv``) -> what was written to it.
+    files:          end of a file's name (``csv``, ``cases.csv``) -> its SHA-256 (``store.checksum``).
     """
 
     set_values: Mapping[str, DeclaredValue] = field(default_factory=dict)
-    networks: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     four_legged: tuple[str, ...] | None = None
     schema: int = SCHEMA
     keys: Mapping[str, str]
@@ -195,13 +162,11 @@ class ResultHeader(_Part):
     problems: tuple[Problem, ...]
     faults: tuple[MetricFault, ...] = ()
     seeds: tuple[int, ...] = ()
-    device: str = ""
-    threads: int = 1
     versions: Mapping[str, str] = field(default_factory=dict)
     revision: str = ""
     date: str = ""
     not_applicable: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    files: Mapping[str, StoredFile] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def declared(self) -> dict[str, DeclaredValue]:
@@ -217,11 +182,6 @@ class ResultHeader(_Part):
     def waiting(self) -> frozenset[str]:
         """The cases that a run has not come to."""
         return frozenset(case for each in self.problems if each.message == WAITING for case in each.cases)
-
-    def parts(self) -> Iterable[_Part]:
-        """The header and all its parts, each with ``extra`` fields of its own."""
-        listed = (*self.problems, *self.faults, *self.declared.values())
-        return (self, self.method, self.dataset, self.counts, *listed)
 
     def counted(self, ids: set[str]) -> ResultHeader:
         """The header with the counts, problems and faults of these cases only."""
@@ -239,106 +199,19 @@ def _of_cases(listed: Iterable[L], ids: set[str]) -> tuple[L, ...]:
     return tuple(each for each in kept if each.cases)
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, _Part):
-        return value.plain()
-    if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
-    return tuple(map(_plain, value)) if isinstance(value, tuple) else value
-
-
-OPTIONAL: dict[str, Any] = {
-    "posts": (),
-    "training_share": None,
-    "environment": {},
-    "protocol": {},
-    "faults": (),
-    "set_values": {},
-    "networks": {},
-    "four_legged": None,
-    "not_applicable": {},
-    "files": {},
-    "splits": SPLITS,
-    "rows": None,
-    "footer": "",
-}
-"""Fields that are not written while they hold this."""
-
-LISTED: dict[str, type[_Part]] = {"problems": Problem, "faults": MetricFault}
-NESTED: dict[str, type[_Part]] = {"method": MethodInfo, "dataset": DatasetInfo, "counts": Counts}
-MAPPED: dict[str, type[_Part]] = {
-    "values": DeclaredValue,
-    "set_values": DeclaredValue,
-    "files": StoredFile,
-}
-"""Fields that hold several parts, those that hold one, and those that hold several by name."""
-_TYPES = {kind.__name__: get_type_hints(kind) for kind in _Part.__subclasses__()}
-_FIELDS = {
-    kind.__name__: (
-        {each.name: each for each in fields(kind) if each.name != "extra"},
-        [each.name for each in fields(kind) if each.default is each.default_factory is MISSING],
-    )
-    for kind in _Part.__subclasses__()
-}
-"""Name of a part -> its fields by name, and the names of those that have to be there."""
-
-
 def parsed(facts: object) -> ResultHeader:
     """A header from its JSON object. Raises ValueError naming what it lacks, or what is of another type."""
-    header: ResultHeader = _part(ResultHeader, facts, "it")
+    from pydantic import ValidationError  # only those who read results pay for it
+
+    try:
+        header: ResultHeader = _reader().validate_json(json.dumps(facts), strict=True)
+    except ValidationError as error:
+        raise ValueError(mistakes(error)) from error
     return header
 
 
-def _part(kind: type[_Part], facts: object, where: str) -> Any:
-    given = _object(facts, where)
-    known, required = _FIELDS[kind.__name__]
-    said = {name: _field(name, value) for name, value in given.items() if name in known}
-    if lacking := [name for name in required if name not in given]:
-        raise ValueError(f"{where} lacks {', '.join(lacking)}")
-    types = _TYPES[kind.__name__]
-    for name, value in said.items():
-        if not _fits(value, types[name]):
-            place = name if kind is ResultHeader else f"{where}.{name}"
-            raise ValueError(f"{place} is {given[name]!r:.40}, which is no {known[name].type}")
-    return kind(**said, extra={name: value for name, value in given.items() if name not in known})
+@lru_cache(maxsize=1)
+def _reader() -> Any:
+    from pydantic import TypeAdapter
 
-
-def _fits(value: Any, kind: Any) -> bool:
-    """Whether a value read from JSON, its lists as tuples, is of a type that fields are declared with."""
-    inside = get_args(kind)
-    if not inside:
-        number = isinstance(value, int if kind is int else int | float) and not isinstance(value, bool)
-        return number if kind in (int, float) else kind is Any or isinstance(value, kind)
-    origin = get_origin(kind)
-    if origin is Literal:
-        return value in inside
-    if origin is UnionType or origin is Union:
-        return any(_fits(value, each) for each in inside)
-    if origin is tuple:
-        return isinstance(value, tuple) and all(_fits(each, inside[0]) for each in value)
-    return isinstance(value, Mapping) and all(_fits(each, inside[1]) for each in value.values())
-
-
-def _field(name: str, value: Any) -> Any:
-    if name in NESTED:
-        return _part(NESTED[name], value, name)
-    if name in LISTED:
-        if not isinstance(value, list | tuple):
-            raise ValueError(f"{name} is no list")
-        return tuple(_part(LISTED[name], each, name) for each in value)
-    if name in MAPPED:
-        parts = _object(value, name).items()
-        return {key: _part(MAPPED[name], each, f"{name}.{key}") for key, each in parts}
-    return _without_lists(value)
-
-
-def _without_lists(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _without_lists(each) for key, each in value.items()}
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _object(facts: object, where: str) -> Mapping[str, Any]:
-    if not isinstance(facts, Mapping):
-        raise ValueError(f"{where} is no JSON object")
-    return facts
+    return TypeAdapter(ResultHeader)

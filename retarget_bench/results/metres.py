@@ -9,9 +9,9 @@ import numpy as np
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata
-from retarget_bench.results.columns import Key, Numbers, derived
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.results.rows import Key, Numbers, derived
 from retarget_bench.results.store import ResultPaths
 
 UNITS = {"% of height": "m", "% of height/s": "m/s"}
@@ -41,12 +41,12 @@ def in_metres(matrix: ResultMatrix) -> ResultMatrix:
 def per_cent(places: Iterable[ResultPaths], cases: Sequence[CaseInfo]) -> np.ndarray:
     """``(cases,)`` metres: a hundredth of the height of every case's target, nan where it is not known.
 
-    places: the results of these cases. Raises BenchError where they are older than the file of heights.
+    places: the results of these cases. Raises BenchError where they do not say.
     """
     heights: dict[str, float] = {}
     for place in places:
-        mine = case_metadata.read_heights(place)
-        if mine is None:
+        mine = case_metadata.read(place).heights
+        if not mine:
             raise BenchError(
                 f"the results in {place.folder} do not say how tall their targets are, and so cannot be "
                 "shown in metres; bench run adds it"

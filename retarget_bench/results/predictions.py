@@ -10,7 +10,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import LARGEST, check_ordinary
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
-from retarget_bench.results.store import read_npz, write_npz
+from retarget_bench.results.rows import read_npz, write_npz
 
 
 def write_prediction(path: Path, prediction: Prediction, key: str) -> None:

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import INTRA, SELF, CaseInfo
-from retarget_bench.results import columns, compatibility, dataset_names
-from retarget_bench.results.columns import Columns, Key, Numbers, derived
+from retarget_bench.results import compatibility, dataset_names, store
+from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.header import Counts, DeclaredValue, ResultHeader
-from retarget_bench.results.store import ResultPaths
+from retarget_bench.results.rows import Key, Numbers, derived
+from retarget_bench.results.store import ResultPaths, Results
 
-Run = tuple[Columns, Numbers]
+Run = tuple[Results, Numbers]
 """Results under one seed, and their columns over the cases of a matrix."""
 
 
@@ -148,10 +149,13 @@ def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
         once.setdefault(paths.header.resolve(), paths)
     there = dataset_names.headers(once.values())
     names = dataset_names.shown(there)
-    newest = compatibility.newest_by_name((names[paths], header) for paths, header in there.items())
-    grouped: dict[tuple[str, str, str], list[Columns]] = {}
+    newest = {
+        name: compatibility.newest(there[paths] for paths in there if names[paths] == name)
+        for name in set(names.values())
+    }
+    grouped: dict[tuple[str, str, str], list[Results]] = {}
     for paths, header in there.items():
-        found = columns.read(paths, header, newest[names[paths]])
+        found = _fresh(paths, header, newest[names[paths]])
         grouped.setdefault((names[paths], paths.task, paths.split), []).append(found)
     return [
         _matrix(found, key[0], grouped.get((*key[:2], SELF), []))
@@ -159,44 +163,47 @@ def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
     ]
 
 
-def _place(found: Sequence[Columns]) -> tuple[int, str]:
+def _fresh(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Results:
+    """The results with the numbers that may stand beside the newest ones."""
+    if newest.why_outdated(header):  # the case list beside the rows is that of the newer data
+        return Results(paths, header, (), {})
+    found = store.read_results(paths, header)
+    numbers = found.numbers
+    stale = {value for value, _ in numbers if newest.why_value_outdated(header, value)}
+    fresh = [key for key in numbers if key[0] not in stale]
+    return replace(found, numbers=derived(numbers, numbers.__getitem__, fresh))
+
+
+def _place(found: Sequence[Results]) -> tuple[int, str]:
     """Sort key of the results of a split among those of a data set."""
     splits, split = [*_newest(found).dataset.splits], found[0].paths.split
     return splits.index(split) if split in splits else len(splits), split
 
 
-def _newest(found: Sequence[Columns]) -> ResultHeader:
+def _newest(found: Sequence[Results]) -> ResultHeader:
     return max((each.header for each in found), key=lambda header: header.date)
 
 
-def _matrix(found: Sequence[Columns], name: str, selves: Sequence[Columns]) -> ResultMatrix:
+def _matrix(found: Sequence[Results], name: str, selves: Sequence[Results]) -> ResultMatrix:
     values: dict[str, DeclaredValue] = {}
     for each in sorted(found, key=lambda each: each.header.date):
         values |= each.header.values
     pooled = {key for key, value in values.items() if value.with_self}
     split = found[0].paths.split
     extra = selves if pooled and split == INTRA else ()
-    lists = {id(each.cases): each.cases for each in found}  # mostly one
-    once = {info.id: info for each in lists.values() for info in each}
-    mine = len(once)
-    lists |= {id(each.cases): each.cases for each in extra}
-    once |= {i.id: i for each in extra for i in each.cases if i.id not in once}
-    ids, infos = list(once), list(once.values())
-    names = [info.clip for info in infos]
-    order = sorted(sorted(range(len(ids)), key=ids.__getitem__), key=names.__getitem__)
-    place = np.empty(len(ids), dtype=np.int64)
-    place[order] = np.arange(len(ids))
-    number = {case: n for n, case in enumerate(ids)} if len(lists) > 1 else {}
-    places = {
-        key: place[[number[info.id] for info in each]] if number else place for key, each in lists.items()
-    }
+    lists = {id(each.infos): each.infos for each in (*extra, *found)}  # mostly one
+    infos = {info.id: info for each in lists.values() for info in each}
+    own = {info.id for each in found for info in each.infos}
+    cases = tuple(sorted(infos.values(), key=lambda info: (info.clip, info.id)))
+    position = {info.id: at for at, info in enumerate(cases)}
+    places = {key: np.array([position[info.id] for info in each], int) for key, each in lists.items()}
     own_self = {replace(each.paths, split=split): each for each in extra}
-    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(order))) for each in found]
+    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(cases))) for each in found]
     return ResultMatrix(
         dataset=name,
         split=split,
-        cases=tuple(map(infos.__getitem__, order)),
-        own=np.array(order, dtype=np.int64) < mine,
+        cases=cases,
+        own=np.array([info.id in own for info in cases], dtype=bool),
         rows=_rows(runs),
         values=values,
         meaning=_newest(found).dataset.splits.get(split, ""),
@@ -204,7 +211,7 @@ def _matrix(found: Sequence[Columns], name: str, selves: Sequence[Columns]) -> R
 
 
 def _aligned(
-    found: Columns, own_self: Columns | None, pooled: set[str], places: Mapping[int, np.ndarray], size: int
+    found: Results, own_self: Results | None, pooled: set[str], places: Mapping[int, np.ndarray], size: int
 ) -> Numbers:
     """The columns over all ``size`` cases. Values that pool self pairs need those, or are left out.
 
@@ -214,9 +221,9 @@ def _aligned(
 
     def over_all(key: Key) -> np.ndarray:
         column = np.full(size, np.nan)
-        column[places[id(found.cases)]] = found.numbers[key]
+        column[places[id(found.infos)]] = found.numbers[key]
         if own_self is not None and key[0] in pooled and key in there:
-            column[places[id(own_self.cases)]] = there[key]
+            column[places[id(own_self.infos)]] = there[key]
         return column
 
     apart = found.paths.split != INTRA
@@ -236,7 +243,7 @@ def _rows(runs: Sequence[Run]) -> tuple[MethodRow, ...]:
     rows = []
     for (label, root), each in grouped.items():
         # results on other data than the newest have no cases here
-        each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.seeds or (0,)))
+        each.sort(key=lambda pair: (not pair[0].infos, pair[0].header.seeds or (0,)))
         first = each[0][0]
         each = [pair for pair in each if _version(pair[0].header) == _version(first.header)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
@@ -246,7 +253,7 @@ def _rows(runs: Sequence[Run]) -> tuple[MethodRow, ...]:
     return tuple(rows)
 
 
-def _header(found: Sequence[Columns]) -> ResultHeader:
+def _header(found: Sequence[Results]) -> ResultHeader:
     """One header for the results under several seeds: a case is answered where every seed answered it."""
     first = found[0].header
     if len(found) == 1:
@@ -254,7 +261,7 @@ def _header(found: Sequence[Columns]) -> ResultHeader:
     problems = tuple(problem for each in found for problem in each.header.problems)
     faults = tuple(fault for each in found for fault in each.header.faults)
     seeds = tuple(seed for each in found for seed in each.header.seeds)
-    ids = {info.id for info in found[0].cases}
+    ids = {info.id for info in found[0].infos}
     return replace(first, problems=problems, faults=faults, seeds=seeds).counted(ids)
 
 

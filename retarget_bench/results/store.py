@@ -1,10 +1,10 @@
-"""Result files: what a run is known by, how its rows are written, read back and migrated.
+"""Result files: what a run is known by, how its results are written and read back.
 
 Under a results root, one folder per data set, task and split holds for every method
 
     <method>.csv       rows: case, value id, index, value (nine significant digits, sorted)
     <method>.npz       values per joint or frame, too many for rows
-    <method>.parquet   in place of both where there are many cases (``large_rows``)
+    <method>.parquet   in place of both where there are many cases (``rows``)
     <method>.json      the header: what ran, on what, with which versions, what went wrong, and checksums
     <method>/          the predictions, one file per case; disposable
     <method>.log       what the method printed, where it printed anything
@@ -14,57 +14,68 @@ and, from the beginning of a run until all cases are done, ``<method>.journal``,
 from, and ``<method>.begun``, a header without counts. While these are there they are the results.
 """
 
-import csv
+import hashlib
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import (
-    LARGEST,
-    atomic,
-    check_ordinary,
-    digest,
-    read_json,
-    write_csv,
-    write_text,
-)
-from retarget_bench.results import checksums, large_rows
-from retarget_bench.results.header import (
-    SCHEMA,
-    WAITING,
-    DeclaredValue,
-    MetricFault,
-    Problem,
-    ResultHeader,
-    parsed,
-)
+from retarget_bench.files import check_ordinary, digest, read_json, write_csv, write_text
+from retarget_bench.results import rows
+from retarget_bench.results.header import SCHEMA, WAITING, MetricFault, Problem, ResultHeader, parsed
 from retarget_bench.results.journal import read_journal
-from retarget_bench.results.large_rows import Batch, LargeRows
 from retarget_bench.results.paths import ARRAY_INDICES, ARRAYS, CASES, LARGE, ROWS, SETS
 from retarget_bench.results.paths import CaseResult as CaseResult
 from retarget_bench.results.paths import ResultPaths as ResultPaths
 from retarget_bench.results.paths import Values as Values
 from retarget_bench.results.paths import case_file as case_file
+from retarget_bench.results.rows import Numbers, derived
+from retarget_bench.results.rows import read_csv as read_csv
+from retarget_bench.results.rows import read_npz as read_npz
+from retarget_bench.results.rows import write_npz as write_npz
 
-ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
+ENDS = (ROWS, ARRAYS, LARGE, SETS, CASES)
+"""Files that headers list, in this order."""
+DIGITS = 32
+"""Hex digits of a SHA-256 that headers hold."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Results:
-    """The results of one method on one split, read back."""
+    """The results of one method on one split, read back.
+
+    infos:   the case list.
+    numbers: (value id, index or "") -> ``(cases,)``, nan where a case has no such number.
+    """
 
     paths: ResultPaths
     header: ResultHeader
-    entries: list[CaseResult]
-    cases: dict[str, CaseInfo]
+    infos: tuple[CaseInfo, ...]
+    numbers: Numbers
+
+    @cached_property
+    def cases(self) -> dict[str, CaseInfo]:
+        return {info.id: info for info in self.infos}
+
+    @cached_property
+    def entries(self) -> list[CaseResult]:
+        """Every case that has a number, a problem or a fault, sorted. Raises FileError for an unlisted
+        one."""
+        found = rows.entries_of(self.numbers, list(self.cases))
+        for problem in self.header.problems:
+            for case in problem.cases:
+                found[case] = CaseResult(case, problem.status, problem.message)
+        for fault in self.header.faults:
+            for case in fault.cases:
+                found.setdefault(case, CaseResult(case, "ok")).faults[fault.metric] = fault.message
+        if strangers := found.keys() - self.cases.keys():
+            told = f"names case {min(strangers)!r}, which {self.paths.cases} does not list"
+            raise FileError(self.paths.any_header, told)
+        return [found[case] for case in sorted(found)]
 
 
 def case_seed(base: int, method: str, case_id: str) -> int:
@@ -82,8 +93,8 @@ def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -
 
     Raises BenchError where results of so many cases could not be written.
     """
-    if len(infos) > large_rows.MANY:
-        large_rows.parquet()
+    if len(infos) > rows.MANY:
+        rows.parquet()
     if not lists(paths, infos):
         write_cases(paths, infos)
     _write_header(paths.begun, header)
@@ -97,46 +108,45 @@ def settle(paths: ResultPaths) -> None:
 
 # --------------------------------------------------------------------------------------------- writing
 def write_results(
-    paths: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
+    paths: ResultPaths, header: ResultHeader, entries: Iterable[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
-    """Rows, arrays and case list, then the header, which says that all is there and what it holds.
+    """Write numbers and case list, then the header, which says that all is there and what it holds.
 
     Values of sets, if there are any, have to be there already.
     """
-    if len(infos) > large_rows.MANY:
-        found = {entry.case: entry for entry in entries}
-        ids = sorted(info.id for info in infos)
-        ordered = (found.get(case, CaseResult(case, "missing")) for case in ids)
-        write_large(paths, header, large_rows.batches(ordered, header.values), infos)
-        return
-    write_cases(paths, infos)
-    rows, arrays = _flatten(entries, header.values)
-    texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
-    write_csv(paths.rows, ROW_FIELDS, texts)
-    write_npz(paths.arrays, arrays, compressed=True)
-    _write_last(paths, header, (ROWS, ARRAYS, SETS, CASES))
+    write_numbers(paths, header, rows.columns_of(entries, _sorted_ids(infos)), infos)
 
 
-def write_large(
-    paths: ResultPaths, header: ResultHeader, batches: Iterable[Batch], infos: Sequence[CaseInfo]
+def write_numbers(
+    paths: ResultPaths, header: ResultHeader, numbers: Numbers, infos: Sequence[CaseInfo]
 ) -> None:
-    """The same for results of many cases, of which every one is in a batch, in the order of their ids."""
+    """The same of columns over the cases in the order of their ids."""
     write_cases(paths, infos)
-    count = large_rows.write(paths.large, batches, header.values)
-    _write_last(paths, header, (LARGE, SETS, CASES), count)
-
-
-def _write_last(
-    paths: ResultPaths, header: ResultHeader, ends: Sequence[str], count: int | None = None
-) -> None:
-    """The header, with checksums of the files that it lists; then what it replaces goes."""
-    files = {end: checksums.stored_file(paths.file(end)) for end in ends if paths.file(end).exists()}
-    if count is not None:
-        files[LARGE] = replace(files[LARGE], rows=count)
-    _write_header(paths.header, replace(header, files=files))
-    for end in {ROWS, ARRAYS, LARGE}.difference(ends):
+    cases, ends = _sorted_ids(infos), {SETS, CASES}
+    if len(cases) > rows.MANY:
+        rows.write_large(paths.large, cases, numbers)
+        ends |= {LARGE}
+    else:
+        rows.write_rows(paths.rows, cases, _part(numbers, header, arrays=False))
+        ends |= {ROWS}
+        if arrays := _part(numbers, header, arrays=True):
+            rows.write_arrays(paths.arrays, cases, arrays)
+            ends |= {ARRAYS}
+    there = [end for end in ENDS if end in ends and paths.file(end).exists()]
+    _write_header(paths.header, replace(header, files={end: checksum(paths.file(end)) for end in there}))
+    for end in {ROWS, ARRAYS, LARGE} - ends:
         paths.file(end).unlink(missing_ok=True)
     settle(paths)
+
+
+def _part(numbers: Numbers, header: ResultHeader, *, arrays: bool) -> Numbers:
+    """The numbers per joint or frame, or all others."""
+    apart = {value for value, declared in header.values.items() if declared.index in ARRAY_INDICES}
+    return derived(numbers, numbers.__getitem__, [key for key in numbers if (key[0] in apart) == arrays])
+
+
+def _sorted_ids(infos: Iterable[CaseInfo]) -> list[str]:
+    return sorted(info.id for info in infos)
 
 
 def write_cases(paths: ResultPaths, infos: Sequence[CaseInfo]) -> None:
@@ -158,212 +168,134 @@ def _listed(infos: Sequence[CaseInfo]) -> list[tuple[str, str, str, str, str, in
 
 
 def _write_header(path: Path, header: ResultHeader) -> None:
-    write_text(path, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
+    write_text(path, json.dumps(asdict(header), indent=1, ensure_ascii=False) + "\n")
 
 
-def _flatten(
-    entries: Iterable[CaseResult], declared: Mapping[str, DeclaredValue]
-) -> tuple[list[tuple[str, str, str, float]], dict[str, np.ndarray]]:
-    """Entries as sorted rows, and as arrays ``<value id>:cases|index|values``, each one-dimensional."""
-    rows: list[tuple[str, str, str, float]] = []
-    arrays: dict[str, list[tuple[str, str, float]]] = {}
-    for entry in entries:
-        for value_id, value in entry.values.items():
-            if not isinstance(value, dict):
-                rows.append((entry.case, value_id, "", value))
-            elif declared[value_id].index in ARRAY_INDICES:
-                arrays.setdefault(value_id, []).extend((entry.case, k, v) for k, v in value.items())
-            else:
-                rows.extend((entry.case, value_id, k, v) for k, v in value.items())
-    rows.sort(key=lambda row: row[:3])
-    packed: dict[str, np.ndarray] = {}
-    for value_id, triples in sorted(arrays.items()):
-        cases, index, values = zip(*sorted(triples), strict=True)
-        packed[f"{value_id}:cases"] = np.array(cases)
-        packed[f"{value_id}:index"] = np.array(index)
-        packed[f"{value_id}:values"] = np.array([float(f"{v:.9g}") for v in values])
-    return rows, packed
+# ------------------------------------------------------------------------------------------- checksums
+def checksum(path: Path) -> str:
+    """What a header says of a file: a file that was cut, edited or mixed up gives no number."""
+    stat = path.stat()
+    return _checksum(path, stat.st_mtime_ns, stat.st_size)
 
 
-# --------------------------------------------------------------------------------------------- reading
+@lru_cache(maxsize=1024)
+def _checksum(path: Path, changed: int, size: int) -> str:
+    """Of a file in this state; methods of one split share their case list."""
+    del changed, size
+    if path.suffix == ".csv":  # a checkout may have changed line ends, which no number depends on
+        return hashlib.sha256(path.read_bytes().replace(b"\r\n", b"\n")).hexdigest()[:DIGITS]
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:DIGITS]
+
+
 def verify(paths: ResultPaths, header: ResultHeader, *ends: str) -> None:
-    """Check files (none: all that the header lists, as a whole) against the header.
+    """Check files (none: all that the header lists) against the header.
 
     Raises FileError for the first that is missing, or not as it was written.
     """
     for end in [each for each in header.files if each in ends or not ends]:
-        if problem := checksums.problem(paths.file(end), header.files[end], whole=not ends):
+        path = paths.file(end)
+        try:
+            check_ordinary(path)
+            problem = "" if checksum(path) == header.files[end] else "is not as it was written"
+        except FileError as error:
+            problem = error.problem
+        except OSError as error:
+            problem = f"cannot be read ({error.strerror})"
+        if problem:
             raise FileError(
-                paths.file(end),
+                path,
                 f"{problem}; numbers made of it could be wrong. Restore it, or have bench run, with the "
                 "same options, write it anew",
             )
 
 
-def unlisted(paths: ResultPaths, header: ResultHeader) -> list[str]:
-    """The files of complete results that are there and that the header has no checksum of."""
-    ends = (ROWS, ARRAYS, LARGE, SETS, CASES)
-    return [paths.file(end).name for end in ends if end not in header.files and paths.file(end).exists()]
-
-
+# --------------------------------------------------------------------------------------------- reading
 def read_header(path: Path) -> ResultHeader:
-    """The header at a path. Raises FileError on damage or a newer schema."""
-    facts = read_header_facts(path)
-    try:
-        return parsed(facts)
-    except ValueError as error:
-        raise FileError(path, f"is not a result header ({error})") from error
-
-
-def read_header_facts(path: Path) -> dict[str, Any]:
-    """A header as JSON, of a schema that this version knows, but otherwise unchecked. Raises FileError."""
+    """The header at a path. Raises FileError on damage or another schema."""
     try:
         facts = read_json(path)
         schema = facts["schema"]
     except (FileError, KeyError, TypeError) as error:
         reason = error.problem if isinstance(error, FileError) else "has no schema"
         raise FileError(path, f"is not a result header: it {reason}") from error
-    if not isinstance(schema, int) or schema > SCHEMA:
-        raise FileError(
-            path, f"has result schema {schema}; this version reads up to {SCHEMA}. Upgrade retarget-bench"
-        )
-    return dict(facts)
+    if schema != SCHEMA:
+        newer = isinstance(schema, int) and schema > SCHEMA
+        advice = "Upgrade retarget-bench" if newer else "Run the method again"
+        raise FileError(path, f"has result schema {schema}; this version reads {SCHEMA}. {advice}")
+    try:
+        return parsed(facts)
+    except ValueError as error:
+        raise FileError(path, f"is not a result header ({error})") from error
 
 
-def read_results(paths: ResultPaths) -> Results:
-    """Everything that is known of one method on one split, complete or not.
+def read_results(
+    paths: ResultPaths, header: ResultHeader | None = None, *, arrays: bool = False
+) -> Results:
+    """The results of one method on one split, complete or not.
 
-    Raises FileError when a file is missing, damaged or from a newer version.
+    header: where it was read already. arrays: with the values per joint and frame, in place of all others.
+    Raises FileError when a file is missing, damaged or of another version.
     """
-    header = read_header(paths.any_header)
+    header = read_header(paths.any_header) if header is None else header
     complete = paths.complete
+    numbers: Numbers = {}
     if complete:
-        verify(paths, header, ROWS, LARGE, CASES)
-    cases = {info.id: info for info in read_cases(paths.cases, paths.task, paths.split)}
+        verify(paths, header, LARGE, CASES, *([ARRAYS] if arrays else [ROWS, SETS]))
+    infos = read_cases(paths.cases, paths.task, paths.split)
+    cases = [info.id for info in infos]
     if not complete:
-        header, entries = read_begun(paths, header, list(cases.values()))
+        header, numbers = _begun(paths, header, cases)
     elif LARGE in header.files:
-        entries = LargeRows(paths.large).entries()
-    else:
-        entries = read_rows(paths.rows)
-    for problem in header.problems:
-        for case in problem.cases:
-            entries[case] = CaseResult(case, problem.status, problem.message)
-    for fault in header.faults:
-        for case in fault.cases:
-            entries.setdefault(case, CaseResult(case, "ok")).faults[fault.metric] = fault.message
-    if strangers := entries.keys() - cases.keys():
-        raise FileError(paths.rows, f"names case {min(strangers)!r}, which {paths.cases} does not list")
-    return Results(paths, header, [entries[case] for case in sorted(entries)], cases)
+        numbers = rows.read_large(paths.large, cases)
+    elif not arrays:
+        numbers = rows.read_rows(paths.rows, cases)
+    elif paths.arrays.exists():
+        numbers = rows.read_arrays(paths.arrays, cases)
+    return Results(paths, header, infos, _part(numbers, header, arrays=arrays))
 
 
-def read_begun(
-    paths: ResultPaths, header: ResultHeader, cases: Sequence[CaseInfo]
-) -> tuple[ResultHeader, dict[str, CaseResult]]:
-    """The header and the entries of results that are not complete: of the cases that are done.
+def _begun(paths: ResultPaths, header: ResultHeader, cases: Sequence[str]) -> tuple[ResultHeader, Numbers]:
+    """The header and the numbers of results that are not complete: of the cases that are done.
 
-    The others are problems of status ``missing``. A journal of other keys has no entries. Values per joint
-    and frame are left to ``read_arrays``.
+    The others are problems of status ``missing``. A journal of other keys has no entries.
     """
-    ids = {info.id for info in cases}
-    arrays = {key for key, value in header.values.items() if value.index in ARRAY_INDICES}
-    done = {
-        case: replace(each, values={key: each.values[key] for key in each.values.keys() - arrays})
-        for case, each in read_journal(paths.journal, header.keys)[0].items()
-        if case in ids
-    }
-    problems = [Problem(status=e.status, message=e.message, cases=(e.case,)) for e in done.values()]
-    kept = [problem for problem in problems if problem.status != "ok"]
+    ids = set(cases)
+    journalled = read_journal(paths.journal, header.keys)[0]
+    done = {case: each for case, each in journalled.items() if case in ids}
+    problems = [
+        Problem(status=each.status, message=each.message, cases=(each.case,))
+        for each in done.values()
+        if each.status != "ok"
+    ]
     faults = tuple(
         MetricFault(metric=metric, message=message, cases=(each.case,))
         for each in done.values()
         for metric, message in each.faults.items()
     )
     if waiting := tuple(sorted(ids - done.keys())):
-        kept.append(Problem(status="missing", message=WAITING, cases=waiting))
-    return replace(header, problems=tuple(kept), faults=faults).counted(ids), done
+        problems.append(Problem(status="missing", message=WAITING, cases=waiting))
+    told = replace(header, problems=tuple(problems), faults=faults).counted(ids)
+    return told, rows.columns_of(done.values(), cases)
 
 
-def read_rows(path: Path) -> dict[str, CaseResult]:
-    entries: dict[str, CaseResult] = {}
-    for line, (case, value_id, index, text) in enumerate(read_csv(path, ROW_FIELDS), 2):
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise FileError(path, f"{text!r} is not a number", line)
-        values = entries.setdefault(case, CaseResult(case, "ok")).values
-        curve = values.setdefault(value_id, {}) if index else values
-        if not isinstance(curve, dict):
-            raise FileError(path, f"{value_id!r} of {case!r} is both a number and a curve", line)
-        if (index or value_id) in curve:
-            raise FileError(path, f"{value_id!r} of {case!r} stands twice", line)
-        curve[index or value_id] = number
-    return entries
+def read_cases(path: Path, task: str, split: str) -> tuple[CaseInfo, ...]:
+    """The case list beside the rows, which all methods on a split share. Raises FileError."""
+    return _cases(path, task, split, path.stat().st_mtime_ns if path.exists() else 0)
 
 
-def read_cases(path: Path, task: str, split: str) -> list[CaseInfo]:
-    """The case list beside the rows."""
+@lru_cache(maxsize=8)
+def _cases(path: Path, task: str, split: str, changed: int) -> tuple[CaseInfo, ...]:
+    del changed
     found: dict[str, CaseInfo] = {}
-    for line, (case, source, target, clip, kind, frames) in enumerate(read_csv(path, CASE_FIELDS), 2):
+    listed = rows.csv_rows(path, CASE_FIELDS)
+    for line, (case, source, target, clip, kind, frames) in enumerate(listed, 2):
         if not frames.isdecimal() or len(frames) > 12:
             raise FileError(path, f"{frames!r} is not a number of frames", line)
         if case in found:
             raise FileError(path, f"{case!r} stands twice", line)
         found[case] = CaseInfo(case, task, split, source, target, clip, kind, int(frames))
-    return list(found.values())
-
-
-def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
-    """The rows below a heading of these fields. Raises FileError with the line of the first fault."""
-    check_ordinary(path)
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            head, *rows = list(csv.reader(file))
-    except (OSError, ValueError, csv.Error) as error:
-        raise FileError(path, f"cannot be read as a table ({error or 'it is empty'})") from error
-    if tuple(head) != tuple(fields):
-        raise FileError(path, f"has columns {', '.join(head)}; expected {', '.join(fields)}", 1)
-    for line, row in enumerate(rows, 2):
-        if len(row) != len(fields):
-            raise FileError(path, f"has {len(row)} cells instead of {len(fields)}", line)
-    return rows
-
-
-def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
-    """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
-    header = read_header(paths.any_header)
-    if not paths.complete:
-        return _flatten(read_journal(paths.journal, header.keys)[0].values(), header.values)[1]
-    verify(paths, header, ARRAYS, LARGE)
-    if LARGE in header.files:
-        rows = LargeRows(paths.large)
-        return {
-            f"{value}:{name}": array
-            for value in rows.per_index()
-            for name, array in zip(("cases", "index", "values"), rows.pairs(value), strict=True)
-        }
-    return read_npz(paths.arrays, "cannot be read; run the method again", LARGEST)
-
-
-def write_npz(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
-    """Write arrays by name, atomically. Raises FileError."""
-    with atomic(path) as temporary, temporary.open("wb") as stream:
-        (np.savez_compressed if compressed else np.savez)(stream, **arrays)
-
-
-def read_npz(path: Path, problem: str, most: float = math.inf) -> dict[str, np.ndarray]:
-    """All arrays of a file. Raises FileError that states the problem where it is none, or where it unpacks
-    to more than ``most`` bytes."""
-    check_ordinary(path)
-    try:
-        with path.open("rb") as opened, np.load(opened) as file:
-            if (size := sum(each.file_size for each in file.zip.infolist())) > most:
-                raise ValueError(f"it unpacks to {size:,} bytes, more than the {most:,} that are read")
-            return {name: file[name] for name in file.files}
-    except Exception as error:  # an archive from elsewhere makes its readers raise all kinds
-        raise FileError(path, f"{problem} ({error})") from error
+    return tuple(found.values())
 
 
 def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:

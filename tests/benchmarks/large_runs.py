@@ -22,7 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -43,8 +43,9 @@ from retarget_bench.motion.character import Character  # noqa: E402
 from retarget_bench.motion.skeleton import Skeleton  # noqa: E402
 from retarget_bench.plugins import registry  # noqa: E402
 from retarget_bench.plugins.spec import Spec  # noqa: E402
-from retarget_bench.results import case_metadata, journal, large_rows, store  # noqa: E402
+from retarget_bench.results import case_metadata, journal, store  # noqa: E402
 from retarget_bench.results.header import Counts  # noqa: E402
+from retarget_bench.results.rows import Numbers  # noqa: E402
 from retarget_bench.results.store import CaseResult  # noqa: E402
 
 METHODS = (
@@ -140,27 +141,15 @@ def write(root: Path, cases: int, methods: int) -> str:
         values = [key for key, value in header.values.items() if not value.index]
         if not number:
             case_metadata.write(unit.paths, unit.data, unit.infos)
-        found = batches(sorted(info.id for info in unit.infos), values, number)
-        if cases > large_rows.MANY:
-            store.write_large(unit.paths, header, found, unit.infos)
-            continue
-        entries = [
-            CaseResult(case, "ok", values={key: float(column[row]) for key, column in columns.items()})
-            for some, columns in found
-            for row, case in enumerate(some)
-        ]
-        store.write_results(unit.paths, header, entries, unit.infos)
+        store.write_numbers(unit.paths, header, made_up(cases, values, number), unit.infos)
     size = sum(path.stat().st_size for path in root.rglob("*") if path.is_file())
     return f"{len(values)} values, {size / 1e6:.0f} MB on disk"
 
 
-def batches(ids: Sequence[str], values: Sequence[str], method: int) -> Iterator[large_rows.Batch]:
+def made_up(cases: int, values: Sequence[str], method: int) -> Numbers:
     """Lognormal numbers, of which eight columns recur."""
-    random = np.random.default_rng(method)
-    for start in range(0, len(ids), large_rows.BATCH):
-        some = ids[start : start + large_rows.BATCH]
-        pool = random.lognormal(method / 10, size=(8, len(some)))
-        yield some, {key: pool[number % 8] for number, key in enumerate(values)}
+    pool = np.random.default_rng(method).lognormal(method / 10, size=(8, cases))
+    return {(key, ""): pool[number % 8] for number, key in enumerate(values)}
 
 
 def table(root: Path, cases: int, methods: int) -> str:

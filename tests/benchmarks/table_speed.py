@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -79,7 +80,7 @@ def write(root: Path, cases: int, methods: int) -> int:
             "method": method | {"privileged": [], "stochastic": False},
             "dataset": {"name": "made_up", "label": "made up", "content": "1", "notes": []},
             "metrics": {},
-            "values": {key: DeclaredValue.of(value, "").plain() for key, value in values.items()},
+            "values": {key: asdict(DeclaredValue.of(value, "")) for key, value in values.items()},
             "counts": counts,
             "problems": [],
             "seeds": [0],

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.results import journal
+from retarget_bench.results import case_metadata, journal
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, ResultHeader, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
@@ -78,6 +78,15 @@ def store(root: Path, split: str, method: str, numbers: list, **changes) -> Resu
     return place
 
 
+def metadata(place: ResultPaths, **facts: dict[str, str]) -> None:
+    """Write metadata of cases, kind -> of whom -> fact, in place of those of these kinds that are there."""
+    path = case_metadata.path_of(place)
+    rows = records.read_csv(path, case_metadata.FIELDS)[:-1] if path.exists() else []
+    kept = [row for row in rows if row[0] not in facts]
+    told = [[kind, of, "", fact] for kind, each in facts.items() for of, fact in each.items()]
+    case_metadata.write_facts(place, [*kept, *told])
+
+
 def running(place: ResultPaths, done: int) -> ResultPaths:
     """The same results as a run leaves them that has only done so many cases, by id."""
     results = records.read_results(place)
@@ -98,7 +107,7 @@ def changed(place: ResultPaths, **changes) -> ResultPaths:
 
 
 def unchecked(root: Path) -> None:
-    """Make headers say no checksums, as those of schema 1: whoever edits files is then not told so."""
+    """Make headers say no checksums: whoever edits files is then not told so."""
     for path in root.rglob("*.json"):
         facts = json.loads(path.read_text(encoding="utf-8"))
         if facts.pop("files", None):

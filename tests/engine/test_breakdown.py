@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stored import metadata
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import CaseInfo
@@ -81,8 +82,11 @@ def test_a_method_that_does_not_answer_a_pair_is_counted_so(results):
 
 def arrays(root: Path) -> tuple[np.ndarray, np.ndarray]:
     place = next(p for p in store.find_results(root) if "shaken" in str(store.read_header(p.header)))
-    stored = store.read_arrays(place)
-    return stored[f"{JOINT}:index"], stored[f"{JOINT}:values"]
+    numbers = store.read_results(place, arrays=True).numbers
+    columns = {joint: column for (_, joint), column in numbers.items()}
+    found = [(joint, number) for joint, column in columns.items() for number in column[~np.isnan(column)]]
+    joints, numbers = zip(*found, strict=True)
+    return np.array(joints), np.array(numbers)
 
 
 def test_joints_stand_alone_and_in_body_parts(results):
@@ -101,30 +105,18 @@ def test_joints_stand_alone_and_in_body_parts(results):
 
 
 def test_results_without_body_parts_say_what_to_do(own):
-    for name in ("cases.parts.csv", "cases.sums.csv"):  # older results have neither
-        for path in own.rglob(name):
-            path.unlink()
+    for path in own.rglob("cases.metadata.csv"):
+        path.unlink()
     assert sections(own, "joint")
     with pytest.raises(BenchError, match="lacks the body parts of the joints"):
         sections(own, "part")
 
 
-def test_old_results_break_down_by_everything_they_know():
-    old = HERE.parent / "old_results" / "schema-1"
-    places = store.find_results(old)
-    for by in ("pair", "clip", "kind", "joint"):
-        assert summary.split_summaries(places, by)
-    for by in ("part", "seen"):
-        with pytest.raises(BenchError, match="lacks"):
-            summary.split_summaries(places, by)
-
-
 def test_what_the_data_set_calls_unseen_makes_four_groups(own):
-    (folder,) = {place.folder for place in store.find_results(own)}
-    cases = store.read_cases(folder / "cases.csv", "retarget", "intra")
+    place, *_ = store.find_results(own)
+    cases = store.read_cases(place.cases, "retarget", "intra")
     marked = {"clip 0": "", "clip 1": "kind", "clip 2": "kind+target"}
-    lines = ["case,unseen", *(f"{info.id},{marked[info.clip]}" for info in cases)]
-    (folder / "cases.unseen.csv").write_text("\n".join(lines) + "\n")
+    metadata(place, unseen={info.id: marked[info.clip] for info in cases})
     found = sections(own, "seen")
     assert {name: shaken(section).asked for name, section in found.items()} == {
         "known characters, known motion": 2,
@@ -134,14 +126,13 @@ def test_what_the_data_set_calls_unseen_makes_four_groups(own):
 
 
 def test_trained_methods_are_judged_by_their_own_training(own):
-    (folder,) = {place.folder for place in store.find_results(own)}
+    place, *_ = store.find_results(own)
     path = next(p.header for p in store.find_results(own) if "shaken" in p.header.read_text())
     header = json.loads(path.read_text())
     header["method"]["trained_on"] = {"characters": ["tall", "small"], "clips": ["clip 0"]}
     path.write_text(json.dumps(header))
-    cases = store.read_cases(folder / "cases.csv", "retarget", "intra")
-    lines = ["case,unseen", *(f"{info.id},target" for info in cases)]
-    (folder / "cases.unseen.csv").write_text("\n".join(lines) + "\n")
+    cases = store.read_cases(place.cases, "retarget", "intra")
+    metadata(place, unseen=dict.fromkeys((info.id for info in cases), "target"))
     found = sections(own, "seen")
     answered = {
         name: {score.label: score.ok for score in section.scores} for name, section in found.items()

@@ -132,7 +132,7 @@ def test_nor_are_results_and_predictions(tmp_path: Path, make: Callable, sentenc
     path.unlink(missing_ok=True)
     make(path)
     with pytest.raises(FileError, match=sentence):
-        store.read_arrays(place) if end == "npz" else split_summaries([place])
+        store.read_results(place, arrays=True) if end == "npz" else split_summaries([place])
     for name in ("a.npz", "a.bvh"):
         make(tmp_path / name)
         with pytest.raises(FileError, match=sentence):
@@ -162,26 +162,26 @@ def changed(facts: dict[str, Any], place: str, value: object) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("place", "value", "sentence"),
     [
-        ("threads", "4", "threads is '4', which is no int"),
-        ("threads", True, "threads is True, which is no int"),
-        ("threads", 1.5, "threads is 1.5, which is no int"),
-        ("keys", None, "keys is None, which is no Mapping"),
-        ("keys", ["a"], "keys is ['a'], which is no Mapping"),
-        ("seeds", ["a"], "seeds is ['a'], which is no tuple[int, ...]"),
-        ("date", 2024, "date is 2024, which is no str"),
-        ("counts", None, "counts is no JSON object"),
-        ("counts/ok", "1", "counts.ok is '1', which is no int"),
-        ("counts/ok", None, "counts.ok is None, which is no int"),
-        ("method/label", ["m"], "method.label is ['m'], which is no str"),
-        ("method/control", "no", "method.control is 'no', which is no bool"),
-        ("method/trained_on", {"clips": "abc"}, "method.trained_on is {'clips': 'abc'}"),
-        ("dataset/notes", "abc", "dataset.notes is 'abc', which is no tuple[str, ...]"),
-        ("values/mpjpe_h.world/goal", "0", "values.mpjpe_h.world.goal is '0', which is no float"),
-        ("values/mpjpe_h.world/better", "up", "values.mpjpe_h.world.better is 'up', which is no Direction"),
-        ("values/mpjpe_h.world", [], "values.mpjpe_h.world is no JSON object"),
-        ("problems", {}, "problems is no list"),
-        ("problems", [{"status": STATUSES[1], "message": 3, "cases": []}], "problems.message is 3"),
-        ("files/csv/rows", "1", "files.csv.rows is '1', which is no int | None"),
+        ("counts/asked", "4", "counts.asked: Input should be a valid integer"),
+        ("counts/asked", True, "counts.asked: Input should be a valid integer"),
+        ("counts/asked", 1.5, "counts.asked: Input should be a valid integer"),
+        ("keys", None, "keys: Input should be a"),
+        ("keys", ["a"], "keys: Input should be a"),
+        ("seeds", ["a"], "seeds.0: Input should be a valid integer"),
+        ("date", 2024, "date: Input should be a valid string"),
+        ("counts", None, "counts: Input should be an object"),
+        ("counts/ok", "1", "counts.ok: Input should be a valid integer"),
+        ("counts/ok", None, "counts.ok: Input should be a valid integer"),
+        ("method/label", ["m"], "method.label: Input should be a valid string"),
+        ("method/control", "no", "method.control: Input should be a valid boolean"),
+        ("method/trained_on", {"clips": "abc"}, "method.trained_on.clips: Input should be a valid"),
+        ("dataset/notes", "abc", "dataset.notes: Input should be a valid"),
+        ("values/mpjpe_h.world/goal", "0", "values.mpjpe_h.world.goal: Input should be a valid number"),
+        ("values/mpjpe_h.world/better", "up", "values.mpjpe_h.world.better: Input should be 'lower'"),
+        ("values/mpjpe_h.world", [], "values.mpjpe_h.world: Input should be an object"),
+        ("problems", {}, "problems: Input should be a valid"),
+        ("problems", [{"status": STATUSES[1], "message": 3, "cases": []}], "problems.0.message: Input"),
+        ("files/csv", 1, "files.csv: Input should be a valid string"),
         ("schema", "2", "has result schema 2"),
     ],
 )

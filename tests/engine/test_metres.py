@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from small_plans import carry_out
-from stored import VALUES, changed, store
+from stored import VALUES, changed, metadata, store
 
 import retarget_bench as rb
 from retarget_bench.analysis import summary
@@ -66,8 +66,7 @@ def tall_and_small(root: Path) -> Path:
         ]
         place = store(root, "cross", name, numbers)
         changed(place, values=VALUES | {"mpjpe_h.world": PER_CENT})
-    rows = "".join(f"{name},{height:g}\n" for name, height in HEIGHTS.items())
-    (place.folder / "cases.heights.csv").write_text(f"target,height\n{rows}")
+    metadata(place, height={name: f"{height:g}" for name, height in HEIGHTS.items()})
     return root
 
 
@@ -105,13 +104,11 @@ def test_the_text_says_metres(tmp_path):
 
 def test_results_without_heights_are_told_and_a_run_adds_them(tmp_path):
     (results,) = carry_out(tmp_path, "toy_method")
-    wanted = case_metadata.read_heights(results.paths)
-    sums = results.paths.folder / "cases.sums.csv"
-    sums.write_text("".join(line for line in sums.open() if not line.startswith("heights")))
-    (results.paths.folder / "cases.heights.csv").unlink()
+    wanted = case_metadata.read(results.paths).heights
+    case_metadata.path_of(results.paths).unlink()
     with pytest.raises(BenchError, match="do not say how tall their targets are"):
         summary.split_summaries([results.paths], metres=True)
     summary.split_summaries([results.paths])
     carry_out(tmp_path, "toy_method")
-    assert case_metadata.read_heights(results.paths) == wanted
+    assert case_metadata.read(results.paths).heights == wanted
     assert set(wanted) == {"small", "tall"}

@@ -5,7 +5,7 @@ import io
 
 import numpy as np
 import pytest
-from stored import changed, store
+from stored import changed, metadata, store
 
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.selection import Selection
@@ -18,7 +18,7 @@ from retarget_bench.tables.model import Group, Table
 from retarget_bench.tables.requested import Request
 
 VALUE = "mpjpe_h.world"
-PEOPLE = "character,legs\na,2\nb,2\n"
+PEOPLE = {"a": "2", "b": "2"}
 FID = {
     "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
     "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
@@ -30,8 +30,7 @@ def stored(root, split, name, numbers, **changes):
     """numbers: of clip after clip; None where there is no answer."""
     rows = [("a>b", f"c{n:02}", "failed" if x is None else {VALUE: x}) for n, x in enumerate(numbers)]
     place = store(root, split, name, rows, **changes)
-    (place.folder / "cases.bodies.csv").write_text(PEOPLE)
-    (place.folder / "cases.structures.csv").write_text("target,structure\na,s\nb,s\n")
+    metadata(place, legs=PEOPLE, structure={"a": "s", "b": "s"})
     return place
 
 
@@ -160,7 +159,7 @@ def test_values_of_sets_left_from_a_run_with_other_metrics_are_no_column(tmp_pat
 def test_bodies_that_are_left_out_are_told(tmp_path):
     places = [stored(tmp_path, split, "m", [1.0] * 3) for split in ("cross", "intra")]
     for place in places:
-        (place.folder / "cases.bodies.csv").write_text("character,legs\na,4\nb,4\n")
+        metadata(place, legs={"a": "4", "b": "4"})
     found = summary.split_summaries(places, select=Selection())
     shown, hints = requested.of_bodies(found, "")
     assert ([section.bodies for section in shown], hints) == (["four-legged"] * 2, [])

@@ -86,12 +86,3 @@ def test_comparisons_plots_and_reports_have_them(bench, ran, tmp_path):
 def test_another_split_is_told_with_those_of_the_data_set(bench, ran, command, told):
     with pytest.raises(AssertionError, match=told):
         bench(*command, "-s", "cross")
-
-
-def test_headers_of_the_usual_splits_do_not_repeat_them(ran, tmp_path):
-    """Nor do older ones, which say nothing of splits."""
-    header = store.read_header(store.find_results(tmp_path / "runs")[0].header)
-    usual = header.dataset.plain()
-    del usual["splits"]
-    assert type(header.dataset)(**usual).splits == SPLITS
-    assert type(header.dataset)(**usual).plain() == usual

@@ -3,7 +3,7 @@
 import csv
 import io
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -344,7 +344,7 @@ def test_values_of_other_sets_are_not_compared(tmp_path, other):
 
 def test_different_data_are_never_compared(runs):
     place = next(p for p in records.find_results(runs) if p.method == "two")
-    dataset = records.read_header(place.header).dataset.plain() | {"content": "c2"}
+    dataset = asdict(records.read_header(place.header).dataset) | {"content": "c2"}
     changed(place, dataset=dataset)
     with pytest.raises(BenchError, match=r"scored on different data called data \(c1; c2\)"):
         bench("one", "two", "--results", runs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -30,7 +30,7 @@ from retarget_bench.results import result_matrix as panel
 from retarget_bench.results import store
 from retarget_bench.results.header import ResultHeader, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
-from tests.engine.stored import header
+from tests.engine.stored import header, metadata
 from tests.engine.stored import store as stored_rows
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
@@ -76,14 +76,13 @@ def stored(root: Path) -> Numbers:
                 infos.append(info)
                 entries[source, target, clip] = CaseResult(info.id, "ok", values=values)
         place = ResultPaths(root, "data", "retarget", "cross", f"method{shift}")
-        plain = header(label, list(entries.values()), "cross").plain() | {"values": VALUES}
+        plain = asdict(header(label, list(entries.values()), "cross")) | {"values": VALUES}
         plain["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
         told = parsed(plain)
         store.write_results(place, told, list(entries.values()), infos)
         timing.write(place, [timing.Time("c", round(FPS[label]), 1.0, 0.0)])
         found[label] = entries
-    rows = "".join(f"{body},{STRUCTURES[body]}\n" for body in BODIES)
-    (place.folder / "cases.structures.csv").write_text(f"target,structure\n{rows}")
+    metadata(place, structure={body: STRUCTURES[body] for body in BODIES})
     return found
 
 
@@ -166,7 +165,7 @@ def test_people_are_drawn_unless_other_bodies_are_asked_for(tmp_path, monkeypatc
     numbers = [(*case, {"mpjpe_h.world": 1.0 + n}) for n, case in enumerate(cases)]
     for method in ("one", "two"):
         place = stored_rows(tmp_path, "cross", method, numbers)
-    (place.folder / "cases.bodies.csv").write_text("character,legs\nann,2\nbob,2\nrex,4\n")
+    metadata(place, legs={"ann": "2", "bob": "2", "rex": "4"})
     made: list[Figure] = []
     monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
     with pytest.raises(SystemExit) as stop:

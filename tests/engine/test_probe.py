@@ -298,8 +298,7 @@ def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.Capture
         code, said = bench(capsys, *command)
         assert (code, "no results" in said) == (2, True), said
     assert (
-        bench(capsys, "table", "-r", tmp_path / "x", "--task", "probe")[1].count("--probes makes some")
-        == 1
+        bench(capsys, "table", "-r", tmp_path / "x", "--task", "probe")[1].count("--probes makes some") == 1
     )
 
 
@@ -310,7 +309,6 @@ def test_what_cannot_be_asked_is_said(tmp_path: Path, capsys: pytest.CaptureFixt
     code, said = bench(capsys, "test", "ik", "--probes", "sorce_names", *out)
     assert (code, "there are source_names" in said) == (2, True)
     assert not list(tmp_path.iterdir())
-
 
 
 def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Subject]) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from stored import VALUES, changed
+from stored import VALUES, changed, metadata
 from stored import store as stored
 
 from retarget_bench.analysis.selection import Selection
@@ -22,7 +23,7 @@ PAPERS = {
 }
 PEOPLE = [("ann>bo", f"c{n}") for n in range(8)]
 DOGS = [("rex>waldi", f"d{n}") for n in range(4)]
-LEGS = "character,legs\nann,2\nbo,2\nrex,4\nwaldi,4\n"
+LEGS = {"ann": "2", "bo": "2", "rex": "4", "waldi": "4"}
 
 
 def store(
@@ -34,7 +35,7 @@ def store(
         for case, number in numbers.items()
     ]
     place = changed(stored(root, split, method, told, **changes), values=PAPERS)
-    (place.folder / "cases.bodies.csv").write_text(LEGS)
+    metadata(place, legs=LEGS)
 
 
 def all_of(cases: list[tuple[str, str]], number: float | str) -> dict[tuple[str, str], float | str]:
@@ -156,7 +157,7 @@ def test_a_method_without_one_of_the_pairs_of_an_overall_mean_is_set_apart(tmp_p
     store(tmp_path, "intra", "whole", all_of(cases, 0.5))
     store(tmp_path, "intra", "half", all_of(cases[:3], 0.1) | all_of(cases[3:], "unsupported"))
     for place in records.find_results(tmp_path):
-        facts = records.read_header(place.header).dataset.plain()
+        facts = asdict(records.read_header(place.header).dataset)
         changed(place, dataset=facts | {"name": "mixamo"})
     table = made(tmp_path, "humot-table4")
     (group,) = table.groups
@@ -248,7 +249,7 @@ def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp
         numbers = all_of(PEOPLE[:3], 0.1) | {("bo>ann", "c9"): 0.5}
         store(tmp_path, "intra", name, numbers, trained_on={"structures": structures})
     (place, _) = records.find_results(tmp_path)
-    (place.folder / "cases.structures.csv").write_text("target,structure\nbo,a\nann,b\n")
+    metadata(place, structure={"bo": "a", "ann": "b"})
     table = made(tmp_path, "humot-table2")
     seen = {
         row.label: next(

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stored import metadata
 
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.api import CaseInfo, optional
 from retarget_bench.errors import BenchError
-from retarget_bench.files import write_csv
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
@@ -67,7 +67,7 @@ def store(
     place.folder.mkdir(parents=True, exist_ok=True)
     records.write_results(place, parsed(header), entries, infos)
     targets = sorted({info.target for info in infos})
-    write_csv(place.folder / "cases.heights.csv", ("target", "height"), [(name, "2") for name in targets])
+    metadata(place, height=dict.fromkeys(targets, "2"))
 
 
 def drawn(name: str, *roots: Path) -> Table:
@@ -230,7 +230,7 @@ def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None
 
 def test_metres_need_the_heights_of_targets(tmp_path: Path) -> None:
     store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1})
-    (heights,) = tmp_path.rglob("cases.heights.csv")
+    (heights,) = tmp_path.rglob("cases.metadata.csv")
     heights.unlink()
     with pytest.raises(BenchError, match="do not say how tall their targets are"):
         ours("correspondence-free-table4", tmp_path)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from stored import running, store
+from stored import metadata, running, store
 
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.selection import Selection
@@ -16,7 +16,7 @@ from retarget_bench.results import store as records
 from retarget_bench.tables import builder
 
 VALUE = "mpjpe_h.world"
-LEGS = "character,legs\nann,2\nbo,2\nrex,4\n"
+LEGS = {"ann": "2", "bo": "2", "rex": "4"}
 CASES = (("ann>bo", "c1"), ("bo>ann", "c2"), ("rex>rex", "c3"), ("ann>rex", "c4"))
 
 
@@ -24,7 +24,7 @@ def stored(root, file, cases=CASES, **changes):
     place = store(
         root, "cross", file, [(*case, {VALUE: 1.0 + n}) for n, case in enumerate(cases)], **changes
     )
-    (place.folder / "cases.bodies.csv").write_text(LEGS)
+    metadata(place, legs=LEGS)
     return place
 
 

@@ -8,18 +8,18 @@ import shutil
 import socket
 import zipfile
 from collections.abc import Callable
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
-from submitted import errors, filled_in, make, rewrite, some
+from submitted import errors, filled_in, make, predictions, rewrite, some
 
 from retarget_bench.exchange import checking
 from retarget_bench.exchange.card import CARD
 from retarget_bench.exchange.checking import check
 from retarget_bench.exchange.leaderboard import leaderboard
-from retarget_bench.results import checksums, store
+from retarget_bench.results import case_metadata, store
 from retarget_bench.results.header import ResultHeader
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -74,7 +74,7 @@ def pickled(sound: Path) -> None:
     """An array whose reading would run what somebody wrote."""
     path = some(sound, "intra", ".npz")
     arrays = store.read_npz(path, "")
-    np.savez(path, **arrays | {"mpjpe_h.joint:values": np.array([Exploding()], dtype=object)})
+    np.savez(path, **arrays | {"mpjpe_h.joint": np.array([Exploding()], dtype=object)})
 
 
 class Exploding:
@@ -191,8 +191,9 @@ def other_clip(sound: Path) -> None:
 
 
 def other_parts(sound: Path) -> None:
-    path = some(sound, "intra", ".csv").with_name("cases.structures.csv")
-    path.write_text(path.read_text().replace(",", ",other", 2))
+    (place,) = (each for each in store.find_results(sound) if each.split == "intra")
+    facts = store.read_csv(case_metadata.path_of(place), case_metadata.FIELDS)[:-1]
+    case_metadata.write_facts(place, [[*row[:3], "other"] for row in facts])
 
 
 def no_sets(sound: Path) -> None:
@@ -204,12 +205,6 @@ def no_checksums(sound: Path) -> None:
     header = some(sound, "intra", ".json")
     facts = json.loads(header.read_text(encoding="utf-8")) | {"files": {}}
     header.write_text(json.dumps(facts), encoding="utf-8")
-
-
-def arrays_anew(sound: Path) -> None:
-    path = some(sound, "intra", ".npz")
-    arrays = store.read_npz(path, "")
-    store.write_npz(path, arrays | {"mpjpe_h.joint:values": arrays["mpjpe_h.joint:values"] / 2})
 
 
 def all_zero(sound: Path) -> None:
@@ -233,19 +228,21 @@ HOSTILE = [
         (own_table, "is called toy_cases, corrected in toy_cases/"),
         (own_folder, "is called toy_cases in corrected/"),
     ),
-    (newest_of_all, "newer versions of position than are installed"),
+    (newest_of_all, "a newer version of position than is installed"),
     *((direction, "declares another better"), (other_split, "the rows are of retarget self")),
     *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "cases.csv is not what")),
-    *((row_gone, "has no mpjpe_h.world"), (value_gone, "has no ee_h.world")),
     *((metric_gone, "no values of ground"), (no_sets, "are left out")),
-    *((other_clip, "cases.csv is not what"), (other_parts, "cases.structures.csv is not what")),
+    *((other_clip, "cases.csv is not what"), (other_parts, "cases.metadata.csv is not what")),
     *((number("mpjpe_h.world", "-3"), "is -3"), (number("contact_recall", "7"), "is 7, which is not")),
     (number("mpjpe_h.world", "1e308"), "is 1e+308"),
     (no_checksums, "its header has no checksum of ik.csv, ik.npz"),
-    (arrays_anew, "mpjpe_h.joint and mpjpe_h.root of"),
-    (all_zero, "mpjpe_h.world and root_path"),
-    (number("mpjpe_h.root", "0.001"), "mpjpe_h.root of"),
-    (number("ee_h.world", "5000"), "ee_h.world and"),
+]
+UNLIKE_THE_PREDICTIONS = [
+    (row_gone, "as mpjpe_h.world, and the rows say nothing"),
+    (value_gone, "as ee_h.world, and the rows say nothing"),
+    (all_zero, "as mpjpe_h.world, and the rows say 0"),
+    (number("mpjpe_h.root", "0.001"), "as mpjpe_h.root, and the rows say 0.001"),
+    (number("ee_h.world", "5000"), "as ee_h.world, and the rows say 5000"),
 ]
 
 
@@ -258,7 +255,7 @@ def sealed(sound: Path) -> None:
             continue
         paths = store.ResultPaths(path.parents[3], *path.relative_to(path.parents[3]).parts[:3], path.stem)
         there = [end for end in facts["files"] if paths.file(end).is_file()]
-        facts["files"] |= {end: asdict(checksums.stored_file(paths.file(end))) for end in there}
+        facts["files"] |= {end: store.checksum(paths.file(end)) for end in there}
         path.write_text(json.dumps(facts), encoding="utf-8")
 
 
@@ -270,6 +267,18 @@ def test_hostile_files_are_findings(sound: Path, change: Callable[[Path], None],
     assert any(told in error for error in found), found
     assert all(said.isprintable() and "root:" not in said for said in (*found, *warnings))
     assert not Path("exploded").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"), UNLIKE_THE_PREDICTIONS, ids=lambda e: getattr(e, "__name__", "")
+)
+def test_what_predictions_do_not_give_is_found(
+    sound: Path, runs: Path, change: Callable[[Path], None], told: str
+) -> None:
+    predictions(runs, sound)
+    change(sound)
+    sealed(sound)
+    assert any(told in error for error in errors(sound)), errors(sound)
 
 
 def test_more_files_than_anybody_needs_are_not_gone_through(sound: Path, monkeypatch) -> None:
@@ -327,7 +336,7 @@ def test_a_bad_submission_never_stops_the_leaderboard(sound: Path, runs: Path, m
     assert left_out[-1].startswith("zz is left out: no table can be made of it: ZeroDivisionError")
 
 
-FIELDS = [each.name for each in fields(ResultHeader) if each.name != "extra"]
+FIELDS = [each.name for each in fields(ResultHeader)]
 WRONG = (None, [], {}, "x", 3, [{}], {"a": 1})
 FEW = (None, "x", {"a": 1})
 

@@ -16,7 +16,9 @@ TOYS = Path(__file__).parent / "toys"
 
 def test_the_same_words_as_the_command_line(tmp_path):
     file = tmp_path / "suite.toml"
-    file.write_text('methods = "ik"\ndataset = "mixamo[fps=60]"\nroot = "x"\nsplits = ["intra"]\njobs = 2\n')
+    file.write_text(
+        'methods = "ik"\ndataset = "mixamo[fps=60]"\nroot = "x"\nsplits = ["intra"]\njobs = 2\n'
+    )
     assert suite.read(file) == {
         "methods": ["ik"], "dataset": "mixamo[fps=60]", "root": "x", "splits": ["intra"], "jobs": 2,
     }  # fmt: skip
@@ -27,7 +29,14 @@ def test_every_mistake_is_listed_with_its_place(tmp_path):
     file.write_text('jobs = "two"\nsplit = ["intra"]\nmethods = ["a", 3]\noverwrite = "often"\nlimit = 0\n')
     with pytest.raises(FileError) as caught:
         suite.read(file)
-    for words in ("jobs is", "split: there is no", "methods is", "overwrite", "limit is 0", "it may set task"):
+    for words in (
+        "jobs is",
+        "split: there is no",
+        "methods is",
+        "overwrite",
+        "limit is 0",
+        "it may set task",
+    ):
         assert words in str(caught.value)
 
 

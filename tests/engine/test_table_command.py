@@ -5,16 +5,16 @@ import pty
 import re
 from contextlib import contextmanager
 from pathlib import Path
-from typing import get_args
 from types import SimpleNamespace
+from typing import get_args
 
 import pytest
 from click.testing import CliRunner
 from stored import VALUES, changed, store
 
+from retarget_bench.analysis.breakdown import By
 from retarget_bench.cli import group
 from retarget_bench.commands import options, run
-from retarget_bench.analysis.breakdown import By
 from retarget_bench.commands.table import FORMATS
 from retarget_bench.evaluation import runner, timing
 from retarget_bench.python import progress

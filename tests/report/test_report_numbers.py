@@ -6,6 +6,7 @@ import pytest
 
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.results import case_metadata, store
 from tests.engine import stored
 from tests.report.odd_runs import report
 
@@ -22,7 +23,6 @@ EMPTY = """() => {
   return found;
 }"""
 """Presses every cell with a number in it; which led to no case."""
-STRUCTURES_FILE = "data/retarget/cross/cases.structures.csv"
 STRUCTURES = {"b": "two_legs", "c": "four_legs"}
 
 
@@ -55,8 +55,7 @@ def runs(tmp_path_factory):
 
 
 def structures(root) -> None:
-    lines = ["target,structure", *(f"{body},{name}" for body, name in STRUCTURES.items())]
-    (root / STRUCTURES_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    stored.metadata(store.find_results(root)[0], structure=STRUCTURES)
 
 
 def names(page) -> list[str]:
@@ -84,7 +83,7 @@ def test_values_of_sets_lead_to_the_cases_of_the_set(runs, tmp_path, open_page):
 def test_sets_of_results_that_do_not_say_which_bodies_they_are_of_lead_to_all_cases(
     runs, tmp_path, open_page
 ):
-    (runs / STRUCTURES_FILE).unlink(missing_ok=True)
+    case_metadata.path_of(store.find_results(runs)[0]).unlink(missing_ok=True)
     report(runs, "-o", tmp_path / "r.html", "--clips", "0")
     page = open_page(tmp_path / "r.html", width=1200)
     page.locator("table[data-structure=two_legs] tr[data-row=near] .num").first.click()

@@ -16,6 +16,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from tests.engine.stored import metadata
 from tests.in_process import run_here
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
@@ -39,10 +40,7 @@ def results(tmp_path_factory) -> Path:
             out=root,
         )
         place, *_ = run_here(plan)
-        (place.folder / "cases.sums.csv").unlink()  # what follows is written by hand
-        for target, structure in zip(people(place), ("tall17", "wide17"), strict=True):
-            path = place.folder / "cases.structures.csv"
-            path.write_text(path.read_text().replace(f"{target},toy17", f"{target},{structure}"))
+        metadata(place, structure=dict(zip(people(place), ("tall17", "wide17"), strict=True)))
         trained_on(root, task, ["tall17"])
     return root
 

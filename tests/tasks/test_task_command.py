@@ -107,14 +107,15 @@ def test_all_joints_given_leave_no_error_and_missing_ones_are_told_apart(results
 
 def test_conditions_and_structures_lie_beside_the_rows(results):
     (folder,) = {place.folder for place in store.find_results(results, "joint-completion")}
-    with (folder / "cases.conditions.csv").open(encoding="utf-8", newline="") as file:
-        found = {(row["case"], row["condition"]): float(row["value"]) for row in csv.DictReader(file)}
+    with (folder / "cases.metadata.csv").open(encoding="utf-8", newline="") as file:
+        facts = list(csv.DictReader(file))
+    found = {(row["of"], row["index"]): float(row["value"]) for row in facts if row["fact"] == "condition"}
     case = "people/ann>ann/clip 3"
     assert found[f"{case}/joints-0.5", "proportion"] == 0.5
     assert (found[f"{case}/joints-0.5", "joints"], found[f"{case}/joints-0.5", "of"]) == (8, 16)
     assert found[f"{case}/joints-major", "major"] == 1
-    text = (folder / "cases.structures.csv").read_text(encoding="utf-8")
-    assert text.splitlines() == ["target,structure", "ann,toy17", "bob,toy17"]
+    structures = {row["of"]: row["value"] for row in facts if row["fact"] == "structure"}
+    assert structures == {"ann": "toy17", "bob": "toy17"}
 
 
 def test_levels_stand_in_their_order_with_their_own_means(results):

@@ -80,7 +80,7 @@ def _names(matrices: Sequence[ResultMatrix]) -> dict[str, str]:
     structures: dict[str, str] = {}
     for each in matrices:
         for row in each.rows:
-            structures |= case_metadata.read_structures(row.paths) or {}
+            structures |= case_metadata.read(row.paths).structures
     return {name: structures.get(name, UNKNOWN) for name in bodies}
 
 

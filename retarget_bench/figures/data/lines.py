@@ -209,7 +209,7 @@ def major_share(places: Iterable[ResultPaths]) -> float | None:
     shares = [
         100.0 * each["joints"] / each["of"]
         for place in places
-        for each in case_metadata.read_conditions(place).values()
+        for each in case_metadata.read(place).conditions.values()
         if MAJOR in each
     ]
     return fmean(shares) if shares else None

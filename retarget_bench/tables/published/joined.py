@@ -96,7 +96,7 @@ def _with_structures(table: PublishedTable, matrices: Sequence[ResultMatrix]) ->
     found: set[str] = set()
     notes: dict[str, None] = {}
     for matrix, row in ((each, row) for each in matrices for row in each.rows):
-        structures = case_metadata.read_structures(row.paths) or {}
+        structures = case_metadata.read(row.paths).structures
         mine = {structures[info.target] for info in matrix.cases if info.target in structures}
         found |= mine
         if trained := row.header.method.trained_on:

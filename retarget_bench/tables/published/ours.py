@@ -128,7 +128,7 @@ class _Part:
         own = {matrix.cases[i] for matrix in matrices for i in np.flatnonzero(matrix.own)}
         known: dict[str, str] = {}
         for row in rows:
-            known |= case_metadata.read_structures(row.paths) or {}
+            known |= case_metadata.read(row.paths).structures
         self.methods = {row.label: row.header.method for row in rows}
         self.infos = sorted(own, key=lambda info: (info.clip, info.split, info.id))
         self.clips = np.unique([info.clip for info in self.infos], return_inverse=True)[1]

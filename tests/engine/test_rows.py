@@ -1,11 +1,11 @@
-"""Rows read as columns: both readers agree to the last bit, and faults are named by their line."""
+"""Rows read as columns to the last bit; faults are named by their line."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from stored import store, unchecked
 
 from retarget_bench.errors import FileError
-from retarget_bench.results import columns, compatibility
 from retarget_bench.results import store as records
 from retarget_bench.results.store import ResultPaths
 
@@ -27,26 +27,21 @@ def place(tmp_path) -> ResultPaths:
     return store(tmp_path, "intra", "m", cases)
 
 
-def read(place: ResultPaths, monkeypatch, large: int) -> columns.Columns:
-    monkeypatch.setattr(columns, "LARGE", large)
-    header = records.read_header(place.header)
-    return columns.read(place, header, compatibility.newest([header]))
+def test_columns_and_entries_are_what_another_reader_reads(place):
+    found = records.read_results(place)
+    rows = pd.read_csv(place.rows, dtype=str, na_filter=False)
+    rows["value"] = rows["value"].map(float)
+    wanted = rows.pivot(index="case", columns=["value_id", "index"], values="value")
+    assert set(found.numbers) == set(wanted.columns)
+    for key, column in found.numbers.items():
+        np.testing.assert_array_equal(column, wanted[key].reindex([info.id for info in found.infos]))
+    assert np.isnan(found.numbers["ratio", ""]).sum() == 2
+    entries = {entry.case: entry.values for entry in found.entries}
+    for case, value_id, index, number in rows.itertuples(index=False):
+        there = entries[case][value_id]
+        assert (there[index] if index else there) == number
 
 
-def test_the_fast_reader_reads_what_the_careful_one_reads(place, monkeypatch):
-    careful = read(place, monkeypatch, 10**9)
-    monkeypatch.setattr(columns, "_slow", None)  # not asked: the fast one is enough
-    fast = read(place, monkeypatch, 0)
-    assert fast.numbers.keys() == careful.numbers.keys()
-    for key, column in careful.numbers.items():
-        np.testing.assert_array_equal(fast.numbers[key], column)
-    assert np.isnan(careful.numbers["ratio", ""]).sum() == 2
-    entries = {entry.case: entry.values for entry in records.read_results(place).entries}
-    for info, number in zip(careful.cases, careful.numbers["curve", "NA"], strict=True):
-        assert entries[info.id]["curve"]["NA"] == number
-
-
-@pytest.mark.parametrize("large", [0, 10**9], ids=["fast", "careful"])
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -58,19 +53,18 @@ def test_the_fast_reader_reads_what_the_careful_one_reads(place, monkeypatch):
         (",curve,0.1,", ",curve,,", "both a number and a curve"),
     ],
 )
-def test_faults_are_named_whoever_reads(place, monkeypatch, large, old, new, message):
+def test_faults_are_named(place, old, new, message):
     unchecked(place.root)
     place.rows.write_text(place.rows.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     with pytest.raises(FileError, match=message):
-        read(place, monkeypatch, large)
+        records.read_results(place)
 
 
-@pytest.mark.parametrize("large", [0, 10**9], ids=["fast", "careful"])
 @pytest.mark.parametrize("file", ["rows", "cases"])
-def test_what_stands_twice_is_named_whoever_reads(place, monkeypatch, large, file):
+def test_what_stands_twice_is_named(place, file):
     unchecked(place.root)
     path = getattr(place, file)
     text = path.read_text(encoding="utf-8")
     path.write_text(text + text.splitlines(keepends=True)[1], encoding="utf-8")
     with pytest.raises(FileError, match="stands twice"):
-        read(place, monkeypatch, large)
+        records.read_results(place)
