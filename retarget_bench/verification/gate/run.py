@@ -60,7 +60,7 @@ def measure(
     complete = before.complete if before is not None else not labels
     if before is not None and everything:
         labels += before.under("weights")
-    if complete and everything:
+    if complete and accept:
         labels += method_rows.default_methods()
     found = Measured(scratch / golden.ROWS)
     # golden rows of one's own methods leave metrics alone that they do not know
