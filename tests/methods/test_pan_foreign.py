@@ -22,7 +22,7 @@ from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
-from retarget_bench.verification.probe import rewriting
+from retarget_bench.verification import rewriting
 
 
 @cache

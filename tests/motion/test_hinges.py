@@ -19,7 +19,7 @@ from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.hinges import HINGES
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.verification.probe import rewriting
+from retarget_bench.verification import rewriting
 from tests.examples import examples
 from tests.methods.method_bodies import about, body, first, pose
 

@@ -255,7 +255,8 @@ def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> 
         for side in (golden, now)
     )
     declared: dict[str, DeclaredValue] = {}
-    numbers: list[_Number] = []
+    numbers: dict[Name, list[_Number]] = {}
+    learned = set()
     for spec, weights in now.under("weights").items():
         known, headers = bound.method(spec).known_as, []
         for split in now.under("cases"):
@@ -271,14 +272,22 @@ def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> 
                 yield Change(Status.INCOMPARABLE, str(known), where=split, why=why)
                 continue
             yield _answered(str(known), old.header, new.header)
-            declared |= old.header.values | new.header.values
-            limit = LEARNED if weights else Tolerance(1.0, RELATIVE)
-            numbers += _numbers(str(known), limit, old, new)
+            declared |= {**old.header.values, **new.header.values}
+            learned |= {str(known)} if weights else set()
+            for name, number in _numbers(str(known), old, new):
+                numbers.setdefault(name, []).append(number)
         if not any(each.counts.ok for each in headers):
             why = next((each.message for header in headers for each in header.problems), "no case")
             yield Change(Status.UNMEASURED, str(known), why=f"it answers nothing: {why}")
-    if numbers:
-        yield from _moved(numbers, declared, asked, stale)
+    typical = _typical(numbers)
+    for (label, value, split), listed in numbers.items():
+        if asked.asks(value) and value not in stale.values:
+            tolerance = declared[value].tolerance
+            limit = Tolerance(tolerance, RELATIVE)
+            if label in learned:
+                limit = Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
+            name = label, value, split
+            yield _value(name, listed, limit, typical.get(value, 0.0), declared[value], asked)
 
 
 def _answered(label: str, old: ResultHeader, new: ResultHeader) -> Change | None:
@@ -291,75 +300,72 @@ def _answered(label: str, old: ResultHeader, new: ResultHeader) -> Change | None
 
 
 class _Number(NamedTuple):
-    """A number of a method, as it was and as it is, and how far it may move. point: index of a curve."""
+    """A number of a method, as it was and as it is; nan where there is none. point: index of a curve."""
 
-    label: str
-    value: str
-    split: str
     point: str
     case: str
     clip: str
     before: float
     after: float
-    absolute: float
-    relative: float
 
 
-def _numbers(label: str, limit: Tolerance, old: Results, new: Results) -> Iterator[_Number]:
-    """Every number of the cases that both answered. limit: ``absolute`` is in tolerances of the value."""
-    declared = old.header.values | new.header.values
+Name = tuple[str, str, str]
+"""Label of a method, value id, and split."""
+
+
+def _numbers(label: str, old: Results, new: Results) -> Iterator[tuple[Name, _Number]]:
+    """Every number of the cases that both answered."""
     before, after = ({entry.case: flat(entry.values) for entry in each.entries} for each in (old, new))
     for case in sorted(new.cases.keys() - old.header.unanswered - new.header.unanswered):
-        for column in dict.fromkeys((*before[case], *after[case])):
+        old_row, new_row = before.get(case, {}), after.get(case, {})
+        for column in dict.fromkeys((*old_row, *new_row)):
             value, _, point = column.partition("@")
-            yield _Number(
-                label, value, new.header.split, point, case, new.cases[case].clip,
-                before[case].get(column, math.nan), after[case].get(column, math.nan),
-                limit.absolute * declared[value].tolerance, limit.relative,
-            )  # fmt: skip
+            sides = (each.get(column, math.nan) for each in (old_row, new_row))
+            yield (label, value, new.header.split), _Number(point, case, new.cases[case].clip, *sides)
 
 
-def _moved(
-    listed: Sequence[_Number], declared: Mapping[str, DeclaredValue], asked: Criteria, stale: Stale
-) -> Iterator[Change | None]:
-    """A change, or None, for every value of every method on every split."""
-    numbers = pd.DataFrame(listed)
-    sizes = numbers.before.abs()
-    numbers["typical"] = numbers.value.map(sizes[sizes > 0].groupby(numbers.value).median()).fillna(0.0)
-    limits = Tolerance(numbers.absolute, numbers.relative)
-    numbers["moved"] = limits.passed(numbers.before, numbers.after, numbers.typical)
-    counted = {each for each in declared if asked.asks(each)} - stale.values
-    groups = numbers[numbers.value.isin(counted)].groupby(["label", "value", "split"], sort=False)
-    for name, moved in groups.moved.any().items():
-        yield _value(name, groups.get_group(name), declared[name[1]], asked) if moved else None
+def _typical(numbers: Mapping[Name, Sequence[_Number]]) -> dict[str, float]:
+    """Value id -> the median size of its golden numbers that are not 0."""
+    sizes: dict[str, list[float]] = {}
+    for (_, value, _), listed in numbers.items():
+        sizes.setdefault(value, []).extend(abs(each.before) for each in listed if abs(each.before) > 0)
+    return {value: float(np.median(each)) for value, each in sizes.items() if each}
 
 
 def _value(
-    name: tuple[str, str, str], numbers: pd.DataFrame, declared: DeclaredValue, asked: Criteria
+    name: Name,
+    numbers: Sequence[_Number],
+    limit: Tolerance,
+    typical: float,
+    declared: DeclaredValue,
+    asked: Criteria,
 ) -> Change | None:
     """One value of a method on one split: every number, or its mean where a tolerance is given for that."""
-    if (gone := numbers.after.isna()).any():
-        return Change(Status.FAILING, *name, why=f"no value any more: {numbers.case[gone].iloc[0]}")
-    if (fresh := numbers.before.isna()).any():
-        return Change(
-            Status.MOVED, *name, why=f"a value where there was none: {numbers.case[fresh].iloc[0]}"
-        )
-    typical = float(numbers.typical.iloc[0])
+    before, after = np.array([(each.before, each.after) for each in numbers]).T
+    for wrong, status, why in (
+        (np.isnan(after), Status.FAILING, "no value any more"),
+        (np.isnan(before), Status.MOVED, "a value where there was none"),
+    ):
+        if wrong.any():
+            return Change(status, *name, why=f"{why}: {numbers[int(np.argmax(wrong))].case}")
+    moved = limit.passed(before, after, typical)
+    if not moved.any():
+        return None
     # of clips first, as in tables
-    means = numbers.groupby(["point", "clip"])[["before", "after"]].mean().groupby("point").mean()
-    moved = numbers[numbers.moved]
+    means = pd.DataFrame(numbers).groupby(["point", "clip"])[["before", "after"]].mean()
+    means = means.groupby("point").mean()
     if allowed := asked.tolerance(name[1]):
-        limit = Tolerance(numbers.absolute.iloc[0], numbers.relative.iloc[0]).wider(allowed)
-        moved = moved[moved.point.isin(means.index[limit.passed(means.before, means.after, typical)])]
-        if moved.empty:
+        passed = limit.wider(allowed).passed(means.before.to_numpy(), means.after.to_numpy(), typical)
+        moved &= np.isin([each.point for each in numbers], means.index[passed])
+        if not moved.any():
             return None
-    most = moved.loc[(moved.after - moved.before).abs().idxmax()]
+    most = numbers[int(np.argmax(np.where(moved, np.abs(after - before), -1.0)))]
     mean = float(means.before[most.point]), float(means.after[most.point])
     status = _direction(declared, *mean)
     if asked.worse_only and status is not Status.WORSE:
         return None
     where = f"{most.case} {most.point}".rstrip()
-    why = f"{len(moved)} of {len(numbers)}, most {where}: {most.before:.4g} -> {most.after:.4g}"
+    why = f"{moved.sum()} of {len(numbers)}, most {where}: {most.before:.4g} -> {most.after:.4g}"
     return Change(status, *name, *mean, why, _share(*mean, typical))
 
 

@@ -28,6 +28,7 @@ from retarget_bench.evaluation import score
 from retarget_bench.motion import character, measures, motion, rotation, skeleton
 from retarget_bench.results.store import read_npz
 from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured, flat
+from retarget_bench.verification.rewriting import played
 
 SCHEMA = 1
 KNOWN = {
@@ -108,7 +109,7 @@ def measure(
     if not paths:
         found.missing.append(f"{folder / MOTIONS} has no frozen motion")
     of_sets = [metric for metric in metrics if is_set_metric(metric)]
-    of_cases = [metric for metric in metrics if not is_set_metric(metric)]
+    of_cases: list[Metric] = [metric for metric in metrics if not is_set_metric(metric)]  # type: ignore[misc]
     for done, path in enumerate(paths, 1):
         held = read(path)
         found.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]
@@ -155,13 +156,7 @@ def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
     yield f"{frozen.name}/{name}, no answer", replace(frozen.case, **known), prediction  # type: ignore[arg-type]
     yield f"{frozen.name}/{name}, uneven", replace(frozen.case, ground=UNEVEN), prediction
     for fps in (*RATES, *NEARLY_STILL.get(frozen.name, ())):
-        yield f"{frozen.name}/{name}, {fps:g} fps", _played(frozen.case, fps), replace(prediction, fps=fps)
-
-
-def _played(case: Case, fps: float) -> Case:
-    """The same frames at another rate."""
-    reference = None if case.reference is None else replace(case.reference, fps=fps)
-    return replace(case, source=replace(case.source, fps=fps), reference=reference)
+        yield f"{frozen.name}/{name}, {fps:g} fps", played(frozen.case, fps), replace(prediction, fps=fps)
 
 
 # --------------------------------------------------------------------------------- metrics of sets

@@ -13,8 +13,8 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.verification.probe import rewriting
-from retarget_bench.verification.probe.rewriting import Rewritten
+from retarget_bench.verification import rewriting
+from retarget_bench.verification.rewriting import Rewritten
 
 SHIFT = np.array([1.7, 0.0, -2.3])
 """Metres added to the root."""

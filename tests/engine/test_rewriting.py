@@ -10,7 +10,7 @@ from probe_questions import short_questions
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.transfer import relative
-from retarget_bench.verification.probe import rewriting
+from retarget_bench.verification import rewriting
 from retarget_bench.verification.probe.asking import Subject
 
 

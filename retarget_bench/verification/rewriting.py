@@ -1,4 +1,4 @@
-"""The same body or motion, written differently: other names, order, axes, rest pose, bones, size, side.
+"""Questions written differently: bodies by names, order, axes, rest pose, bones, size and side, and cases.
 
 Most functions give a body as ``Rewritten``, which also rewrites its motions, or a sentence that says why it
 cannot be written so. None of them looks at what a joint is called.
@@ -6,9 +6,11 @@ cannot be written so. None of them looks at what a joint is called.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from retarget_bench.api import Case, Source
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.measures import Measures
@@ -297,3 +299,31 @@ def turned_motion(motion: Motion, angle: float) -> Motion:
     rotations = np.array(motion.rotations)
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
     return replace(motion, rotations=rotations, root=rotation.rotate(turn, motion.root))
+
+
+# --------------------------------------------------------------------------------------- cases
+def resized(case: Case, frames: int) -> Case:
+    """The first frames of a case; where it is shorter, it goes back and forth."""
+    there_and_back = np.arange(max(2 * case.source.frames - 2, 1))
+    turning = np.minimum(there_and_back, len(there_and_back) - there_and_back)
+    part = np.resize(turning, frames)
+    contacts = case.contacts
+    if contacts is not None:
+        pivoting = None if contacts.pivoting is None else contacts.pivoting[part]
+        contacts = replace(contacts, planted=contacts.planted[part], pivoting=pivoting)
+    touches = case.touches and tuple(replace(touch, rests=touch.rests[part]) for touch in case.touches)
+    return replace(_changed(case, lambda motion: motion.at(part)), contacts=contacts, touches=touches)
+
+
+def played(case: Case, fps: float) -> Case:
+    """The same frames at another rate."""
+    return _changed(case, lambda motion: replace(motion, fps=fps))
+
+
+def _changed(case: Case, change: Callable[[Source], Source]) -> Case:
+    """The case with all of its motions changed alike."""
+    motions = {
+        name: getattr(case, name) for name in ("source", "reference", "alternative", "source_motion")
+    }
+    changed: dict[str, Any] = {name: change(each) for name, each in motions.items() if each is not None}
+    return replace(case, **changed)
