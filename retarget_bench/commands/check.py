@@ -84,7 +84,7 @@ def command(
     asked = _criteria(columns, worse_only, tolerances)
     folder = baseline or golden.built_in()
     if root is not None and dataset is None:
-        dataset = golden.read(folder).facts["dataset/spec"] if golden.exists(folder) else defaults.DATASET
+        dataset = golden.read(folder).facts.get("dataset/spec", defaults.DATASET)
     spec = None if dataset is None else options.dataset_spec(dataset, root)
     with TemporaryDirectory(prefix="bench-check-") as scratch:
         try:

@@ -67,7 +67,7 @@ def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
     return sorted(chosen, key=lambda info: info.id)
 
 
-def _cases(found: Measured, data: BoundDataset, golden: Measured | None) -> dict[str, Sequence[CaseInfo]]:
+def _cases(found: Measured, data: BoundDataset, golden: Measured) -> dict[str, Sequence[CaseInfo]]:
     """Split -> the cases of the golden rows, unless the data set says itself that it holds something else
     now; then those chosen by rule. Adds the facts of the data set."""
     content = data.built.content
@@ -76,7 +76,7 @@ def _cases(found: Measured, data: BoundDataset, golden: Measured | None) -> dict
     for split, infos in listed.items():
         hash_ = digest("\n".join(info.id for info in infos))
         found.facts[f"cases/{split}"] = f"{len(infos)} cases, {hash_}"
-    if golden is None or golden.facts.get("dataset/content") != content:
+    if golden.facts.get("dataset/content") != content:
         return {split: choose(data.built, infos) for split, infos in listed.items()}
     asked: dict[str, Sequence[CaseInfo]] = {}
     for split, ids in asked_before(golden).items():
@@ -104,7 +104,7 @@ def default_methods() -> list[str]:
 
 def measure(
     found: Measured,
-    golden: Measured | None,
+    golden: Measured,
     data: BoundDataset,
     labels: Sequence[str],
     metrics: tuple[str, ...],
@@ -118,7 +118,7 @@ def measure(
     if not any(asked.values()):
         found.missing.append(f"{data.spec} has no case to ask methods")
     methods: dict[str, BoundMethod] = {}
-    known = golden.under("weights") if golden else {}
+    known = golden.under("weights")
     for label in labels:
         try:
             method = bound.method(registry.canonical("methods", label))
