@@ -219,7 +219,7 @@ Written by `tests/engine/freeze_inputs.py`; not edited by hand. All numbers are 
   with constant positions; lines end in CR LF; 24 frames per second.
 - `low_hips.bvh`: a body in A-pose whose hips lie below two other joints; its tips are End Sites.
 - `rotations.csv`: the rotations that these files mean, by `scipy.spatial.transform.Rotation.from_euler`.
-- `table/`: results of five made-up methods on 40 cases of 20 clips, and on self pairs: one is close to the
+- `table`: results of five made-up methods on 40 cases of 20 clips, and on self pairs: one is close to the
   best, one far from it, one answered 37 cases, and one is a control.
 """
 
