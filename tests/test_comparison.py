@@ -15,7 +15,8 @@ from metric_cases import FEET, HUMAN, SCORED, Sides, character, index, labelled,
 
 from retarget_bench.api import Contacts
 from retarget_bench.errors import BenchError
-from retarget_bench.verification.contract.common import resized, snapshot
+from retarget_bench.verification.contract.common import snapshot
+from retarget_bench.verification.rewriting import resized
 
 
 def names(case: Sides, joints: np.ndarray) -> set[str]:

@@ -17,7 +17,7 @@ from retarget_bench.motion import importer, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
-from retarget_bench.verification.verdict import Verdict, coarse, defects, flesh, verdict
+from retarget_bench.verification.verdict import Verdict, defects, flesh, verdict
 
 WALK = "puppets/vesper>moppet/walk-001"
 KICK = "puppets/jack>olga/kick_front-001"
@@ -230,7 +230,7 @@ def test_what_a_coarse_mesh_says_of_hands_is_what_the_mesh_says():
     assert exact.keys() == fast.keys() == {"left", "right"}
     for side in exact:
         assert fast[side] == pytest.approx(exact[side], abs=0.15)
-    made = coarse.coarse_body(body).mesh
+    made = flesh.coarse_body(body).mesh
     assert len(made.vertices) < len(body.mesh.vertices)
     edges = np.sort(np.concatenate([made.faces[:, [0, 1]], made.faces[:, [1, 2]], made.faces[:, [2, 0]]]))
     assert (np.unique(edges, axis=0, return_counts=True)[1] % 2 == 0).all(), "closed as before"

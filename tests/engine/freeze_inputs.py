@@ -1,17 +1,25 @@
-"""Freezes the inputs of ``bench check`` that are no motions: BVH text and its meaning, rows of a table.
+"""Freezes the inputs of ``bench check`` that are no motions: BVH text and its meaning, results of a table.
 
     PYTHONPATH=. python tests/engine/freeze_inputs.py
 
 What the text means is computed by scipy. Golden rows are accepted apart, by ``bench check --accept``.
 """
 
-from collections.abc import Iterator, Sequence
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from retarget_bench.api import INTRA, SELF, TWO_LEGS, CaseInfo, Direction
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.files import write_csv, write_text
+from retarget_bench.results import store
+from retarget_bench.results.header import Counts, DatasetInfo, DeclaredValue, MethodInfo, ResultHeader
+from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.verification.gate import core, golden
 
 FRAMES, CLIPS, LOW_FRAMES = 3, 20, 12
@@ -134,18 +142,72 @@ def low_hips(random: np.random.Generator) -> str:
     return "\n".join(["HIERARCHY", *lines, *tail, ""])
 
 
-def rows(random: np.random.Generator) -> Iterator[list]:
-    """``method, clip, pair, error, ratio``: two pairs of most clips, one or three of some."""
+SIDES: Mapping[str, Direction] = {"error": "lower", "ratio": "target", "share": "higher", "pooled": "lower"}
+SETS = {"best": (2.0, 0.05), "near": (2.1, 0.2), "far": (9.0, 0.1)}
+"""Method -> its distance as a set, and how far it moves without a tenth of the clips; the references score
+``FLOOR``."""
+FLOOR = 1.25
+
+
+def declared(key: str, better: Direction) -> DeclaredValue:
+    return DeclaredValue(
+        label=key, meaning="", unit="1", better=better, goal=1.0, tolerance=1e-6, index="",
+        with_self=key == "pooled",
+    )  # fmt: skip
+
+
+Row = tuple[str, str, float, float]
+"""Clip, pair of bodies, error and ratio; nan where the case was not answered."""
+
+
+def rows(random: np.random.Generator) -> dict[str, list[Row]]:
+    """Method -> its rows: two pairs of most clips, one or three of some."""
     clips = [(clip, pair) for clip in range(CLIPS) for pair in range({3: 1, 7: 3}.get(clip, 2))]
     hard = {clip: random.gamma(2.0) + 1.0 for clip in range(CLIPS)}
+    found = {}
     for method, worse in METHODS.items():
         of_clip = {clip: worse + 0.25 * random.standard_normal() for clip in range(CLIPS)}
+        found[method] = list[Row]()
         for number, (clip, pair) in enumerate(clips):
             error = hard[clip] + of_clip[clip] + 0.1 * random.standard_normal()
             ratio = np.exp(0.4 * (of_clip[clip] + 0.2 * random.standard_normal()))
             answered = method != "fewer" or number % 13  # 37 of 40
-            numbers = [f"{error:.6g}", f"{ratio:.6g}"] if answered else ["", ""]
-            yield [method, f"clip-{clip:02d}", f"a{pair}>b", *numbers]
+            numbers = [float(f"{each:.6g}") if answered else np.nan for each in (error, ratio)]
+            found[method].append((f"clip-{clip:02d}", f"a{pair}>b", *numbers))
+    return found
+
+
+def write_results(root: Path, method: str, split: str, listed: Sequence[Row]) -> None:
+    """The result files of a method; on self pairs of every fourth clip, where it errs by one more."""
+    infos, entries = [], []
+    for clip, pair, error, ratio in listed[:: 8 if split == SELF else 1]:
+        source, target = pair.split(">")
+        source = target if split == SELF else source
+        case = f"frozen/{source}>{target}/{clip}"
+        infos.append(CaseInfo(case, "retarget", split, source, target, clip, "", 10))
+        error += split == SELF
+        answered = not np.isnan(error)
+        values = {"error": error, "ratio": ratio, "share": float(np.exp(-error)), "pooled": error}
+        entries.append(CaseResult(case, "ok" if answered else "failed", values=values if answered else {}))
+    header = ResultHeader(
+        keys={},
+        split=split,
+        method=MethodInfo(label=method, privileged=(), control=method == "control"),
+        dataset=DatasetInfo(label="frozen", content="frozen", notes=()),
+        metrics={},
+        values={key: declared(key, better) for key, better in SIDES.items()},
+        set_values={core.DISTANCE: declared(core.DISTANCE, "lower")},
+        counts=Counts.of(entry.status for entry in entries),
+        problems=(),
+    )
+    paths = ResultPaths(root, "frozen", "retarget", split, method)
+    if split == INTRA and method in SETS:
+        distance, spread = SETS[method]
+        facts = (distance, distance - 3 * spread, distance + 3 * spread, FLOOR)
+        without = tuple((distance + spread * np.cos(np.arange(10))).tolist())
+        value = SetValue(core.DISTANCE, TWO_LEGS, 100, 20, *facts, "real", "network", without=without)
+        set_metrics.write(paths, [value])
+    store.write_results(paths, header, entries, infos)
 
 
 README = """# Frozen inputs
@@ -157,7 +219,7 @@ Written by `tests/engine/freeze_inputs.py`; not edited by hand. All numbers are 
   with constant positions; lines end in CR LF; 24 frames per second.
 - `low_hips.bvh`: a body in A-pose whose hips lie below two other joints; its tips are End Sites.
 - `rotations.csv`: the rotations that these files mean, by `scipy.spatial.transform.Rotation.from_euler`.
-- `table.csv`: an error and a ratio of five made-up methods on 40 cases of 20 clips: one is close to the
+- `table`: results of five made-up methods on 40 cases of 20 clips, and on self pairs: one is close to the
   best, one far from it, one answered 37 cases, and one is a control.
 """
 
@@ -174,7 +236,10 @@ def main() -> None:
     low = low_hips(np.random.Generator(np.random.Philox(8)))
     write_text(folder / core.LOW_HIPS, low)
     write_csv(folder / "rotations.csv", ["file", "frame", "joint", "w", "x", "y", "z"], meant)
-    write_csv(folder / "table.csv", ["method", "clip", "pair", "error", "ratio"], rows(random))
+    shutil.rmtree(folder / core.RESULTS, ignore_errors=True)
+    for method, listed in rows(random).items():
+        for split in (SELF, INTRA):
+            write_results(folder / core.RESULTS, method, split, listed)
     write_text(folder / "README.md", README)
 
 

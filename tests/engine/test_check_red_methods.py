@@ -27,6 +27,10 @@ def test_the_methods_are_green(checked):
     assert found.compared > 300
 
 
+def test_every_method_of_a_plain_run_has_golden_rows():
+    assert set(golden.read(FOLDER).under("weights")) == set(method_rows.default_methods())
+
+
 def answer(change):
     """Replaces what copy_rotations answers."""
     from retarget_bench.methods.copy_rotations import CopyRotations

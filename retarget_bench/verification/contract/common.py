@@ -10,6 +10,7 @@ from retarget_bench.api import TASKS, Case, Dataset, Prediction
 from retarget_bench.errors import BenchError, one_line
 from retarget_bench.plugins import parameters, registry
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.verification.rewriting import resized
 
 P = TypeVar("P")
 """The contract that a plug-in is to fulfil."""
@@ -89,26 +90,6 @@ def sample(data: Dataset, frames: int = 40, task: str = TASKS[0]) -> list[Case]:
     if not found:
         raise BenchError(f"data set {data.card.name!r} has no case to try a plug-in on")
     return found
-
-
-def resized(case: Case, frames: int) -> Case:
-    """The first frames of a case; where it is shorter, it goes back and forth."""
-    there_and_back = np.arange(max(2 * case.source.frames - 2, 1))
-    turning = np.minimum(there_and_back, len(there_and_back) - there_and_back)
-    part = np.resize(turning, frames)
-    contacts = case.contacts
-    if contacts is not None:
-        pivoting = None if contacts.pivoting is None else contacts.pivoting[part]
-        contacts = replace(contacts, planted=contacts.planted[part], pivoting=pivoting)
-    return replace(
-        case,
-        source=case.source.at(part),
-        reference=case.reference and case.reference.at(part),
-        alternative=case.alternative and case.alternative.at(part),
-        contacts=contacts,
-        source_motion=case.source_motion and case.source_motion.at(part),
-        touches=case.touches and tuple(replace(touch, rests=touch.rests[part]) for touch in case.touches),
-    )
 
 
 def arrays(thing: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:

@@ -25,10 +25,10 @@ from retarget_bench.verification.contract.common import (
     changed,
     demand,
     difference,
-    resized,
     sample,
     snapshot,
 )
+from retarget_bench.verification.rewriting import played, resized
 
 KINDS_OF_SOURCE = ("motion", "positions", "points", "surface")
 PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips", "source_motion")
@@ -83,17 +83,7 @@ class MethodTrial(Trial[Method]):
 
     @demand("another frame rate is kept")
     def other_rate(self) -> str | None:
-        other = [
-            replace(
-                case,
-                source=replace(case.source, fps=50.0),
-                reference=case.reference and replace(case.reference, fps=50.0),
-                alternative=case.alternative and replace(case.alternative, fps=50.0),
-                source_motion=case.source_motion and replace(case.source_motion, fps=50.0),
-            )
-            for case in self.cases
-        ]
-        return self._first_problem(other)
+        return self._first_problem([played(case, 50.0) for case in self.cases])
 
     @demand("a source known by positions only is answered or refused")
     def positions(self) -> str | None:

@@ -28,7 +28,8 @@ from retarget_bench.motion.motion import Motion, PointSets, Positions, Surface
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import Values
-from retarget_bench.verification.contract.common import Trial, changed, demand, resized, sample, snapshot
+from retarget_bench.verification.contract.common import Trial, changed, demand, sample, snapshot
+from retarget_bench.verification.rewriting import resized
 
 M = TypeVar("M", Metric, SetMetric)
 LENGTH = 150

@@ -1,19 +1,20 @@
 """Comparison of what is measured now with golden rows: facts by name, rows by result matrices."""
 
 import math
-import warnings
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
-from retarget_bench.analysis import selection, statistics
+from retarget_bench.analysis import statistics
 from retarget_bench.plugins import bound
 from retarget_bench.results import store
-from retarget_bench.results.header import DeclaredValue
-from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices
-from retarget_bench.verification.gate.golden import CLOUDS, MOTION, PROTOCOL, Measured, parsed
+from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.store import Results
+from retarget_bench.verification.gate.golden import CLOUDS, MOTION, PROTOCOL, Measured, flat, parsed
 
 
 class Status(StrEnum):
@@ -141,10 +142,11 @@ def _gone(golden: Measured) -> Iterator[Change]:
 
 def _unmeasured(now: Measured, asked: Criteria) -> Iterator[Change]:
     """The values asked for that nothing has that was measured."""
-    parts = (parsed(name) for name in now.facts)
-    there = {value for part, _, value in parts if part not in PROTOCOL}
+    if not asked.values:
+        return
+    there = {value for part, _, value in map(parsed, now.facts) if part not in PROTOCOL}
     for place in store.find_results(now.rows):
-        there |= store.read_header(place.header).values.keys()
+        there |= {value for entry in store.read_results(place).entries for value in entry.values}
     for value in sorted(set(asked.values) - there):
         why = "not measured of methods; without --method it is, on frozen motions"
         yield Change(Status.UNMEASURED, value=value, why=why)
@@ -246,132 +248,124 @@ def _share(before: float, after: float, typical: float = 0.0) -> float:
 
 
 # -------------------------------------------------------------------------------------------- methods
-@dataclass(frozen=True)
-class _Pair:
-    """A method's golden row and that of now, on one split, whose cases are the same."""
-
-    matrix: ResultMatrix
-    old: MethodRow
-    new: MethodRow
-
-    def numbers(self, value: str) -> tuple[np.ndarray, np.ndarray, list[str]]:
-        """``(points, cases)`` golden and now, and the index of every point; of a plain value one point."""
-        keys = dict.fromkeys(key for row in (self.old, self.new) for key in row.runs[0] if key[0] == value)
-        nothing = np.full(len(self.matrix.cases), np.nan)
-        old, new = (
-            np.array([row.number(key) if key in row.runs[0] else nothing for key in keys])
-            for row in (self.old, self.new)
-        )
-        return old, new, [index for _, index in keys]
-
-    @property
-    def both_answered(self) -> np.ndarray:
-        """``(cases,)`` bool."""
-        unanswered = self.old.header.unanswered | self.new.header.unanswered
-        return np.array([info.id not in unanswered for info in self.matrix.cases])
-
-    def means(self, numbers: np.ndarray, there: np.ndarray) -> np.ndarray:
-        """``(points,)`` the means of ``(points, cases)`` as tables have them; nan without numbers."""
-        clips = statistics.per_clip(np.where(there, numbers, np.nan), self.matrix.clips)
-        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # no clip has a number
-            return np.asarray(np.nanmean(clips, axis=1))
-
-    def first(self, where: np.ndarray) -> str:
-        """The first of some ``(points, cases)``."""
-        return self.matrix.cases[int(np.argmax(where.any(axis=0)))].id
-
-
 def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> Iterator[Change | None]:
     """A change, or None, for every value of a method on a split that can be compared."""
-    known = {spec: bound.method(spec).known_as for spec in now.under("weights")}
-    before, after = (_matrices(each, {name.slug for name in known.values()}) for each in (golden, now))
-    typical = _typical(before.values())
+    before, after = (
+        {(each.method, each.split): each for each in store.find_results(side.rows)}
+        for side in (golden, now)
+    )
+    declared: dict[str, DeclaredValue] = {}
+    numbers: dict[Name, list[_Number]] = {}
+    learned = set()
     for spec, weights in now.under("weights").items():
-        label = str(known[spec])
-        new_rows, old_rows = (_rows_of(label, matrices) for matrices in (after, before))
-        if not any(row.header.counts.ok for row in (*new_rows.values(), *old_rows.values())):
-            problems = (each for row in new_rows.values() for each in row.header.problems)
-            why = next((each.message for each in problems), "no case")
-            yield Change(Status.UNMEASURED, label, why=f"it answers nothing: {why}")
-        if stale.data or spec in stale.methods:
-            continue
-        for split, new in new_rows.items():
-            old = old_rows.get(split)
-            if old is None or before[split].cases != after[split].cases:
-                why = "there is no golden row yet" if old is None else "other cases were asked"
-                yield Change(Status.INCOMPARABLE, label, where=split, why=why)
+        known, headers = bound.method(spec).known_as, []
+        for split in now.under("cases"):
+            old, new = (
+                store.read_results(there[key]) if (key := (known.slug, split)) in there else None
+                for there in (before, after)
+            )
+            headers += [each.header for each in (new, old) if each]
+            if new is None or stale.data or spec in stale.methods:
                 continue
-            pair = _Pair(after[split], old, new)
-            yield _answered(pair)
-            for value in dict.fromkeys(key[0] for row in (old, new) for key in row.runs[0]):
-                if asked.asks(value) and value not in stale.values:
-                    declared = after[split].values.get(value) or before[split].values[value]
-                    yield _value(pair, value, declared, asked, bool(weights), typical.get(value, 0.0))
+            if old is None or old.cases != new.cases:
+                why = "there is no golden row yet" if old is None else "other cases were asked"
+                yield Change(Status.INCOMPARABLE, str(known), where=split, why=why)
+                continue
+            yield _answered(str(known), old.header, new.header)
+            declared |= {**old.header.values, **new.header.values}
+            learned |= {str(known)} if weights else set()
+            for name, number in _numbers(str(known), old, new):
+                numbers.setdefault(name, []).append(number)
+        if not any(each.counts.ok for each in headers):
+            why = next((each.message for header in headers for each in header.problems), "no case")
+            yield Change(Status.UNMEASURED, str(known), why=f"it answers nothing: {why}")
+    typical = _typical(numbers)
+    for (label, value, split), listed in numbers.items():
+        if asked.asks(value) and value not in stale.values:
+            tolerance = declared[value].tolerance
+            limit = Tolerance(tolerance, RELATIVE)
+            if label in learned:
+                limit = Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
+            name = label, value, split
+            yield _value(name, listed, limit, typical.get(value, 0.0), declared[value], asked)
 
 
-def _rows_of(label: str, matrices: Mapping[str, ResultMatrix]) -> dict[str, MethodRow]:
-    """Split -> the row of a method."""
-    rows = {split: selection.find(matrix, label) for split, matrix in matrices.items()}
-    return {split: row for split, row in rows.items() if row is not None}
-
-
-def _matrices(found: Measured, files: Collection[str]) -> dict[str, ResultMatrix]:
-    """Split -> the rows of the methods of these files."""
-    places = [place for place in store.find_results(found.rows) if place.method in files]
-    return {matrix.split: matrix for matrix in result_matrices(places)}
-
-
-def _typical(matrices: Iterable[ResultMatrix]) -> dict[str, float]:
-    """Value id -> the median size of its numbers that are not 0."""
-    found: dict[str, list[np.ndarray]] = {}
-    for matrix in matrices:
-        for row in matrix.rows:
-            for key, numbers in row.runs[0].items():
-                found.setdefault(key[0], []).append(np.abs(numbers[numbers * 0 == 0]))
-    joined = {value: np.concatenate(each) for value, each in found.items()}
-    return {value: float(np.median(each[each > 0])) for value, each in joined.items() if each.any()}
-
-
-def _answered(pair: _Pair) -> Change | None:
+def _answered(label: str, old: ResultHeader, new: ResultHeader) -> Change | None:
     """Whether the cases that were answered still are, and those alone."""
-    old, new = pair.old.header, pair.new.header
-    counts = float(old.counts.ok), float(new.counts.ok)
-    name = pair.new.label, "answered cases", pair.matrix.split, *counts
+    name = label, "answered cases", new.split, float(old.counts.ok), float(new.counts.ok)
     if lost := new.unanswered - old.unanswered:
         why = next(each.message for each in new.problems if lost & set(each.cases))
         return Change(Status.FAILING, *name, f"{min(lost)}: {why}")
     return Change(Status.BETTER, *name) if old.unanswered - new.unanswered else None
 
 
+class _Number(NamedTuple):
+    """A number of a method, as it was and as it is; nan where there is none. point: index of a curve."""
+
+    point: str
+    case: str
+    clip: str
+    before: float
+    after: float
+
+
+Name = tuple[str, str, str]
+"""Label of a method, value id, and split."""
+
+
+def _numbers(label: str, old: Results, new: Results) -> Iterator[tuple[Name, _Number]]:
+    """Every number of the cases that both answered."""
+    before, after = ({entry.case: flat(entry.values) for entry in each.entries} for each in (old, new))
+    for case in sorted(new.cases.keys() - old.header.unanswered - new.header.unanswered):
+        old_row, new_row = before.get(case, {}), after.get(case, {})
+        for column in dict.fromkeys((*old_row, *new_row)):
+            value, _, point = column.partition("@")
+            sides = (each.get(column, math.nan) for each in (old_row, new_row))
+            yield (label, value, new.header.split), _Number(point, case, new.cases[case].clip, *sides)
+
+
+def _typical(numbers: Mapping[Name, Sequence[_Number]]) -> dict[str, float]:
+    """Value id -> the median size of its golden numbers that are not 0."""
+    sizes: dict[str, list[float]] = {}
+    for (_, value, _), listed in numbers.items():
+        sizes.setdefault(value, []).extend(abs(each.before) for each in listed if abs(each.before) > 0)
+    return {value: float(np.median(each)) for value, each in sizes.items() if each}
+
+
 def _value(
-    pair: _Pair, value: str, declared: DeclaredValue, asked: Criteria, learned: bool, typical: float
+    name: Name,
+    numbers: Sequence[_Number],
+    limit: Tolerance,
+    typical: float,
+    declared: DeclaredValue,
+    asked: Criteria,
 ) -> Change | None:
     """One value of a method on one split: every number, or its mean where a tolerance is given for that."""
-    old, new, points = pair.numbers(value)
-    name = pair.new.label, value, pair.matrix.split
-    had, has = (~np.isnan(each) & pair.both_answered for each in (old, new))
-    if (had & ~has).any():
-        return Change(Status.FAILING, *name, why=f"no value any more: {pair.first(had & ~has)}")
-    if (has & ~had).any():
-        return Change(Status.MOVED, *name, why=f"a value where there was none: {pair.first(has & ~had)}")
-    limit = Tolerance(declared.tolerance, RELATIVE)
-    if learned:
-        limit = Tolerance(LEARNED.absolute * declared.tolerance, LEARNED.relative)
-    moved = limit.passed(old, new, typical) & had
+    before, after = np.array([(each.before, each.after) for each in numbers]).T
+    for wrong, status, why in (
+        (np.isnan(after), Status.FAILING, "no value any more"),
+        (np.isnan(before), Status.MOVED, "a value where there was none"),
+    ):
+        if wrong.any():
+            return Change(status, *name, why=f"{why}: {numbers[int(np.argmax(wrong))].case}")
+    moved = limit.passed(before, after, typical)
     if not moved.any():
         return None
-    before, after = (pair.means(each, had) for each in (old, new))
-    if allowed := asked.tolerance(value):
-        moved &= limit.wider(allowed).passed(before, after, typical)[:, None]
+    # of clips first, as in tables
+    means = pd.DataFrame(numbers).groupby(["point", "clip"])[["before", "after"]].mean()
+    means = means.groupby("point").mean()
+    if allowed := asked.tolerance(name[1]):
+        passed = limit.wider(allowed).passed(means.before.to_numpy(), means.after.to_numpy(), typical)
+        moved &= np.isin([each.point for each in numbers], means.index[passed])
         if not moved.any():
             return None
-    point, case = np.unravel_index(int(np.argmax(np.where(moved, np.abs(new - old), -1.0))), old.shape)
-    mean = float(before[point]), float(after[point])
+    most = numbers[int(np.argmax(np.where(moved, np.abs(after - before), -1.0)))]
+    mean = float(means.before[most.point]), float(means.after[most.point])
     status = _direction(declared, *mean)
     if asked.worse_only and status is not Status.WORSE:
         return None
-    most = f"{pair.matrix.cases[case].id} {points[point]}".rstrip()
-    why = f"{moved.sum()} of {had.sum()}, most {most}: {old[point, case]:.4g} -> {new[point, case]:.4g}"
+    where = f"{most.case} {most.point}".rstrip()
+    why = f"{moved.sum()} of {len(numbers)}, most {where}: {most.before:.4g} -> {most.after:.4g}"
     return Change(status, *name, *mean, why, _share(*mean, typical))
 
 

@@ -15,17 +15,13 @@ import numpy as np
 
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.pairwise import Difference
-from retarget_bench.api import INTRA, SELF, TWO_LEGS, Case, CaseInfo, Direction
-from retarget_bench.evaluation import set_metrics
-from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.api import INTRA, TWO_LEGS, Case
 from retarget_bench.motion import bvh, ground, transfer
 from retarget_bench.motion.bvh import recording
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.prediction_check import FARTHEST, UNIT_TOLERANCE, Invalid, verified
 from retarget_bench.results import result_matrix, store
-from retarget_bench.results.header import Counts, DatasetInfo, DeclaredValue, MethodInfo, ResultHeader
-from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.tables import builder, comparing, rendering
 from retarget_bench.tables.model import MARKS
 from retarget_bench.tables.rendering import pairwise_text
@@ -49,11 +45,6 @@ def measure(found: Measured, folder: Path) -> None:
             found.errors[part] = f"{type(error).__name__}: {error}"
 
 
-def _listed(folder: Path, name: str) -> list[dict[str, str]]:
-    with (folder / INPUTS / name).open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def _numbered(name: str, values: Sequence[float | str]) -> dict[str, float | str]:
     return {f"{name}@{number}": each for number, each in enumerate(values)}
 
@@ -61,7 +52,8 @@ def _numbered(name: str, values: Sequence[float | str]) -> dict[str, float | str
 # ------------------------------------------------------------------------------------------------ BVH
 def reader(folder: Path) -> Rows:
     """Every BVH file: how far its quaternions are from those that it means, the rate, and the lengths."""
-    listed = _listed(folder, "rotations.csv")
+    with (folder / INPUTS / "rotations.csv").open(encoding="utf-8", newline="") as file:
+        listed = list(csv.DictReader(file))
     for name in dict.fromkeys(row["file"] for row in listed):
         path = folder / INPUTS / name
         document = bvh.parse(path, cache=False)
@@ -189,45 +181,26 @@ def _answers(case: Case) -> Iterator[tuple[str, object]]:
 
 
 # ------------------------------------------------------------------------------- tables, comparisons
-SIDES: Mapping[str, Direction] = {"error": "lower", "ratio": "target", "share": "higher"}
-POOLED, DISTANCE = "pooled", "distance"
-"""A value that pools self pairs, and one of whole sets."""
-SETS = {"best": (2.0, 0.05), "near": (2.1, 0.2), "far": (9.0, 0.1)}
-"""Method -> its distance as a set, and how far it moves without a tenth of the clips; the references score
-``FLOOR``."""
-FLOOR = 1.25
-
-
-def _declared(key: str, better: Direction, with_self: bool = False) -> DeclaredValue:
-    return DeclaredValue(
-        label=key, meaning="", unit="1", better=better, goal=1.0, tolerance=1e-6, index="",
-        with_self=with_self,
-    )  # fmt: skip
-
-
-VALUES = {key: _declared(key, better) for key, better in SIDES.items()} | {
-    POOLED: _declared(POOLED, "lower", with_self=True)
-}
+RESULTS = "table"
+"""The results folder of the table, among the frozen inputs."""
+VALUES = ("error", "ratio", "share", "pooled")
+"""Values of cases; ``pooled`` counts self pairs."""
+DISTANCE = "distance"
+"""A value of whole sets."""
 
 
 def table(folder: Path) -> Rows:
     """A table and a comparison of frozen rows, as files give them back: numbers, marks, and their text."""
-    listed = _listed(folder, "table.csv")
-    with tempfile.TemporaryDirectory(prefix="bench-check-") as root:
-        written = [
-            _stored(Path(root), method, split, [row for row in listed if row["method"] == method])
-            for method in dict.fromkeys(row["method"] for row in listed)
-            for split in (SELF, INTRA)
-        ]
-        # of bodies of one kind, so that the value of sets is a column with marks
-        found = [replace(each, bodies=TWO_LEGS) for each in summary.split_summaries(written)]
-        made = builder.tables(found, (*VALUES, DISTANCE))
-        matrices = [each for each in result_matrix.result_matrices(written) if each.split == INTRA]
-        compared = [
-            each
-            for first in ("best", "near")
-            for each in comparing.compare(matrices, first, "far", tuple(VALUES))
-        ]
+    written = store.find_results(folder / INPUTS / RESULTS)
+    # of bodies of one kind, so that the value of sets is a column with marks
+    found = [replace(each, bodies=TWO_LEGS) for each in summary.split_summaries(written)]
+    made = builder.tables(found, (*VALUES, DISTANCE))
+    matrices = [each for each in result_matrix.result_matrices(written) if each.split == INTRA]
+    compared = [
+        each
+        for first, values in (("best", VALUES[:1]), ("near", VALUES))
+        for each in comparing.compare(matrices, first, "far", values)
+    ]
     (section,) = (each for each in found if each.split == INTRA)
     for group in (group for each in made for group in each.groups if group.split == INTRA):
         for row in group.rows:
@@ -263,43 +236,6 @@ def _drawn(text: str) -> dict[str, float | str]:
     """The lines of the paragraphs with numbers; sentences around them may change."""
     paragraphs = (each.splitlines() for each in text.split("\n\n") if "↓" in each)
     return _numbered("line", [line for each in paragraphs for line in each])
-
-
-def _stored(root: Path, method: str, split: str, listed: Sequence[Mapping[str, str]]) -> ResultPaths:
-    """The result files of a method; on self pairs of every fourth clip, where it errs by one more."""
-    infos, entries = [], []
-    for number, row in enumerate(listed):
-        if split == SELF and number % 8:
-            continue
-        source, target = row["pair"].split(">")
-        source = target if split == SELF else source
-        case = f"frozen/{source}>{target}/{row['clip']}"
-        infos.append(CaseInfo(case, "retarget", split, source, target, row["clip"], "", 10))
-        values: store.Values = {}
-        if row["error"]:
-            error, ratio = float(row["error"]) + (split == SELF), float(row["ratio"])
-            values = {"error": error, "ratio": ratio, "share": np.exp(-error), POOLED: error}
-        entries.append(CaseResult(case, "ok" if values else "failed", values=values))
-    header = ResultHeader(
-        keys={},
-        split=split,
-        method=MethodInfo(label=method, privileged=(), control=method == "control"),
-        dataset=DatasetInfo(label="frozen", content="frozen", notes=()),
-        metrics={},
-        values=VALUES,
-        set_values={DISTANCE: _declared(DISTANCE, "lower")},
-        counts=Counts.of(entry.status for entry in entries),
-        problems=(),
-    )
-    paths = ResultPaths(root, "frozen", "retarget", split, method)
-    if split == INTRA and method in SETS:
-        distance, spread = SETS[method]
-        facts = (distance, distance - 3 * spread, distance + 3 * spread, FLOOR)
-        without = tuple((distance + spread * np.cos(np.arange(10))).tolist())
-        value = SetValue(DISTANCE, TWO_LEGS, 100, 20, *facts, "real", "network", without=without)
-        set_metrics.write(paths, [value])
-    store.write_results(paths, header, entries, infos)
-    return paths
 
 
 PARTS: Mapping[str, Callable[[Path], Rows]] = {

@@ -26,8 +26,9 @@ from retarget_bench.api.optional import is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
 from retarget_bench.motion import character, measures, motion, rotation, skeleton
-from retarget_bench.results.store import Values, read_npz
-from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured
+from retarget_bench.results.store import read_npz
+from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured, flat
+from retarget_bench.verification.rewriting import played
 
 SCHEMA = 1
 KNOWN = {
@@ -107,42 +108,31 @@ def measure(
     paths = sorted((folder / MOTIONS).glob("*.npz"))
     if not paths:
         found.missing.append(f"{folder / MOTIONS} has no frozen motion")
+    of_sets = [metric for metric in metrics if is_set_metric(metric)]
+    of_cases: list[Metric] = [metric for metric in metrics if not is_set_metric(metric)]  # type: ignore[misc]
     for done, path in enumerate(paths, 1):
         held = read(path)
         found.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]
-        for metric in metrics:
-            if is_set_metric(metric):
-                _add_network(found, metric, held.case)
-            for name, case, prediction in _asked(held):
-                columns = set_features if is_set_metric(metric) else _scores
-                _keep(found, f"{MOTION}/{name}", metric, partial(columns, metric, case, prediction))  # type: ignore[arg-type]
+        for metric in of_sets:
+            _add_network(found, metric, held.case)
+        for name, case, prediction in _asked(held):
+            row = f"{MOTION}/{name}"
+            scored = score.score(of_cases, case, prediction)
+            found.add(row, flat(scored.values))
+            found.errors |= {f"{row}/{metric}": why for metric, why in scored.faults.items()}
+            for metric in of_sets:
+                _keep(found, row, metric, partial(set_features, metric, case, prediction))
         progress(done, len(paths))
-    for metric in metrics:
-        if is_set_metric(metric):
-            for name in ROWS:
-                _keep(found, f"{CLOUDS}/{name}", metric, partial(set_values, metric, name))
+    for metric in of_sets:
+        for row in ROWS:
+            _keep(found, f"{CLOUDS}/{row}", metric, partial(set_values, metric, row))
 
 
-def _keep(
-    found: Measured, row: str, metric: Metric | SetMetric, columns: Callable[[], Mapping[str, float]]
-) -> None:
+def _keep(found: Measured, row: str, metric: SetMetric, columns: Callable[[], Mapping[str, float]]) -> None:
     try:
         found.add(row, columns())
     except Exception as error:  # a metric's own fault is a finding, not the end
         found.errors[f"{row}/{metric.card.name}"] = f"{type(error).__name__}: {error}"
-
-
-def _scores(metric: Metric, case: Case, prediction: Prediction) -> Mapping[str, float]:
-    return flat(score.score([metric], case, prediction).sound())
-
-
-def flat(values: Values) -> dict[str, float]:
-    """Values as columns: a value's id, or ``<id>@<index>`` of a curve."""
-    found: dict[str, float] = {}
-    for value_id, value in values.items():
-        curve = value if isinstance(value, Mapping) else None
-        found |= {value_id: value} if curve is None else {f"{value_id}@{k}": v for k, v in curve.items()}  # type: ignore[dict-item]
-    return found
 
 
 RATES = (24.0, 60.0, 120.0)
@@ -166,13 +156,7 @@ def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
     yield f"{frozen.name}/{name}, no answer", replace(frozen.case, **known), prediction  # type: ignore[arg-type]
     yield f"{frozen.name}/{name}, uneven", replace(frozen.case, ground=UNEVEN), prediction
     for fps in (*RATES, *NEARLY_STILL.get(frozen.name, ())):
-        yield f"{frozen.name}/{name}, {fps:g} fps", _played(frozen.case, fps), replace(prediction, fps=fps)
-
-
-def _played(case: Case, fps: float) -> Case:
-    """The same frames at another rate."""
-    reference = None if case.reference is None else replace(case.reference, fps=fps)
-    return replace(case, source=replace(case.source, fps=fps), reference=reference)
+        yield f"{frozen.name}/{name}, {fps:g} fps", played(frozen.case, fps), replace(prediction, fps=fps)
 
 
 # --------------------------------------------------------------------------------- metrics of sets

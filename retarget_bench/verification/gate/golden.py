@@ -16,6 +16,7 @@ import retarget_bench
 from retarget_bench.errors import FileError
 from retarget_bench.files import write_csv
 from retarget_bench.results import store
+from retarget_bench.results.store import Values
 
 FACTS, ROWS, MOTIONS, LOG = "facts.csv", "rows", "frozen", "CHANGES.md"
 FIELDS = ("fact", "value")
@@ -64,13 +65,11 @@ def built_in() -> Path:
     return inside if inside.is_dir() else package.parent / "results" / "golden"
 
 
-def exists(folder: Path) -> bool:
-    return (folder / FACTS).is_file()
-
-
 def read(folder: Path) -> Measured:
-    """Golden rows. Raises FileError for a file of facts that is missing or damaged; rows are checked where
-    they are read."""
+    """Golden rows, without facts where there are none. Raises FileError for a damaged file of facts; rows
+    are checked where they are read."""
+    if not (folder / FACTS).is_file():
+        return Measured(folder / ROWS)
     rows = store.read_csv(folder / FACTS, FIELDS)
     facts = dict(rows)
     if len(facts) < len(rows):
@@ -115,3 +114,12 @@ def parsed(name: str) -> tuple[str, str, str]:
     row, _, column = name.rpartition("/")
     part, _, where = row.partition("/")
     return part, where, column.split("@", 1)[0]
+
+
+def flat(values: Values) -> dict[str, float]:
+    """Values as columns: a value's id, or ``<id>@<index>`` of a curve."""
+    found: dict[str, float] = {}
+    for value_id, value in values.items():
+        curve = value if isinstance(value, Mapping) else None
+        found |= {value_id: value} if curve is None else {f"{value_id}@{k}": v for k, v in curve.items()}  # type: ignore[dict-item]
+    return found

@@ -26,7 +26,7 @@ from retarget_bench.results.store import CaseResult
 from retarget_bench.verification.gate.golden import FACTS, Measured
 
 TASK = "retarget"
-CASES = 5
+CASES = 4
 """Cases of each split. Their structures, bodies and kinds of performance differ as far as they can."""
 STRUCTURES, OTHERS = 10, 1
 """Weights in the choice of cases: of a new structure, and of a new body or kind."""
@@ -67,7 +67,7 @@ def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
     return sorted(chosen, key=lambda info: info.id)
 
 
-def _cases(found: Measured, data: BoundDataset, golden: Measured | None) -> dict[str, Sequence[CaseInfo]]:
+def _cases(found: Measured, data: BoundDataset, golden: Measured) -> dict[str, Sequence[CaseInfo]]:
     """Split -> the cases of the golden rows, unless the data set says itself that it holds something else
     now; then those chosen by rule. Adds the facts of the data set."""
     content = data.built.content
@@ -76,7 +76,7 @@ def _cases(found: Measured, data: BoundDataset, golden: Measured | None) -> dict
     for split, infos in listed.items():
         hash_ = digest("\n".join(info.id for info in infos))
         found.facts[f"cases/{split}"] = f"{len(infos)} cases, {hash_}"
-    if golden is None or golden.facts.get("dataset/content") != content:
+    if golden.facts.get("dataset/content") != content:
         return {split: choose(data.built, infos) for split, infos in listed.items()}
     asked: dict[str, Sequence[CaseInfo]] = {}
     for split, ids in asked_before(golden).items():
@@ -104,7 +104,7 @@ def default_methods() -> list[str]:
 
 def measure(
     found: Measured,
-    golden: Measured | None,
+    golden: Measured,
     data: BoundDataset,
     labels: Sequence[str],
     metrics: tuple[str, ...],
@@ -118,7 +118,7 @@ def measure(
     if not any(asked.values()):
         found.missing.append(f"{data.spec} has no case to ask methods")
     methods: dict[str, BoundMethod] = {}
-    known = golden.under("weights") if golden else {}
+    known = golden.under("weights")
     for label in labels:
         try:
             method = bound.method(registry.canonical("methods", label))
@@ -127,16 +127,17 @@ def measure(
         except BenchError as error:
             gone = "; if it is gone for good, remove its line from " + FACTS
             found.missing.append(f"{error}{gone if label in known else ''}")
-    for done, (split, infos) in enumerate(asked.items(), 1):
-        cases = _loaded(found, data.built, infos)
-        for method in methods.values():
-            if not cases:
-                continue
-            plan = Plan((method.spec,), (data.spec,), metrics=metrics, out=found.rows)
-            unit = EvaluationUnit(plan, data, split, method)
-            entries = _entries(unit, cases)
-            store.write_results(unit.paths, _header(unit, entries), entries, infos)
-        progress(done, len(asked))
+    loaded = {split: _loaded(found, data.built, infos) for split, infos in asked.items()}
+    cases = [case for each in loaded.values() for case in each]
+    for done, method in enumerate(methods.values(), 1):
+        plan = Plan((method.spec,), (data.spec,), metrics=metrics, out=found.rows)
+        units = [EvaluationUnit(plan, data, split, method) for split, each in loaded.items() if each]
+        entries = _entries(units[0], cases) if units else {}
+        for unit in units:
+            infos = asked[unit.split]
+            mine = [entries[info.id] for info in infos]
+            store.write_results(unit.paths, _header(unit, mine), mine, infos)
+        progress(done, len(methods))
 
 
 def _loaded(found: Measured, data: Dataset, infos: Sequence[CaseInfo]) -> list[Case]:
@@ -148,8 +149,8 @@ def _loaded(found: Measured, data: Dataset, infos: Sequence[CaseInfo]) -> list[C
         return []
 
 
-def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> list[CaseResult]:
-    """What a method gives for cases, asked at once where it can be, scored as in any run."""
+def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> dict[str, CaseResult]:
+    """What a method gives for cases of any split, asked at once where it can be, scored as in any run."""
     method, metrics = unit.method.built, unit.metrics.of_cases
     seeds = [store.case_seed(0, str(unit.known_as), case.info.id) for case in cases]
     contexts = [
@@ -158,10 +159,9 @@ def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> list[CaseResult]:
     ]
     # values per joint are left to frozen motions
     kept = {k for k, each in bound.declared_values(metrics).items() if each.index not in ARRAY_INDICES}
-    entries = []
+    entries = {}
     for case, outcome in zip(cases, stage_one.predict_all(method, cases, contexts), strict=True):
-        entry = CaseResult(case.info.id, outcome.status, outcome.message)
-        entries.append(entry)
+        entry = entries[case.info.id] = CaseResult(case.info.id, outcome.status, outcome.message)
         if outcome.prediction is not None:
             try:
                 values = score(metrics, case, stage_one.as_scored(outcome.prediction)).sound()

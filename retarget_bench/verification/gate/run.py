@@ -30,52 +30,34 @@ def check(
 ) -> tuple[Comparison, Measured]:
     """Measure, and compare with the golden rows in ``folder``, by what is asked for.
 
-    scratch: an empty folder for the rows of methods. methods: labels; none: those of the golden rows and,
-    where these are of everything, the built-in ones that run by default. dataset: None: that of the golden
-    rows. accept: everything that the golden rows hold is measured besides, and there may be none yet.
-    Raises BenchError where there is none or it is damaged.
+    scratch: an empty folder for the rows of methods. methods: labels; none: those of the golden rows.
+    dataset: None: that of the golden rows. accept: all that the golden rows hold is measured besides, and
+    where they are of everything also the built-in methods that run by default; there may be none yet.
+    What cannot be measured is named in ``missing``; the rest goes on. Raises BenchError where there are no
+    golden rows, or these are damaged.
     """
-    before = golden.read(folder) if golden.exists(folder) else None
-    if before is None and not accept:
+    before = golden.read(folder)
+    fresh, labels = not before.facts, [str(Spec.parse(each)) for each in methods]
+    if fresh and not accept:
         raise BenchError(
             f'{folder} has no golden rows; bench check --accept --because "..." --baseline {folder} makes '
             "them from what is measured now"
         )
-    now = measure(folder, scratch, before, methods, dataset, accept, progress)
-    return compare.compare(before or Measured(folder / golden.ROWS), now, asked), now
-
-
-def measure(
-    folder: Path,
-    scratch: Path,
-    before: Measured | None,
-    methods: Sequence[str],
-    dataset: Spec | None,
-    accept: bool,
-    progress: Progress,
-) -> Measured:
-    """All that ``check`` compares. What cannot be measured is named in ``missing``; the rest goes on."""
-    labels = [str(Spec.parse(each)) for each in methods]
     everything = accept or not labels
-    complete = before.complete if before is not None else not labels
-    if before is not None and everything:
-        labels += before.under("weights")
-    if complete and everything:
-        labels += method_rows.default_methods()
+    complete = before.complete or (fresh and not labels)
+    labels += before.under("weights") if everything else ()
+    labels += method_rows.default_methods() if complete and accept else ()
     found = Measured(scratch / golden.ROWS)
     # golden rows of one's own methods leave metrics alone that they do not know
-    known = before is not None and not complete and not accept
-    metrics = built_metrics(list(before.under("metric")) if before and known else own_metrics(), found)
+    metrics = built_metrics(own_metrics() if complete or accept else [*before.under("metric")], found)
     if complete and everything:
         # the frozen motions beside the golden rows where these have some, else those of the package
         own = (folder / golden.MOTIONS).is_dir()
         measure_frozen(found, folder if own else golden.built_in(), metrics, progress)
-    data = bound.dataset(
-        dataset or Spec.parse(before.facts["dataset/spec"] if before else defaults.DATASET)
-    )
+    data = bound.dataset(dataset or Spec.parse(before.facts.get("dataset/spec", defaults.DATASET)))
     scoring = tuple(metric.card.name for metric in metrics if not is_set_metric(metric))
     method_rows.measure(found, before, data, list(dict.fromkeys(labels)), scoring, progress)
-    return found
+    return compare.compare(before, found, asked), found
 
 
 def measure_frozen(

@@ -13,7 +13,8 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.verification.probe import rewriting
+from retarget_bench.verification import rewriting
+from retarget_bench.verification.rewriting import Rewritten
 
 SHIFT = np.array([1.7, 0.0, -2.3])
 """Metres added to the root."""
@@ -75,45 +76,28 @@ def _same(new: Places, plain: Places) -> tuple[Places, Places]:
     return new, plain
 
 
-def _source(
-    rewritten: Callable[[Motion], Motion], bring: Alignment = _same
+Rewrite = Callable[[Character], Rewritten | str]
+"""A body, or a sentence with ``{side}`` in it that says why it cannot be written so."""
+
+
+def _rewritten(
+    q: ProbeCase, source: Rewrite = Rewritten, target: Rewrite = Rewritten
+) -> ProbeQuestion | str:
+    """The question with source, target or both written differently."""
+    performer, body = source(q.source.character), target(q.target)
+    if isinstance(performer, str):
+        return performer.format(side="source")
+    if isinstance(body, str):
+        return body.format(side="target")
+    asked = ProbeCase(performer.motion(q.source), body.body)
+    return ProbeQuestion(asked, lambda new, plain: (body.positions(new), plain), q)
+
+
+def _moved_source(
+    rewritten: Callable[[Motion], Motion], bring: Alignment
 ) -> Callable[[ProbeCase], ProbeQuestion]:
-    """The question with another source."""
+    """The question with another source of the same body."""
     return lambda q: ProbeQuestion(ProbeCase(rewritten(q.source), q.target), bring, q)
-
-
-def _target(
-    rewritten: Callable[[Character], Character], bring: Alignment = _same
-) -> Callable[[ProbeCase], ProbeQuestion]:
-    """The question with another target."""
-    return lambda q: ProbeQuestion(ProbeCase(q.source, rewritten(q.target)), bring, q)
-
-
-# --------------------------------------------------------------------------------------- how it is written
-def _source_order(q: ProbeCase) -> ProbeQuestion:
-    order = rewriting.other_order(q.source.character)
-    body = rewriting.reordered(q.source.character, order)
-    source = Motion(body, q.source.rotations[:, order], q.source.root, q.source.fps)
-    return ProbeQuestion(ProbeCase(source, q.target), _same, q)
-
-
-def _target_order(q: ProbeCase) -> ProbeQuestion:
-    order = rewriting.other_order(q.target)
-    asked = ProbeCase(q.source, rewriting.reordered(q.target, order))
-    return ProbeQuestion(asked, lambda new, plain: (new, plain[:, order]), q)
-
-
-def _source_split(q: ProbeCase) -> ProbeQuestion | str:
-    if not (ends := rewriting.splittable(q.source.character)):
-        return "the source has no bone that files split"
-    return ProbeQuestion(ProbeCase(rewriting.split_motion(q.source, ends), q.target), _same, q)
-
-
-def _target_split(q: ProbeCase) -> ProbeQuestion | str:
-    if not (ends := rewriting.splittable(q.target)):
-        return "the target has no bone that files split"
-    body, place = rewriting.split(q.target, ends)
-    return ProbeQuestion(ProbeCase(q.source, body), lambda new, plain: (new[:, place], plain), q)
 
 
 def _source_merged(q: ProbeCase) -> ProbeQuestion | str:
@@ -125,13 +109,6 @@ def _source_merged(q: ProbeCase) -> ProbeQuestion | str:
     return ProbeQuestion(ProbeCase(rewriting.merged(stiff, joint), q.target), _same, plain)
 
 
-# --------------------------------------------------------------------------------------- size, place, side
-def _units(q: ProbeCase) -> ProbeQuestion:
-    source, target = rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
-    asked = ProbeCase(source, target)
-    return ProbeQuestion(asked, lambda new, plain: (new / CENTIMETRES, plain), q)
-
-
 def _moved_back(new: Places, plain: Places) -> tuple[Places, Places]:
     """The answer must move by one constant on the floor: how far is the root rule's choice."""
     moved = (new - plain).mean(axis=(0, 1)) * np.array([1.0, 0.0, 1.0])
@@ -140,14 +117,6 @@ def _moved_back(new: Places, plain: Places) -> tuple[Places, Places]:
 
 def _turned_back(new: Places, plain: Places) -> tuple[Places, Places]:
     return rotation.rotate(rotation.about(np.array([0.0, 1.0, 0.0]), -TURN), new), plain
-
-
-def _mirrored(q: ProbeCase) -> ProbeQuestion | str:
-    ours, theirs = rewriting.partners(q.source.character), rewriting.partners(q.target)
-    if ours is None or theirs is None:
-        return f"the joints of the {'source' if ours is None else 'target'} are not the same on both sides"
-    asked = ProbeCase(rewriting.mirrored_motion(q.source, ours), rewriting.mirrored(q.target, theirs))
-    return ProbeQuestion(asked, lambda new, plain: (new[:, theirs] * rewriting.MIRROR, plain), q)
 
 
 # --------------------------------------------------------------------------------------- time
@@ -164,41 +133,22 @@ def _rate(q: ProbeCase, rate: float) -> ProbeQuestion | str:
     return ProbeQuestion(asked, lambda new, plain: (new[frames[ours]], plain[ours]), q)
 
 
+def _on_each_side(name: str, meaning: str, rewrite: Rewrite) -> tuple[Probe, Probe]:
+    """Two probes: the source written differently, and the target. meaning: with ``{side}`` in it."""
+    of_source, of_target = partial(_rewritten, source=rewrite), partial(_rewritten, target=rewrite)
+    return (
+        Probe(f"source_{name}", f"{meaning.format(side='source')}: the same answer", of_source),
+        Probe(f"target_{name}", f"{meaning.format(side='target')}: the same answer", of_target),
+    )
+
+
+_LARGER, _IN_CENTIMETRES = (partial(rewriting.scaled, factor=factor) for factor in (LARGER, CENTIMETRES))
 PROBES: tuple[Probe, ...] = (
-    Probe(
-        "source_names",
-        "the source's joints get names that say nothing: the same answer",
-        _source(lambda motion: replace(motion, character=rewriting.renamed(motion.character))),
-    ),
-    Probe(
-        "target_names",
-        "the target's joints get names that say nothing: the same answer",
-        _target(rewriting.renamed),
-    ),
-    Probe("source_order", "the source's joints in another order: the same answer", _source_order),
-    Probe("target_order", "the target's joints in another order: the same answer", _target_order),
-    Probe(
-        "source_axes",
-        "the source authored with Z up: the same answer",
-        _source(lambda motion: rewriting.reframed_motion(motion, rewriting.z_up(motion.character))),
-    ),
-    Probe(
-        "target_axes",
-        "the target authored with Z up: the same answer",
-        _target(lambda body: rewriting.reframed(body, rewriting.z_up(body))),
-    ),
-    Probe(
-        "source_rest",
-        "the source's bones all rest along +X: the same answer",
-        _source(lambda motion: rewriting.reframed_motion(motion, rewriting.one_axis(motion.character))),
-    ),
-    Probe(
-        "target_rest",
-        "the target's bones all rest along +X: the same answer",
-        _target(lambda body: rewriting.reframed(body, rewriting.one_axis(body))),
-    ),
-    Probe("source_split", "bones of the source split in two: the same answer", _source_split),
-    Probe("target_split", "bones of the target split in two: the same answer", _target_split),
+    *_on_each_side("names", "the {side}'s joints get names that say nothing", rewriting.renamed),
+    *_on_each_side("order", "the {side}'s joints in another order", rewriting.reordered),
+    *_on_each_side("axes", "the {side} authored with Z up", rewriting.z_up),
+    *_on_each_side("rest", "the {side}'s bones all rest along +X", rewriting.one_axis),
+    *_on_each_side("split", "bones of the {side} split in two", rewriting.split),
     Probe(
         "source_merged",
         "a stiff spine joint of the source is left out: the same answer where a method carries "
@@ -209,30 +159,41 @@ PROBES: tuple[Probe, ...] = (
     Probe(
         "source_scale",
         "the source 1.5 times as large: the same answer",
-        _source(lambda motion: rewriting.scaled_motion(motion, LARGER)),
+        partial(_rewritten, source=_LARGER),
     ),
     Probe(
         "target_scale",
         "the target 1.5 times as large: the same answer, as much larger",
-        _target(lambda body: rewriting.scaled(body, LARGER), lambda new, plain: (new / LARGER, plain)),
+        partial(_rewritten, target=_LARGER),
     ),
-    Probe("units", "all lengths in centimetres: the same answer in centimetres", _units, "cm for m"),
+    Probe(
+        "units",
+        "all lengths in centimetres: the same answer in centimetres",
+        partial(_rewritten, source=_IN_CENTIMETRES, target=_IN_CENTIMETRES),
+        "cm for m",
+    ),
     Probe(
         "shifted",
         "a constant added to the root: the answer moves by one constant",
-        _source(lambda motion: replace(motion, root=motion.root + SHIFT), _moved_back),
+        _moved_source(lambda motion: replace(motion, root=motion.root + SHIFT), _moved_back),
         "root shifted",
     ),
     Probe(
         "turned",
         "the whole motion turned about the vertical: the answer turns too",
-        _source(lambda motion: rewriting.turned_motion(motion, TURN), _turned_back),
+        _moved_source(lambda motion: rewriting.turned_motion(motion, TURN), _turned_back),
     ),
-    Probe("mirrored", "source and target seen in a mirror: the answer's mirror image", _mirrored),
+    Probe(
+        "mirrored",
+        "source and target seen in a mirror: the answer's mirror image",
+        partial(_rewritten, source=rewriting.mirrored, target=rewriting.mirrored),
+    ),
     Probe(
         "reversed",
         "the source played backwards: the answer backwards, of methods without memory",
-        _source(lambda motion: motion.at(slice(None, None, -1)), lambda new, plain: (new[::-1], plain)),
+        _moved_source(
+            lambda motion: motion.at(slice(None, None, -1)), lambda new, plain: (new[::-1], plain)
+        ),
         "time reversed",
         demanded=False,
     ),

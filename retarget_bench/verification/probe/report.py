@@ -86,7 +86,8 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
     """Write the rows of one method, a result per split; gives their paths."""
     plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, out=root)
     written = []
-    code = code_hash(package_code("verification.probe"))
+    parts = ("verification.probe", "verification.rewriting")
+    code = code_hash(file for part in parts for file in package_code(part))
     for split in dict.fromkeys(reply.subject.info.split for reply in replies):
         mine = [reply for reply in replies if reply.subject.info.split == split]
         unit = EvaluationUnit(plan, bound.dataset(dataset), split, bound.method(method))

@@ -1,4 +1,4 @@
-"""Knees and elbows: angles that snap, and limbs that are straight where the source bends them."""
+"""Knees and elbows that snap, or are straight where the source bends them; joints that move too fast."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ from collections.abc import Iterator
 import numpy as np
 
 from retarget_bench.motion.hinges import FOLDED
+from retarget_bench.motion.roles import is_finger, is_tip
 from retarget_bench.verification.verdict.defects import Defect, local_maximum, stretches
 from retarget_bench.verification.verdict.pair import Pair, joint_name
 
 FASTER = 1.5
-"""Times the source's fastest turn nearby that still passes."""
+"""Times the source's fastest turn or speed nearby, at the size of this body, that still passes."""
 JUMP = 12.0
-"""Degrees in 1/30 s beyond that, which still pass."""
+"""Degrees in 1/30 s beyond ``FASTER`` times the source's, which still pass."""
 STRAIGHT, BENT = 4.0, 25.0
 """Degrees: a limb bent less is straight; one bent more is clearly bent."""
 LASTING = 0.1
 """Seconds that a limb has to be straight for."""
+SLACK = 1.0
+"""Leg lengths per second beyond ``FASTER`` times the source's, which still pass."""
 
 
 def bends(pair: Pair) -> Iterator[Defect]:
@@ -83,3 +86,46 @@ def _straight(pair: Pair, name: str, theirs: np.ndarray, ours: np.ndarray) -> It
             (source - amount) / (BENT - STRAIGHT),
             f"{name} is straight (bent by {amount:.0f} degrees; source {source:.0f})",
         )
+
+
+def speeds(pair: Pair) -> Iterator[Defect]:
+    """Stretches in which any joint is too fast, each with the joint that is the worst."""
+    roles = [
+        role
+        for role in pair.result.character.joint_of
+        if pair.has(role) and not is_finger(role) and not is_tip(role)
+    ]
+    if not roles or pair.result.frames <= pair.step:
+        return
+    ours, usual = (np.stack(each, axis=1) for each in zip(*(_speeds(pair, r) for r in roles), strict=True))
+    passing = FASTER * usual + SLACK * max(pair.result.character.measures.leg_length, 1e-3)
+    share = ours / passing
+    for part in stretches(np.any(share > 1.0, axis=1), pair.fps):
+        frame, joint = np.unravel_index(int(np.argmax(share[part])), share[part].shape)
+        worst, role = part.start + int(frame), roles[int(joint)]
+        others = int((share[part] > 1.0).any(axis=0).sum()) - 1
+        amount, source = float(ours[worst, joint]), float(usual[worst, joint])
+        also = f", and {others} more joint{'s' * (others > 1)}" if others else ""
+        name = joint_name(role)
+        yield Defect(
+            "speed",
+            name,
+            part.start,
+            part.stop - 1 + pair.step,
+            worst + pair.step,
+            amount,
+            source,
+            "m/s",
+            float(share[worst, joint]),
+            f"{name} at {amount:.1f} m/s (source at this size {source:.1f}){also}",
+        )
+
+
+def _speeds(pair: Pair, role: str) -> tuple[np.ndarray, np.ndarray]:
+    """``(frames - step,)`` metres per second: a joint's, and the most that the source has nearby, at the
+    size of the result's body."""
+    theirs, ours = (
+        np.linalg.norm(path[pair.step :] - path[: -pair.step], axis=1) * pair.fps / pair.step
+        for path in pair.paths(role)
+    )
+    return ours, pair.reach_ratio(role) * local_maximum(theirs, pair.near)

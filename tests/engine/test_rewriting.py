@@ -9,9 +9,8 @@ import pytest
 from probe_questions import short_questions
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.transfer import relative
-from retarget_bench.verification.probe import rewriting
+from retarget_bench.verification import rewriting
 from retarget_bench.verification.probe.asking import Subject
 
 
@@ -24,27 +23,24 @@ def test_rewriting_keeps_every_joint_where_it_is(subjects: list[Subject]) -> Non
     for each in subjects:
         motion = each.question.source
         body, places = motion.character, motion.positions
-        order = rewriting.other_order(body)
-        listed = Motion(rewriting.reordered(body, order), motion.rotations[:, order], motion.root, 30.0)
-        assert (order != np.arange(len(order))).any()
-        np.testing.assert_allclose(listed.positions, places[:, order], atol=1e-12)
-        for turns in (rewriting.z_up(body), rewriting.one_axis(body)):
-            written = rewriting.reframed_motion(motion, turns)
+        listed = rewriting.reordered(body)
+        assert (listed.place != np.arange(len(body.skeleton))).any()
+        np.testing.assert_allclose(listed.positions(listed.motion(motion).positions), places, atol=1e-12)
+        for reframed in (rewriting.z_up(body), rewriting.one_axis(body)):
+            written = reframed.motion(motion)
             np.testing.assert_allclose(written.positions, places, atol=1e-12)
             # what a joint does relative to the reference pose is the same however its axes lie
             off = rotation.angle(relative(written), relative(motion))
             assert off.max() < 1e-6
-        ends = rewriting.splittable(body)
-        split, place = rewriting.split(body, ends)
-        assert len(split.skeleton) == len(body.skeleton) + len(ends)
-        np.testing.assert_allclose(
-            rewriting.split_motion(motion, ends).positions[:, place], places, atol=1e-12
-        )
+        split = rewriting.split(body)
+        assert isinstance(split, rewriting.Rewritten)
+        assert len(split.body.skeleton) == len(body.skeleton) + len(body.joints(rewriting.SPLIT))
+        np.testing.assert_allclose(split.positions(split.motion(motion).positions), places, atol=1e-12)
 
 
 def test_every_bone_of_a_chain_rests_along_x(subjects: list[Subject]) -> None:
     body = subjects[0].question.source.character
-    offsets = rewriting.reframed(body, rewriting.one_axis(body)).skeleton.offsets
+    offsets = rewriting.one_axis(body).body.skeleton.offsets
     for joint, children in enumerate(body.skeleton.children):
         if children and np.linalg.norm(offsets[children[0]]) > 0:
             off = offsets[children[0]] / np.linalg.norm(offsets[children[0]])
@@ -73,10 +69,14 @@ def test_mirror_images_are_mirror_images(subjects: list[Subject]) -> None:
         motion = each.question.source
         partner = rewriting.partners(motion.character)
         assert partner is not None
-        image = rewriting.mirrored_motion(motion, partner)
+        mirrored = rewriting.mirrored(motion.character)
+        assert isinstance(mirrored, rewriting.Rewritten)
+        image = mirrored.motion(motion)
         np.testing.assert_allclose(image.positions, motion.positions[:, partner] * [-1, 1, 1], atol=1e-12)
-        twice = rewriting.mirrored_motion(image, partner)
-        np.testing.assert_allclose(twice.positions, motion.positions, atol=1e-12)
+        np.testing.assert_allclose(mirrored.positions(image.positions), motion.positions, atol=1e-12)
+        again = rewriting.mirrored(image.character)
+        assert isinstance(again, rewriting.Rewritten)
+        np.testing.assert_allclose(again.motion(image).positions, motion.positions, atol=1e-12)
         names = motion.skeleton.names
         left = motion.character.joint_of["left_up_leg"]
         assert partner[left] == motion.character.joint_of["right_up_leg"], names
@@ -85,12 +85,14 @@ def test_mirror_images_are_mirror_images(subjects: list[Subject]) -> None:
 def test_a_body_with_one_arm_has_no_mirror_image(subjects: list[Subject]) -> None:
     body = subjects[0].question.source.character
     roles = [None if role == "left_hand" else role for role in body.roles]
-    assert rewriting.partners(replace(body, roles=tuple(roles))) is None
+    assert rewriting.mirrored(replace(body, roles=tuple(roles))) == (
+        "the joints of the {side} are not the same on both sides"
+    )
 
 
 def test_scale_and_turn(subjects: list[Subject]) -> None:
     motion = subjects[0].question.source
-    large = rewriting.scaled_motion(motion, 1.5)
+    large = rewriting.scaled(motion.character, 1.5).motion(motion)
     np.testing.assert_allclose(large.positions, 1.5 * motion.positions, atol=1e-12)
     assert large.character.height == pytest.approx(1.5 * motion.character.height)
     turned = rewriting.turned_motion(motion, np.pi / 2).positions

@@ -1,14 +1,16 @@
-"""The same body or motion, written differently: other names, order, axes, rest pose, bones, size, side.
+"""Questions written differently: bodies by names, order, axes, rest pose, bones, size and side, and cases.
 
-Every function gives a new Motion (or Character) in which each original joint is where it was, or where the
-function says. None of them looks at what a joint is called.
+Most functions give a body as ``Rewritten``, which also rewrites its motions, or a sentence that says why it
+cannot be written so. None of them looks at what a joint is called.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from retarget_bench.api import Case, Source
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.measures import Measures
@@ -21,17 +23,43 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 _MIRRORED_TURN = np.array([1.0, 1.0, -1.0, -1.0])
 
 
+def _as_they_are(rotations: np.ndarray) -> np.ndarray:
+    return rotations
+
+
+@dataclass(frozen=True)
+class Rewritten:
+    """A body written differently.
+
+    rotations: local rotations ``(frames, joints, 4)`` of a motion of the old body -> those of the new one.
+    place:  ``(joints,)`` for every old joint the new one that is where it was; None: they are listed alike.
+    factor: of all lengths, or of each axis ``(3,)``.
+    """
+
+    body: Character
+    rotations: Callable[[np.ndarray], np.ndarray] = _as_they_are
+    place: np.ndarray | None = None
+    factor: float | np.ndarray = 1.0
+
+    def motion(self, motion: Motion) -> Motion:
+        """A motion of the old body, done by the new one."""
+        return Motion(self.body, self.rotations(motion.rotations), motion.root * self.factor, motion.fps)
+
+    def positions(self, new: np.ndarray) -> np.ndarray:
+        """``(frames, joints, 3)`` positions of the new body's joints -> of the old joints, as they were."""
+        return (new if self.place is None else new[:, self.place]) / self.factor
+
+
 # --------------------------------------------------------------------------------------- names and order
-def renamed(character: Character) -> Character:
-    """The same body with names that say nothing (``j00``, ``j01``, ...); roles are kept."""
+def renamed(character: Character) -> Rewritten:
+    """Names that say nothing (``j00``, ``j01``, ...); roles are kept."""
     width = len(str(len(character.skeleton)))
     names = tuple(f"j{joint:0{width}d}" for joint in range(len(character.skeleton)))
-    return replace(character, skeleton=replace(character.skeleton, names=names), skin=None)
+    return Rewritten(replace(character, skeleton=replace(character.skeleton, names=names), skin=None))
 
 
-def other_order(character: Character) -> np.ndarray:
-    """``(joints,)`` the joints in another order that still puts parents before children: branches last
-    to first."""
+def reordered(character: Character) -> Rewritten:
+    """The joints in another order that still puts parents before children: branches last to first."""
     order: list[int] = []
 
     def visit(joint: int) -> None:
@@ -40,12 +68,8 @@ def other_order(character: Character) -> np.ndarray:
             visit(child)
 
     visit(0)
-    return np.array(order)
-
-
-def reordered(character: Character, order: np.ndarray) -> Character:
-    """The same body with its joints listed in this order."""
-    return _selected(character, order, np.argsort(order))
+    kept, place = np.array(order), np.argsort(order)
+    return Rewritten(_selected(character, kept, place), lambda rotations: rotations[:, kept], place)
 
 
 def _selected(character: Character, kept: np.ndarray, place: np.ndarray) -> Character:
@@ -72,8 +96,8 @@ def _end_sites(sites: Iterable[tuple[int, Sequence[float] | np.ndarray]]) -> tup
 
 
 # --------------------------------------------------------------------------------------- frames of joints
-def reframed(character: Character, turns: np.ndarray) -> Character:
-    """The same body with the axes of each joint turned by ``turns`` ``(joints, 4)``: another rest pose.
+def reframed(character: Character, turns: np.ndarray) -> Rewritten:
+    """The axes of each joint turned by ``turns`` ``(joints, 4)``: another rest pose.
 
     A joint that was oriented G is now oriented G * turn.
     """
@@ -84,58 +108,48 @@ def reframed(character: Character, turns: np.ndarray) -> Character:
         (site.parent, rotation.rotate(back[site.parent], np.array(site.offset)))
         for site in skeleton.end_sites
     )
-    return replace(
+
+    def turned(rotations: np.ndarray) -> np.ndarray:
+        found = rotation.multiply(rotations, turns)
+        found[..., 1:, :] = rotation.multiply(back[skeleton.parents[1:]], found[..., 1:, :])
+        return found
+
+    body = replace(
         character,
         skeleton=replace(skeleton, offsets=offsets, end_sites=tips),
-        reference_pose=_reframed(skeleton, character.reference_pose, turns),
+        reference_pose=turned(character.reference_pose),
         skin=None,
     )
+    return Rewritten(body, turned)
 
 
-def reframed_motion(motion: Motion, turns: np.ndarray) -> Motion:
-    """The same motion on the reframed body: every joint where it was."""
-    rotations = _reframed(motion.skeleton, motion.rotations, turns)
-    return Motion(reframed(motion.character, turns), rotations, motion.root, motion.fps)
-
-
-def _reframed(skeleton: Skeleton, rotations: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Local rotations ``(..., joints, 4)`` in the turned frames."""
-    turned = rotation.multiply(rotations, turns)
-    above = rotation.conjugate(turns[skeleton.parents[1:]])
-    turned[..., 1:, :] = rotation.multiply(above, turned[..., 1:, :])
-    return turned
-
-
-def one_axis(character: Character) -> np.ndarray:
-    """``(joints, 4)`` turns after which every bone with one continuation rests along +X."""
+def one_axis(character: Character) -> Rewritten:
+    """Every bone with one continuation rests along +X."""
     skeleton, turns = character.skeleton, rotation.identity(len(character.skeleton))
     for joint, children in enumerate(skeleton.children):
         if children and np.linalg.norm(bone := skeleton.offsets[children[0]]) > 1e-9:
             turns[joint] = rotation.between(np.array([1.0, 0.0, 0.0]), bone / np.linalg.norm(bone))
         elif joint:
             turns[joint] = turns[skeleton.parents[joint]]
-    return turns
+    return reframed(character, turns)
 
 
-def z_up(character: Character) -> np.ndarray:
-    """``(joints, 4)`` turns of a body authored with Z up: a quarter turn about X of every joint."""
+def z_up(character: Character) -> Rewritten:
+    """Authored with Z up: a quarter turn about X of every joint."""
     quarter = rotation.about(np.array([1.0, 0.0, 0.0]), np.pi / 2)
-    return np.tile(quarter, (len(character.skeleton), 1))
+    return reframed(character, np.tile(quarter, (len(character.skeleton), 1)))
 
 
 # --------------------------------------------------------------------------------------- bones
-def splittable(character: Character) -> list[int]:
-    """Lower ends of bones that files split: forearm, shin and the first spine bone, where they are."""
-    wanted = [f"{side}_{end}" for side in ("left", "right") for end in ("hand", "foot")]
-    return sorted(character.joints([*wanted, "spine_1"]))
+SPLIT = ("left_hand", "right_hand", "left_foot", "right_foot", "spine_1")
+"""Lower ends of bones that files split: forearm, shin and the first spine bone."""
 
 
-def split(character: Character, ends: Sequence[int]) -> tuple[Character, np.ndarray]:
-    """Put a joint without a role in the middle of each bone that ends in one of ``ends``.
-
-    Also gives the new indices ``(joints,)`` of the old joints.
-    """
+def split(character: Character) -> Rewritten | str:
+    """A joint without a role in the middle of each bone that ends in one of ``SPLIT``; it does not turn."""
     skeleton, joints = character.skeleton, np.arange(len(character.skeleton))
+    if not (ends := character.joints(SPLIT)):
+        return "the {side} has no bone that files split"
     copies = 1 + np.isin(joints, ends)
     old = np.repeat(joints, copies)  # of every new joint, the old one; the half comes before the joint
     place = np.cumsum(copies) - 1
@@ -159,15 +173,13 @@ def split(character: Character, ends: Sequence[int]) -> tuple[Character, np.ndar
         reference_pose=pose,
         skin=None,
     )
-    return body, place
 
+    def halved(rotations: np.ndarray) -> np.ndarray:
+        found = rotation.identity(len(rotations), len(body.skeleton))
+        found[:, place] = rotations
+        return found
 
-def split_motion(motion: Motion, ends: Sequence[int]) -> Motion:
-    """The same motion on the split body; the new joints do not turn."""
-    body, place = split(motion.character, ends)
-    rotations = rotation.identity(motion.frames, len(body.skeleton))
-    rotations[:, place] = motion.rotations
-    return Motion(body, rotations, motion.root, motion.fps)
+    return Rewritten(body, halved, place)
 
 
 def mergeable(character: Character) -> int | None:
@@ -220,22 +232,34 @@ def merged(motion: Motion, joint: int) -> Motion:
 
 
 # --------------------------------------------------------------------------------------- size and side
-def scaled(character: Character, factor: float) -> Character:
-    """The same body in another size."""
+def scaled(character: Character, factor: float) -> Rewritten:
+    """Another size."""
     skeleton = character.skeleton
     tips = _end_sites((site.parent, factor * np.array(site.offset)) for site in skeleton.end_sites)
-    return replace(
+    body = replace(
         character,
         skeleton=replace(skeleton, offsets=skeleton.offsets * factor, end_sites=tips),
         measures=Measures(**{name: factor * size for name, size in asdict(character.measures).items()}),
         skin=None,
     )
+    return Rewritten(body, factor=factor)
 
 
-def scaled_motion(motion: Motion, factor: float) -> Motion:
-    """The same motion in another size."""
-    body = scaled(motion.character, factor)
-    return replace(motion, character=body, root=motion.root * factor)
+def mirrored(character: Character) -> Rewritten | str:
+    """The mirror image, its joints in the same order with the same names and roles: each does what its
+    partner did, seen in the mirror."""
+    partner, skeleton = partners(character), character.skeleton
+    if partner is None:
+        return "the joints of the {side} are not the same on both sides"
+    # a tip goes to the other side: its joint's partner carries the image
+    tips = _end_sites((partner[site.parent], MIRROR * np.array(site.offset)) for site in skeleton.end_sites)
+    body = replace(
+        character,
+        skeleton=replace(skeleton, offsets=skeleton.offsets[partner] * MIRROR, end_sites=tips),
+        reference_pose=character.reference_pose[partner] * _MIRRORED_TURN,
+        skin=None,
+    )
+    return Rewritten(body, lambda rotations: rotations[:, partner] * _MIRRORED_TURN, partner, MIRROR)
 
 
 def partners(character: Character) -> np.ndarray | None:
@@ -269,29 +293,37 @@ def other_side(role: str) -> str:
     return f"{other}_{rest}" if other else role
 
 
-def mirrored(character: Character, partner: np.ndarray) -> Character:
-    """The mirror image of a body, its joints in the same order with the same names and roles."""
-    skeleton = character.skeleton
-    # a tip goes to the other side: its joint's partner carries the image
-    tips = _end_sites((partner[site.parent], MIRROR * np.array(site.offset)) for site in skeleton.end_sites)
-    return replace(
-        character,
-        skeleton=replace(skeleton, offsets=skeleton.offsets[partner] * MIRROR, end_sites=tips),
-        reference_pose=character.reference_pose[partner] * _MIRRORED_TURN,
-        skin=None,
-    )
-
-
-def mirrored_motion(motion: Motion, partner: np.ndarray) -> Motion:
-    """The mirror image of a motion: joint k does what its partner did, seen in the mirror."""
-    body = mirrored(motion.character, partner)
-    rotations = motion.rotations[:, partner] * _MIRRORED_TURN
-    return Motion(body, rotations, motion.root * MIRROR, motion.fps)
-
-
 def turned_motion(motion: Motion, angle: float) -> Motion:
     """The whole motion turned about the vertical through the origin, radians."""
     turn = rotation.about(np.array([0.0, 1.0, 0.0]), angle)
     rotations = np.array(motion.rotations)
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
     return replace(motion, rotations=rotations, root=rotation.rotate(turn, motion.root))
+
+
+# --------------------------------------------------------------------------------------- cases
+def resized(case: Case, frames: int) -> Case:
+    """The first frames of a case; where it is shorter, it goes back and forth."""
+    there_and_back = np.arange(max(2 * case.source.frames - 2, 1))
+    turning = np.minimum(there_and_back, len(there_and_back) - there_and_back)
+    part = np.resize(turning, frames)
+    contacts = case.contacts
+    if contacts is not None:
+        pivoting = None if contacts.pivoting is None else contacts.pivoting[part]
+        contacts = replace(contacts, planted=contacts.planted[part], pivoting=pivoting)
+    touches = case.touches and tuple(replace(touch, rests=touch.rests[part]) for touch in case.touches)
+    return replace(_changed(case, lambda motion: motion.at(part)), contacts=contacts, touches=touches)
+
+
+def played(case: Case, fps: float) -> Case:
+    """The same frames at another rate."""
+    return _changed(case, lambda motion: replace(motion, fps=fps))
+
+
+def _changed(case: Case, change: Callable[[Source], Source]) -> Case:
+    """The case with all of its motions changed alike."""
+    motions = {
+        name: getattr(case, name) for name in ("source", "reference", "alternative", "source_motion")
+    }
+    changed: dict[str, Any] = {name: change(each) for name, each in motions.items() if each is not None}
+    return replace(case, **changed)
