@@ -221,9 +221,10 @@ def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
 @pytest.mark.parametrize("moments", [(1, 21), pytest.param((1, 9, 17, 21, 33), marks=pytest.mark.slow)])
 def test_killed_at_any_moment_gives_the_same_bytes(tmp_path, moments):
     """SIGKILL as soon as some more predictions are there, again and again, then one run to the end."""
-    toys = [f"--plugin={file}" for file in TOYS]
-    line = [sys.executable, "-m", "retarget_bench", "run", "toy_batches[does=wait]", "--metric", "position"]
-    line += ["-d", "toy_cases[clips=20]", "-s", "intra", *toys, "--out", str(tmp_path)]
+    toys = {file.stem: file for file in map(Path, TOYS)}
+    line = [sys.executable, "-m", "retarget_bench", "run", f"{toys['toy_batches']}[does=wait]"]
+    line += ["-d", f"{toys['toy_cases']}[clips=20]", "-s", "intra", "--metrics", "position"]
+    line += ["--out", str(tmp_path)]
     environment = os.environ | {"PYTHONPATH": str(HERE.parents[1])}
     (whole,) = carry_out(tmp_path / "whole", "toy_batches[does=wait]", clips=20)
     folder = tmp_path / whole.paths.folder.relative_to(tmp_path / "whole")

@@ -228,9 +228,9 @@ def test_a_command_that_is_none_or_not_there_is_told(tmp_path, command, words):
 @pytest.mark.parametrize("where", ["", f"@{sys.executable}"], ids=["forked", "elsewhere"])
 def test_a_hanging_method_ends_with_a_run_that_is_killed(tmp_path, where):
     """All processes but that of the method are killed at once."""
-    plugins = [HERE / "toys" / "toy_cases.py", HERE / "red_team" / "hostile.py"]
-    line = [sys.executable, "-m", "retarget_bench", "run", f"hostile[does=sleep]{where}", "-d", "toy_cases"]
-    line += [*(f"--plugin={file}" for file in plugins), "-j", "1", "--out", str(tmp_path / "runs")]
+    method, data = HERE / "red_team" / "hostile.py", HERE / "toys" / "toy_cases.py"
+    line = [sys.executable, "-m", "retarget_bench", "run", f"{method}[does=sleep]{where}", "-d", str(data)]
+    line += ["-j", "1", "--out", str(tmp_path / "runs")]
     environment = os.environ | {
         "PYTHONPATH": str(HERE.parents[1]),
         "RETARGET_BENCH_NAP": str(tmp_path / "nap"),

@@ -23,7 +23,7 @@ TOYS = Path(__file__).parents[1] / "tasks" / "toys" / "toy_people.py"
 def marks(root: Path, name: str) -> dict[tuple[str, str], float]:
     """(method, level) -> the first number that the mark of the report's chart says."""
     file = root / "r.html"
-    report(root, "-o", file, "--no-player")
+    report(root, "-o", file, "--clips", "0")
     (section,) = re.findall(
         rf'id="chapter-1-{name}">(.*?)</section>', file.read_text(encoding="utf-8"), re.S
     )
@@ -40,7 +40,7 @@ def marks(root: Path, name: str) -> dict[tuple[str, str], float]:
     ("task", "methods"),
     [
         ("denoise[levels='0,2,5']", ("identity", "gaussian_filter")),
-        ("upsample[levels='0.5,0.75,1']", ("linear_joints", "nearest_pose")),
+        ("joint-completion[levels='0.5,0.75,1']", ("linear_joints", "nearest_pose")),
     ],
 )
 def test_every_level_has_the_number_of_the_table(tmp_path, task, methods):
