@@ -41,7 +41,7 @@ COMMANDS = {
     "check": ("check", "Regression gate: check that metrics and methods still give the same numbers."),
     "test": ("plugins.test", "Check that a plug-in keeps its contract."),
     "retarget": ("retarget", "Retarget motion files to other characters, and say what to look at."),
-    "doctor": ("retarget.doctor", "Show how a motion file is read, and which options correct it."),
+    "doctor": ("doctor", "Show how a motion file is read, and what corrects it."),
     "train": ("train", "Train a learned method: weights and their card."),
     "ablate": ("train.ablate", "Train and score the rows of a published ablation table."),
     "train-features": ("train_features", "Train the feature networks of FID."),

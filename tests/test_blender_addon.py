@@ -19,6 +19,7 @@ import pytest
 from retarget_bench import cli
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from tests.motion.alignment_rigs import performance, t_pose
 from tests.motion.animal_rigs import bird, written
 
@@ -179,7 +180,7 @@ def expected(source: Path, target: Path, method: str = "ik") -> importer.Importe
             ]
         )
     assert not stop.value.code
-    return importer.load(out, unit="cm", up="y")
+    return importer.load(out, Reading(unit="cm", up="y"))
 
 
 def farthest(found: dict, wanted: importer.Imported, moved: tuple[float, float, float]) -> float:
@@ -256,7 +257,7 @@ def test_an_animal_with_tail_and_rolls(run, files, tmp_path):
     hen.write_text(text)
     found = run(hen, hen, method="copy_rotations")
     assert found["done"] == ["FINISHED"], found["said"]
-    assert farthest(found, importer.load(hen, unit="cm", up="y"), (0.0, 0.0, 0.0)) < 1e-3
+    assert farthest(found, importer.load(hen, Reading(unit="cm", up="y")), (0.0, 0.0, 0.0)) < 1e-3
 
 
 @pytest.mark.parametrize(

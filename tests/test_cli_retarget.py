@@ -10,6 +10,7 @@ import pytest
 
 from retarget_bench.motion import bvh, files, importer
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.plugins import registry
@@ -56,7 +57,7 @@ def test_the_default_method_and_another_rate(bench, figures):
     )
     assert code == 0, err
     assert "10 frames of large at 15 per second" in out
-    assert importer.load("out.bvh", unit="m").motion.fps == 15
+    assert importer.load("out.bvh", Reading(unit="m")).motion.fps == 15
 
 
 def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
@@ -71,7 +72,7 @@ def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
     code, out, err = bench(*asked, "--rate", 30, "--target-rate", 30)
     assert (code, "rate" in err) == (0, False), err
     assert "20 frames of small at 30 per second" in out
-    assert importer.load("out.bvh", unit="cm").motion.fps == 30
+    assert importer.load("out.bvh", Reading(unit="cm")).motion.fps == 30
     assert "--rate 24" in bench("doctor", small, "--rate", 24)[1]
     code, out, err = bench(*asked, "--rate", "nan")
     assert (code, "rate=nan is no frame rate" in err) == (2, True), err
@@ -128,7 +129,9 @@ def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, fig
     said, summary, *_ = out.splitlines()
     assert said.startswith("rotations were fitted to positions: 0.0 cm mean, 0.0 cm worst (")
     assert "20 frames of small at 30 per second on the body of large, by places" in summary
-    expected, found = (importer.load(file, unit="cm").motion for file in (figures["large"], "fitted.bvh"))
+    expected, found = (
+        importer.load(file, Reading(unit="cm")).motion for file in (figures["large"], "fitted.bvh")
+    )
     assert np.abs(found.positions - expected.positions).max() < 1e-4
     assert bvh.parse("fitted.bvh").hierarchy.names == bvh.parse(figures["large"]).hierarchy.names
 
@@ -140,7 +143,7 @@ def test_what_the_fit_leaves_over_is_said(bench, figures):
         "--unit", "cm", "--target-unit", "cm", "-o", "fitted.bvh", "-m", "places[stretch=1.1]",
     )  # fmt: skip
     assert code == 0, err
-    body = importer.load(figures["large"], unit="cm").motion
+    body = importer.load(figures["large"], Reading(unit="cm")).motion
     away = 0.1 * np.linalg.norm(body.positions - body.root[:, None], axis=-1)
     name = body.skeleton.names[int(away.max(axis=0).argmax())]
     assert out.startswith(

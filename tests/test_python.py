@@ -15,6 +15,7 @@ import pytest
 import retarget_bench as rb
 from retarget_bench.cli import main
 from retarget_bench.motion import bvh, importer
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins import registry
 from tests.engine import stored
 from tests.in_process import without_processes
@@ -413,7 +414,7 @@ def test_a_saved_motion_is_the_file_that_the_command_writes(tmp_path):
     assert isinstance(half, rb.Motion)
     half.save("half.bvh")
     np.testing.assert_allclose(
-        importer.load("half.bvh", unit="m").motion.positions, answer.positions[::2], atol=1e-6
+        importer.load("half.bvh", Reading(unit="m")).motion.positions, answer.positions[::2], atol=1e-6
     )
     for name, told in (("me.bvh", "would overwrite me.bvh"), ("me.fbx", "ends in .bvh")):
         with pytest.raises(rb.BenchError, match=told):
@@ -421,7 +422,7 @@ def test_a_saved_motion_is_the_file_that_the_command_writes(tmp_path):
 
 
 def test_a_motion_of_no_file_is_saved_in_metres(tmp_path, found):
-    motion = importer.load(bvh_file(tmp_path / "walk.bvh", 5), unit="m").motion
+    motion = importer.load(bvh_file(tmp_path / "walk.bvh", 5), Reading(unit="m")).motion
     body = motion.character
     answer = rb.retarget(motion, body, "copy_rotations")
     answer.save("out.bvh")
@@ -434,7 +435,7 @@ def test_a_motion_of_no_file_is_saved_in_metres(tmp_path, found):
 
 def test_a_doubtful_file_is_warned_of_in_words_of_python(tmp_path):
     file = bvh_file(tmp_path / "giant.bvh", 5)
-    recording = importer.load(file, unit="m").motion
+    recording = importer.load(file, Reading(unit="m")).motion
     bvh.write("giant.bvh", recording, scale=6.0)
     with pytest.warns(UserWarning, match=r'the unit is a guess: .* say unit="\w+" or unit="\w+"') as told:
         rb.load_motion("giant.bvh")

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands import motion_files, options
+from retarget_bench.commands import options
+from retarget_bench.commands.motion_files import MOTION_FILE, MotionFile
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
@@ -311,26 +312,24 @@ COMMANDS = (
 @click.argument("method", metavar="METHOD", shell_complete=options.plugin_names("methods"))
 @click.option("-o", "--output", required=True, type=options.FILE)
 @click.option("--case", "case_id", metavar="ID", help="The source of this case of DATASET.")
-@click.option("--source", metavar="FILE", type=options.PATH, help="Or this motion file.")
+@click.option("--source", metavar="FILE", type=MOTION_FILE, help="Or this motion file.")
 @options.dataset_option
 @options.root_option
 @click.option("--at", metavar="SECONDS,...", help="When to show the body. [default: five times]")
-@motion_files.reading_options()
 def attention(
     method: str,
     output: Path,
     case_id: str | None,
-    source: Path | None,
+    source: MotionFile | None,
     dataset: str,
     root: str | None,
     at: str | None,
-    **reading: Any,
 ) -> None:
     """Draw what a learned method attends to in a motion: a heat map on the body, and over time (PAN's
     Figure 8).
 
     The output's ending chooses: .png, .pdf or .svg, or .csv for the numbers, of all frames or of those
-    nearest to --at. --unit, --up, --roles and --root-place are for FILE.
+    nearest to --at. How FILE is read is said behind it: 'walk.bvh[unit=cm]'.
     """
     numbers = output.suffix.lower() == ".csv"
     if not numbers and output.suffix.lower() not in (".png", ".pdf", ".svg"):
@@ -344,7 +343,7 @@ def attention(
     spec = named.parse(method).alone
     looked = registry.create("methods", spec)
     if source is not None:
-        motion, title = motion_files.imported(source, reading).motion, source.name
+        motion, title = source.load().motion, source.path.name
     else:
         motion, title = _of_case(dataset_spec(dataset, root), str(case_id)), str(case_id)
     found = asking.ask(looked, motion, spec.name)

@@ -11,6 +11,7 @@ from alignment_rigs import BONES, performance, t_pose
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.roles import load_overrides
 
@@ -37,7 +38,7 @@ def test_a_file_that_is_understood(file):
     for part in ("cm = 0.01 m (guessed)", "up axis    y (guessed)", "left_forearm", "--unit cm --up y"):
         assert part in text
     assert "roles.toml" not in text
-    assert "as told" in load(file, unit="cm").findings.text()
+    assert "as told" in load(file, Reading(unit="cm")).findings.text()
 
 
 def test_feet_off_the_floor_are_reported(file):
@@ -66,7 +67,7 @@ def test_the_proposed_role_file_is_the_way_out(file, tmp_path):
     known = own_roles()
     lines = [f'"{codes[name]}" = "{role}"' for name, role in known.items()]
     proposal.write_text("\n".join(lines))
-    cured = load(file, roles=proposal).findings
+    cured = load(file, Reading(roles=proposal)).findings
     assert cured.missing == ()
     assert cured.not_understood == ()
     assert dict(cured.joints)[codes["LeftArm"]] == "left_arm"
@@ -136,13 +137,13 @@ def test_a_wrong_frame_time_is_doubted_and_told_better(file):
     assert any(
         "frame rate is 1 per second" in each and "--rate" in each for each in wrong.findings.warnings
     )
-    cured = load(file, rate=30.0)
+    cured = load(file, Reading(rate=30.0))
     assert (cured.motion.fps, cured.findings.fps_stated, cured.findings.rate_told) == (30.0, 1.0, True)
     assert not any("--rate" in warning for warning in cured.findings.warnings)
     assert "at 30 per second (as told; the file says 1)" in cured.findings.text()
     assert "--rate 30" in cured.findings.text()
     np.testing.assert_array_equal(cured.motion.rotations, truth.motion.rotations)
-    resampled = load(file, rate=30.0, fps=15.0)
+    resampled = load(file, Reading(rate=30.0), fps=15.0)
     assert resampled.motion.frames == truth.motion.frames // 2
     np.testing.assert_allclose(resampled.motion.root, truth.motion.root[::2], atol=1e-9)
 
@@ -150,4 +151,4 @@ def test_a_wrong_frame_time_is_doubted_and_told_better(file):
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_what_is_no_rate_is_refused(file, rate):
     with pytest.raises(NotSupported, match="frames per second"):
-        load(file, rate=rate)
+        load(file, Reading(rate=rate))

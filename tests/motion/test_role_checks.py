@@ -19,6 +19,7 @@ from retarget_bench import cli
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.role_checks import contradictions, doubt
 from tests.examples import examples
@@ -82,7 +83,7 @@ def saved(path: Path, roles: Mapping[str, str]) -> Path:
 def test_a_wrong_map_is_told_in_a_line_and_used(file: Path, tmp_path: Path, kind: str) -> None:
     wrong: Callable[[], dict[str, str]] = WRONG[kind][0]
     roles = saved(tmp_path / "roles.toml", wrong())
-    found = load(file, roles=roles).findings
+    found = load(file, Reading(roles=roles)).findings
     told = [each for each in found.doubts if each.startswith("roles look wrong: ")]
     assert len(told) == 1
     assert "\n" not in told[0]
@@ -110,7 +111,7 @@ def test_the_commands_say_so(file: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 def test_right_maps_are_not_doubted(file: Path, tmp_path: Path) -> None:
     for roles in (ROLES, {"Head": "head"}, {"LeftToe_End": "none"}):
-        found = load(file, roles=saved(tmp_path / "roles.toml", roles)).findings
+        found = load(file, Reading(roles=saved(tmp_path / "roles.toml", roles))).findings
         assert not [each for each in found.doubts if "roles" in each]
 
 

@@ -8,17 +8,34 @@ known not to fit the joints.
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import rotation
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.arrays import read_array, shape_text
-from retarget_bench.motion.files.smpl.families import BODY, BY_JOINTS, Family
+from retarget_bench.motion.files.smpl.families import (
+    ABOVE,
+    BODY,
+    BY_JOINTS,
+    H36M,
+    SMPL,
+    SMPLH,
+    SMPLX,
+    Family,
+    of_joints,
+)
 from retarget_bench.motion.recording import Recording, of_positions
 
+Joints = str | Sequence[str]
+"""A skeleton's name, or names of joints."""
+NAMED = {"body": BODY, "smpl": SMPL, "smplh": SMPLH, "smplx": SMPLX, "h36m": H36M}
+"""Skeletons whose joints are known by a name."""
 FEATURES = 263
 RATE = 20.0
 """Frames per second of HumanML3D."""
@@ -33,13 +50,18 @@ def read(path: Path, rate: float | None = None) -> Recording:
     rate: frames per second, where they are told: the file does not say them.
     Raises FileError for other arrays.
     """
-    array = read_array(path)
+    return recorded(path, read_array(path), rate)
+
+
+def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: Joints = ()) -> Recording:
+    """``read`` of an array of finite numbers. path: what errors call it. joints: see ``named``; none: what
+    its shape says."""
     if not len(array.shape) or not len(array):
         raise FileError(path, "has no frames")
     if np.abs(array).max(initial=0.0) > _FARTHEST:
         raise FileError(path, f"holds numbers above {_FARTHEST:g}: it is damaged")
     features = array.ndim == 2 and array.shape[1] == FEATURES
-    family, positions = (BODY, from_features(array)) if features else (_family(path, array), array)
+    family, positions = (BODY, from_features(array)) if features else (_family(path, array, joints), array)
     skeleton = average.fitted_to(family, positions)
     if float(np.abs(skeleton.offsets).max()) < 1e-9:
         raise FileError(path, "has all joints in one place: it holds no body")
@@ -51,8 +73,7 @@ def read(path: Path, rate: float | None = None) -> Recording:
         )
     if rate is None:
         doubts.append(
-            f"the rate is not in the file: {RATE:g} frames per second as in HumanML3D; say --rate 30 for "
-            "Motion-X"
+            f"the rate is not stated: {RATE:g} frames per second as in HumanML3D; say rate=30 for Motion-X"
         )
     what = (
         f"features of HumanML3D, {FEATURES} a frame" if features else f"positions of {len(family)} joints"
@@ -69,15 +90,36 @@ def read(path: Path, rate: float | None = None) -> Recording:
     )
 
 
-def _family(path: Path, array: np.ndarray) -> Family:
-    if array.ndim == 3 and array.shape[2] == 3 and array.shape[1] in BY_JOINTS:
-        return BY_JOINTS[array.shape[1]]
-    joints = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
-    raise FileError(
-        path,
-        f"is of shape {shape_text(array.shape)}; joint positions of the SMPL family are {joints}, and "
-        f"features of HumanML3D (frames, {FEATURES})",
-    )
+def _family(path: Path, array: np.ndarray, joints: Joints) -> Family:
+    family = named(joints) if joints else BY_JOINTS.get(array.shape[1] if array.ndim == 3 else 0)
+    if family and array.ndim == 3 and array.shape[1:] == (len(family), 3):
+        return family
+    if family and joints:
+        wanted = f"positions of these joints are (frames, {len(family)}, 3)"
+    else:
+        shapes = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
+        wanted = f"joint positions of the SMPL family are {shapes}, and features of HumanML3D (frames, {FEATURES})"
+    raise FileError(path, f"is of shape {shape_text(array.shape)}; {wanted}")
+
+
+def named(joints: Joints) -> Family:
+    """A skeleton by its name (smpl, smplh, smplx, body, h36m), or of joints by their names: roles, or those
+    of SMPL. Raises BenchError for other names."""
+    if isinstance(joints, str):
+        if (family := NAMED.get(joints.casefold().replace("-", ""))) is None:
+            raise BenchError(f"no skeleton is known as {joints!r}; there are {', '.join(NAMED)}")
+        return family
+    body = Character.of("body", average.skeleton(SMPLX))
+    known = {name: name for name in ABOVE} | {
+        role: name for role, name in zip(body.roles, SMPLX.joints, strict=True) if role
+    }
+    if unknown := [each for each in joints if each not in known]:
+        near = difflib.get_close_matches(unknown[0], known, 3) or ["hips", "left_arm", "left_wrist"]
+        raise BenchError(
+            f"{unknown[0]!r} is no joint that is known; name joints by their roles or as SMPL does: "
+            f"{', '.join(near)}"
+        )
+    return of_joints("the joints named", [known[each] for each in joints])
 
 
 def from_features(features: np.ndarray) -> np.ndarray:
