@@ -163,19 +163,17 @@ def files(tmp_path) -> tuple[Path, Path]:
 def expected(source: Path, target: Path, method: str = "ik") -> importer.Imported:
     """What ``bench retarget`` makes of the files."""
     out = target.with_name("out.bvh")
-    sides = [f"--{side}{option}" for side in ("", "target-") for option in ("unit=cm", "up=y")]
     with pytest.raises(SystemExit) as stop:
         cli.main(
             [
                 "retarget",
-                str(source),
+                f"{source}[unit=cm,up=y]",
                 "--target",
-                str(target),
+                f"{target}[unit=cm,up=y]",
                 "-o",
                 str(out),
                 "-m",
                 method,
-                *sides,
                 "--quiet",
             ]
         )

@@ -77,7 +77,7 @@ class Imported:
 
 def load(
     path: str | Path,
-    reading: Reading = Reading(),  # noqa: B008
+    reading: Reading = Reading(),
     *,
     name: str | None = None,
     fps: float | None = None,

@@ -61,7 +61,7 @@ def test_every_format_has_endings_of_its_own_and_one_that_is_written():
 def test_options_of_one_format_are_refused_by_another(glb, text):
     with pytest.raises(NotSupported, match="holds one motion of one body: leave out take='2'"):
         files.read(text, Reading(take="2"))
-    with pytest.raises(NotSupported, match="root='relative' is for BVH files"):
+    with pytest.raises(NotSupported, match="root_place='relative' is for BVH files"):
         files.read(glb, Reading(root_place="relative"))
 
 

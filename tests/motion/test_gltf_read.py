@@ -361,8 +361,8 @@ def test_a_body_that_stands_along_another_axis_is_doubted_and_can_be_turned(tmp_
         del node["rotation"]
     path = made.save(tmp_path / "z.glb")
     told = importer.load(path)
-    assert any("the body stands along" in each and "--up" in each for each in told.findings.warnings)
-    axis = told.findings.warnings[0].split("--up ")[1].split()[0]
+    assert any("the body stands along" in each and "up=" in each for each in told.findings.warnings)
+    axis = told.findings.warnings[0].split("up=")[1].split()[0]
     turned = importer.load(path, Reading(up=axis))
     head, foot = (turned.motion.character.joint_of[role] for role in ("head", "left_foot"))
     assert (turned.motion.positions[:, head, 1] - turned.motion.positions[:, foot, 1]).min() > 1.0

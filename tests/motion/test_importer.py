@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from alignment_rigs import performance, t_pose
 
-from retarget_bench.errors import FileError, NotSupported, SkeletonError
+from retarget_bench.errors import BenchError, FileError, NotSupported, SkeletonError
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.reading import Reading
@@ -125,7 +125,7 @@ def test_options_that_do_not_exist_are_named(walk, tmp_path):
         load(path, Reading(unit="-1"))
     with pytest.raises(NotSupported, match="up='w' is not known; it is auto, y, z"):
         load(path, Reading(up="w"))
-    with pytest.raises(NotSupported, match="root='both'"):
+    with pytest.raises(BenchError, match="root_place: 'both' is not known"):
         load(path, Reading(root_place="both"))
     with pytest.raises(FileError):
         load(tmp_path / "none.bvh")

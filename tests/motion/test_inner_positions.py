@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import retarget_bench as rb
 from retarget_bench import cli
 from retarget_bench.datasets.folder import Folder
-from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import bvh, importer, recording
 from retarget_bench.motion.bvh.document import POSITIONS
 from retarget_bench.motion.character import Character
@@ -83,10 +83,10 @@ def test_small_moves_are_dropped_and_told(tmp_path, relative):
 def test_large_moves_ask_to_choose(tmp_path):
     path = swaying(tmp_path / "a.bvh", sway=4 * SWAY)
     warnings = importer.load(path, Reading(unit="m")).findings.warnings
-    assert any("% of its height: choose --inner-positions bake" in each for each in warnings)
-    with pytest.warns(UserWarning, match='choose inner_positions="bake"'):
+    assert any("% of its height: say inner_positions=bake" in each for each in warnings)
+    with pytest.warns(UserWarning, match="say inner_positions=bake"):
         rb.load_motion(path, unit="m")
-    with pytest.raises(NotSupported, match="inner_positions='melt' is not known"):
+    with pytest.raises(BenchError, match="inner_positions: 'melt' is not known"):
         importer.load(path, Reading(inner_positions="melt"))
     with pytest.raises(FileError, match="which only the root may do"):
         bvh.read(path)
@@ -168,16 +168,15 @@ def test_bones_keep_what_is_stated_only_where_it_is_meant():
 
 def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_path, capsys):
     path, still = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "still.bvh", sway=0 * SWAY)
-    asked = ["retarget", str(path), "--unit", "m", "--target-unit", "m", "-m", "copy_rotations"]
-    asked += ["--inner-positions", "keep"]
+    asked = ["retarget", f"{path}[unit=m,inner_positions=keep]", "-m", "copy_rotations"]
     with pytest.raises(SystemExit) as stop:
-        cli.main([*asked, "--target", str(still), "-o", str(tmp_path / "b.bvh")])
+        cli.main([*asked, "--target", f"{still}[unit=m]", "-o", str(tmp_path / "b.bvh")])
     assert not stop.value.code, capsys.readouterr()
     np.testing.assert_allclose(places(tmp_path / "b.bvh"), places(path), atol=1e-5)
     plain = tmp_path / "plain.bvh"
     bvh.write(plain, importer.load(still, Reading(unit="m")).motion)  # position channels of the root alone
     with pytest.raises(SystemExit) as stop:
-        cli.main([*asked, "--target", str(plain), "-o", str(tmp_path / "c.bvh")])
+        cli.main([*asked, "--target", f"{plain}[unit=m]", "-o", str(tmp_path / "c.bvh")])
     assert not stop.value.code
     told = capsys.readouterr().err.replace("\n", " ")
     assert "no position channels in the target's file, so positions are left out: Spine1" in told
@@ -187,18 +186,17 @@ def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_pa
 def test_nothing_is_said_of_what_the_targets_own_motion_does(tmp_path, capsys, way):
     """Of a target only its body is used, so that its motion needs no choice."""
     path, target = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "target.bvh", sway=3 * SWAY)
-    asked = ["retarget", str(path), "--unit", "m", "--target-unit", "m", "-m", "copy_rotations"]
-    asked += ["--target", str(target), "-o", str(tmp_path / "b.bvh"), "--inner-positions", way]
+    asked = ["retarget", f"{path}[unit=m,inner_positions={way}]", "-m", "copy_rotations"]
+    asked += ["--target", f"{target}[unit=m]", "-o", str(tmp_path / "b.bvh")]
     with pytest.raises(SystemExit) as stop:
         cli.main(asked)
     told = capsys.readouterr()
     assert not stop.value.code, told
-    assert "--target-inner-positions" not in told.err
     assert "target.bvh: 'Spine1'" not in told.err
     assert ("a.bvh: 'Spine1' moves" in told.err) == (way == "auto")
     with pytest.raises(SystemExit):
-        cli.main(["doctor", str(target), "--unit", "m"])
-    assert "choose --inner-positions" in capsys.readouterr().out, "where it is asked for, it is told"
+        cli.main(["doctor", f"{target}[unit=m]"])
+    assert "say inner_positions=" in capsys.readouterr().out, "where it is asked for, it is told"
 
 
 def test_the_folder_data_set_says_once_for_each_body_what_it_drops(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -87,7 +88,7 @@ def test_a_wrong_map_is_told_in_a_line_and_used(file: Path, tmp_path: Path, kind
     told = [each for each in found.doubts if each.startswith("roles look wrong: ")]
     assert len(told) == 1
     assert "\n" not in told[0]
-    assert told[0].endswith("correct the file of --roles")
+    assert told[0].endswith("correct the table of roles")
     for word in WRONG[kind][1]:
         assert word in told[0]
     for name, role in wrong().items():
@@ -101,11 +102,12 @@ def test_the_commands_say_so(file: Path, tmp_path: Path, capsys: pytest.CaptureF
         return "".join(capsys.readouterr())
 
     roles, out = saved(tmp_path / "roles.toml", exchanged("left", "right")), tmp_path / "out.bvh"
-    told = run("doctor", file, "--roles", roles)
+    source = shutil.copy(file, tmp_path / "source.bvh")
+    told = run("doctor", f"{file}[roles={roles}]")
     assert "roles look wrong: left_arm and right_arm are on the other side" in told
-    told = run("retarget", file, "--target", file, "--target-roles", roles, "-o", out)
+    told = run("retarget", source, "--target", f"{file}[roles={roles}]", "-o", out)
     assert told.count("roles look wrong") == 1
-    assert "correct the file of --target-roles" in told
+    assert f"{file}: roles look wrong" in told, "the file is named whose roles are wrong"
     assert out.exists(), "nothing is refused because of it"
 
 

@@ -79,7 +79,7 @@ def test_turns_are_rotation_vectors_about_joints_of_the_average_skeleton(tmp_pat
     turned = Rotation.from_quat(recording.rotations.reshape(-1, 4)[:, [1, 2, 3, 0]])
     assert (wanted.inv() * turned).magnitude().max() < 1e-12
     np.testing.assert_array_equal(recording.root, content["trans"])
-    assert "an average skeleton: give --body-model" in recording.doubts[0]
+    assert "an average skeleton: say body_model=FILE" in recording.doubts[0]
     found = importer.load(tmp_path / "a.npz")
     assert found.findings.rest_pose == "T-pose"
     assert found.findings.up == "z"
@@ -100,7 +100,7 @@ def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
     assert found.skeleton.names == BODY.joints
     np.testing.assert_array_equal(found.rotations, whole.rotations[:, :22])
     assert found.fps == 30.0
-    assert any("mocap_framerate" in each and "--rate" in each for each in found.doubts)
+    assert any("mocap_framerate" in each and "rate=" in each for each in found.doubts)
     body = archive(tmp_path / "model.npz", model(random, SMPLX, 170))
     dressed = files.read(tmp_path / "few.npz", Reading(body_model=str(body)))
     assert dressed.skeleton.names == SMPLX.joints
@@ -236,10 +236,10 @@ def test_rotations_are_fitted_to_joint_positions(tmp_path, joints):
     assert any(
         each.startswith("rotations were fitted to joint positions: less") for each in found.findings.notes
     )
-    assert any("say --rate 30 for Motion-X" in each for each in found.findings.warnings)
+    assert any("say rate=30 for Motion-X" in each for each in found.findings.warnings)
     told = importer.load(tmp_path / "a.npy", Reading(rate=30))
     assert told.motion.fps == 30.0
-    assert not any("--rate" in each for each in told.findings.warnings)
+    assert not any("rate=" in each for each in told.findings.warnings)
 
 
 @pytest.mark.parametrize("unit", [1.0, 100.0])

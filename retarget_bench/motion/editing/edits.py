@@ -31,7 +31,7 @@ class Edits:
     )
     hands: Hands = option(
         "relaxed",
-        "Where the source shows no fingers and the target has them: relaxed, or as they rest (open).",
+        "Where the source shows no fingers and the target has them: relaxed, or open (as they rest).",
     )
 
     def __post_init__(self) -> None:
@@ -54,7 +54,7 @@ def compared(source: Motion, edits: Edits) -> Motion:
 
 
 def doubts(source: Prediction, edits: Edits) -> tuple[str, ...]:
-    """Sentences on a start that was kept and does not belong to the motion, with what to say for another."""
+    """Sentences on a start that was kept and does not belong to the motion, and what to say for another."""
     found = starts.find(source) if edits.start == "keep" else None
     return (f"{source.character.name}: {found}: say {' or '.join(found.options)}",) if found else ()
 

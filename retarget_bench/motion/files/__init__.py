@@ -58,7 +58,7 @@ def format_of(path: str | Path) -> Format:
     return next((form for form in FORMATS if form.recognises(head)), by_name)
 
 
-def read(path: str | Path, reading: Reading = Reading()) -> Recording:  # noqa: B008
+def read(path: str | Path, reading: Reading = Reading()) -> Recording:
     """The motion of a file, in its own axes and unit. Of the reading only what readers need counts.
 
     Raises FileError for what cannot be read, NotSupported where the file has no such take or body.

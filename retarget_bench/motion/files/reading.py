@@ -36,7 +36,7 @@ class Reading:
     body: str | None = option(None, "Which body of a file with several: name of its root, or number.")
     rate: float | None = option(None, "Frames per second that the file truly has, over what it says.")
     roles: Mapping[str, str | None] | str | PathLike[str] | None = option(
-        None, "What joints are: role of a joint's name, or a TOML file of such lines."
+        None, 'What joints are: a TOML file of lines "joint" = "role", or a table of them.'
     )
     root_place: Literal["auto", "absolute", "relative"] = option(
         "auto", "Whether the places of a BVH file's root add to its OFFSET (relative)."
@@ -60,7 +60,9 @@ class Reading:
     def __post_init__(self) -> None:
         check(self)
         if isinstance(self.roles, str | PathLike):
-            self._set(roles=_roles(Path(self.roles), read_toml(Path(self.roles))))
+            table = read_toml(Path(self.roles))
+            inner = table.get("roles")
+            self._set(roles=_roles(Path(self.roles), inner if isinstance(inner, dict) else table))
         if self.reading is not None:
             said = {each.name for each in fields(self) if getattr(self, each.name) != each.default}
             below = vars(_read(Path(self.reading)))

@@ -75,7 +75,7 @@ class ImportedBody:
 
 def load_scan(
     path: str | Path,
-    reading: Reading = Reading(),  # noqa: B008
+    reading: Reading = Reading(),
     *,
     fps: float = 30.0,
     progress: Callable[[int, int], None] | None = None,
@@ -107,7 +107,7 @@ def load_scan(
     return ImportedScan(PointSets(unknown_body(path.stem), tuple(moved), fps), findings)
 
 
-def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:  # noqa: B008
+def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:
     """A mesh file as a character that motion can be retargeted to. reading: its unit and up axis.
 
     An open mesh, one that is not manifold, and loose parts such as eyes are told. Raises FileError for a
