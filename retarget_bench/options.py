@@ -108,7 +108,7 @@ def declared(options: type) -> dict[str, Declared]:
     }
 
 
-def check(options: object) -> None:
+def check(options: Any) -> None:
     """Raises BenchError that names the field whose value is of another type, not among its choices, or
     beyond its limits."""
     for each in declared(type(options)).values():

@@ -13,6 +13,7 @@ from retarget_bench.options import declared, fits, shown, words
 
 P = ParamSpec("P")
 O = TypeVar("O")  # noqa: E741
+O_co = TypeVar("O_co", covariant=True)
 S = TypeVar("S")
 T = TypeVar("T")
 U = TypeVar("U")
@@ -31,13 +32,13 @@ def takes(options: Callable[P, O]) -> Callable[[Callable[[O], T]], Callable[P, T
     return with_arguments
 
 
-class _After(Protocol[P, O]):
-    """Makes a function of one argument or two, and of an object of options, one of these options."""
+class _After(Protocol[P, O_co]):
+    """Makes a function of one argument or two, and of ``options``, one of these options by their names."""
 
     @overload
-    def __call__(self, function: Callable[[S, O], T], /) -> Callable[Concatenate[S, P], T]: ...
+    def __call__(self, function: Callable[[S, O_co], T], /) -> Callable[Concatenate[S, P], T]: ...
     @overload
-    def __call__(self, function: Callable[[S, U, O], T], /) -> Callable[Concatenate[S, U, P], T]: ...
+    def __call__(self, function: Callable[[S, U, O_co], T], /) -> Callable[Concatenate[S, U, P], T]: ...
 
 
 def takes_after(options: Callable[P, O]) -> _After[P, O]:
@@ -48,7 +49,7 @@ def takes_after(options: Callable[P, O]) -> _After[P, O]:
 
         @wraps(function)
         def call(*given: Any, **named: Any) -> Any:
-            return function(*given[:before], options(*given[before:], **named))
+            return function(*given[:before], options=options(*given[before:], **named))
 
         return _documented(call, options, before)
 

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 Loadable = str | PathLike[str] | np.ndarray
 """A file, or joint positions ``(frames, joints, 3)``."""
 Source = character.Prediction | Loadable
+_ONE = (str, PathLike, np.ndarray, character.Motion, character.Positions, character.Surface)
+"""What is a source by itself, and no list of them."""
 Target = character.Character | character.Motion | str | PathLike[str]
 
 
@@ -159,8 +161,8 @@ class RetargetOptions(_ArrayOptions, Edits):
     seed: int = option(0, "Seed of a method that draws numbers.", at_least=0, below=2**63, metavar="N")
 
 
-@checked
 @takes_after(LoadOptions)
+@checked
 def load_motion(path: Loadable, options: LoadOptions) -> Motion:
     """The motion of a file (BVH, GLB, glTF, FBX, AMC, AMASS ``.npz``, ``.npy``), in metres, Y up; or of an
     array of joint positions ``(frames, joints, 3)``, to which rotations are fitted.
@@ -174,8 +176,8 @@ def load_motion(path: Loadable, options: LoadOptions) -> Motion:
     return found
 
 
-@checked
 @takes_after(LoadOptions)
+@checked
 def load_character(path: Loadable, options: LoadOptions) -> Character:
     """The character of a motion, which may have a single frame, as ``load_motion`` reads it."""
     found, doubts = _loaded(path, options)
@@ -208,14 +210,16 @@ def _warn(sentences: Iterable[str]) -> None:
         warnings.warn(each, stacklevel=5)
 
 
-@overload
+@overload  # a text is a file, and no list of them
 @takes_after(RetargetOptions)
-def retarget(source: Source, target: Target, options: RetargetOptions) -> Motion: ...
+def retarget(  # type: ignore[overload-overlap]
+    source: Source, target: Target, options: RetargetOptions
+) -> Motion: ...
 @overload
 @takes_after(RetargetOptions)
 def retarget(source: Sequence[Source], target: Target, options: RetargetOptions) -> list[Motion]: ...
-@checked
 @takes_after(RetargetOptions)
+@checked
 def retarget(
     source: Source | Sequence[Source], target: Target, options: RetargetOptions
 ) -> Motion | list[Motion]:
@@ -230,14 +234,13 @@ def retarget(
     """
     body, doubts = _body(target)
     _warn(doubts)
-    several = not isinstance(source, str | PathLike | np.ndarray | character.Prediction)
     found = []
-    for each in source if several else [source]:
+    for each in [source] if isinstance(source, _ONE) else source:
         moved, doubts = _source(each, options)
         method = options.method or defaults.METHOD
         found.append(answer(moved, body, method, options.seed, options))
         _warn((*doubts, *cautions(method, moved.character, body), *editing.doubts(moved, options)))
-    return found if several else found[0]
+    return found[0] if isinstance(source, _ONE) else found
 
 
 def _source(given: Source, options: RetargetOptions) -> tuple[character.Prediction, list[str]]:

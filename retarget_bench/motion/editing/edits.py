@@ -23,8 +23,8 @@ class Edits:
 
     start: Starts = option(
         "keep",
-        "Of a source that begins with a T-pose or elsewhere: keep it, cut it off (fewer frames), or ease it "
-        "into the motion.",
+        "Of a source that begins with a T-pose or elsewhere: keep it, cut it off (fewer frames), or ease "
+        "it into the motion.",
     )
     root_motion: RootMotion = option(
         "keep", "keep, in-place, or the axis to travel along: x, -x, z, -z.", metavar="PATH"

@@ -76,17 +76,17 @@ class Reading:
                 f"rate={self.rate:g} is no frame rate; it is frames per second, such as 30 or 120"
             )
 
-    @classmethod
-    def of(cls, said: Mapping[str, Any]) -> Reading:
+    @staticmethod
+    def of(said: Mapping[str, Any]) -> Reading:
         """A reading by names and values as they are written: a number where text is meant is that text.
 
         Raises BenchError, as for names that are not known."""
-        known = declared(cls)
+        known = declared(Reading)
         for name in said:
             if name not in known:
                 near = difflib.get_close_matches(name, known, 1) or known
                 raise BenchError(f"{name!r} is nothing that a file is read by; try {', '.join(near)}")
-        return cls(**{name: _fitting(value, known[name]) for name, value in said.items()})
+        return Reading(**{name: _fitting(value, known[name]) for name, value in said.items()})
 
     def __hash__(self) -> int:
         return hash(str(self))

@@ -1,5 +1,7 @@
 """Unit and up axis of meshes of bodies, which their files do not say."""
 
+import math
+
 import numpy as np
 
 from retarget_bench.motion import rotation
