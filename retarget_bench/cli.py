@@ -18,43 +18,33 @@ COMMANDS = {
     "run": ("run", "Predict, score and show the table. Start here."),
     "score": ("run.score", "Score a folder of predictions that another program made."),
     "work": ("work", "Carry out shards of a run with --executor, by hand or by a scheduler."),
-    "table": ("table", "Show the results that exist."),
+    "table": ("table", "Show the results that exist, or a published table beside them."),
     "compare": ("compare", "Compare two methods, or two versions of one: differences and p-values."),
-    "explain": (
-        "explain",
-        "Show the same predictions under every position protocol, and the factors between them.",
-    ),
     "report": ("report", "Make one page of results, with charts and the motion behind every number."),
+    "plot": ("plot", "Draw a chart of results, as .png, .pdf or .svg."),
     "render": ("render", "Draw a case or motion files as a clip (.mp4, .gif, .webp), a still or a sheet."),
     "view": ("view", "Show results, a running run or motion files live in the browser."),
-    "plot": ("plot", "Draw pictures of results, as .png, .pdf or .svg."),
-    "probe": ("probe", "Check that a method gives the same answers for equivalent inputs."),
+    "retarget": ("retarget", "Retarget motion files to other characters, and say what to look at."),
+    "doctor": ("doctor", "Show how a motion file is read, and how to correct it."),
     "list": ("plugins.list_plugins", "List methods, metrics, data sets and post-processors."),
-    "info": (
-        "plugins.info",
-        "Show the card of a method, metric, data set or post-processor; or every protocol.",
-    ),
+    "info": ("plugins.info", "Show what a method, metric, value, data set or post-processor is."),
     "new": (
         "plugins.new",
         "Start a method, metric, data set or post-processor of your own from a template.",
     ),
+    "test": (
+        "plugins.test",
+        "Check that a plug-in keeps its contract, or give a method equivalent inputs.",
+    ),
     "check": ("check", "Regression gate: check that metrics and methods still give the same numbers."),
-    "test": ("plugins.test", "Check that a plug-in keeps its contract."),
-    "retarget": ("retarget", "Retarget motion files to other characters, and say what to look at."),
-    "doctor": ("doctor", "Show how a motion file is read, and what corrects it."),
     "train": ("train", "Train a learned method: weights and their card."),
     "ablate": ("train.ablate", "Train and score the rows of a published ablation table."),
-    "train-features": ("train_features", "Train the feature networks of FID."),
-    "data": ("exchange.data", "Export a data set as files; make training data beforehand."),
+    "export": ("exchange.export", "Write a data set as files, or its questions for other programs."),
     "submit": ("exchange.submit", "Make or check a submission to a leaderboard, or draw the leaderboard."),
-    "export-cases": (
-        "exchange.cases",
-        "Write sources and targets as files, for prediction by other programs.",
-    ),
 }
 """Command -> its module in ``commands`` (and its name there, if not ``command``), and its help line."""
 
-CONTINUED = ("run", "score", "data", "work", "retarget")
+CONTINUED = ("run", "score", "export", "train", "work", "retarget")
 """Commands that keep what they finished and continue from there."""
 
 

@@ -4,6 +4,7 @@ import os
 
 DATASET = "puppets[size=tiny]"
 METHOD = "ik"
+TASK = "retarget"
 SCAN_METHOD = "correspondence_free"
 """Of scanned motion, whose source has no skeleton."""
 WEIGHTS = "puppets"

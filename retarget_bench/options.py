@@ -1,9 +1,9 @@
-"""Options declared once: a field with its help is an option of a command, an argument in Python and an entry
-of a suite file.
+"""Options declared once: a field with its help is an option of a command, an argument in Python and an
+entry of a suite file.
 
-A class of options is a frozen dataclass whose fields are made by ``option``. ``commands/declared.py`` makes
-the command's options from it, ``python/arguments.py`` the arguments of a function, ``commands/suite.py`` the
-entries of a file. All three build the same object, which checks itself.
+A class of options is an ``OptionSet`` whose fields are made by ``option``. ``commands/declared.py`` makes
+the command's options from it, ``python/arguments.py`` the arguments of a function, ``commands/suite.py``
+the entries of a file. All three build the same object, which checks itself.
 """
 
 from __future__ import annotations
@@ -11,15 +11,26 @@ from __future__ import annotations
 import numbers
 import re
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from functools import cache
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Any,
+    ClassVar,
+    Literal,
+    Union,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from retarget_bench.errors import BenchError
 
 Names = str | Sequence[str]
 """One name, or several."""
+Kind = Literal["methods", "metrics", "datasets", "posts"]
+"""Of plug-ins."""
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 NUMBERS: dict[Any, type] = {int: numbers.Integral, float: numbers.Real}
 
@@ -42,7 +53,7 @@ class Option:
     at_least: float | None = None
     above: float | None = None
     below: float | None = None
-    names: tuple[str, ...] = ()
+    names: tuple[Kind, ...] = ()
     python: bool = False
 
     @property
@@ -60,21 +71,48 @@ class Option:
         return least and above and (self.below is None or number < self.below)
 
 
-def option(default: Any, help: str, *, kw_only: bool = True, **others: Any) -> Any:
-    """A field of a class of options. default: its value, or a function that makes it. others: see
-    ``Option``."""
-    made = {"default_factory": default} if callable(default) else {"default": default}
-    return field(**made, kw_only=kw_only, metadata={"option": Option(help, **others)})
+def option(
+    help: str,
+    *,
+    default: Any = MISSING,
+    default_factory: Any = MISSING,
+    kw_only: bool = True,
+    **others: Any,
+) -> Any:
+    """A field of a class of options, to be given where it has no default. others: see ``Option``."""
+    told = {"option": Option(help, **others)}
+    return field(default=default, default_factory=default_factory, kw_only=kw_only, metadata=told)
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(option, field))
+class OptionSet:
+    """Base of classes of options: a subclass is a frozen dataclass of keywords, and checks its values.
+
+    Raises BenchError that names the field whose value is of another type, not among its choices, or beyond
+    its limits.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
+
+    def __post_init__(self) -> None:
+        kind: Any = type(self)
+        for each in declared(kind).values():
+            each.check(getattr(self, each.name))
 
 
 @dataclass(frozen=True)
 class Declared:
-    """A field of a class of options: its name, annotated type, default and what it says of itself."""
+    """A field of a class of options: its name, annotated type, default (None where it has none) and what it
+    says of itself. required: it must be given."""
 
     name: str
     kind: Any
     default: Any
     option: Option
+    required: bool
 
     @property
     def several(self) -> bool:
@@ -89,44 +127,44 @@ class Declared:
         )
 
     def is_a(self, kind: type) -> bool:
-        return kind in _parts(self.kind)
+        """True where a value, or each of several, is of this type."""
+        parts = _parts(self.kind)
+        items = [each for part in parts for each in get_args(part) if get_origin(part) in (Sequence, tuple)]
+        return kind in (*parts, *items)
+
+    def check(self, value: Any) -> None:
+        """Raises BenchError for a value that the field cannot have."""
+        if self.choices and isinstance(value, str) and value not in self.choices:
+            known = ", ".join(filter(None, self.choices))
+            raise BenchError(f"{self.name}: {value!r} is not known; it is one of {known}")
+        if not fits(value, self.kind):
+            raise BenchError(
+                f"{self.name} is {shown(value)}; it takes {' or '.join(dict.fromkeys(words(self.kind)))}"
+            )
+        if value is not None and self.option.range and not self.option.allows(value):
+            raise BenchError(f"{self.name} is {value:g}; it must be {self.option.range}")
 
 
 @cache
-def declared(options: type) -> dict[str, Declared]:
+def declared(options: Any) -> dict[str, Declared]:
     """The fields of a class of options by name, in their order, those of bases first."""
     kinds = get_type_hints(options)
     return {
         each.name: Declared(
             each.name,
             kinds[each.name],
-            each.default_factory() if callable(each.default_factory) else each.default,
+            each.default if each.default_factory is MISSING else each.default_factory(),
             each.metadata["option"],
+            each.default is each.default_factory is MISSING,
         )
         for each in fields(options)
         if "option" in each.metadata
     }
 
 
-def check(options: Any) -> None:
-    """Raises BenchError that names the field whose value is of another type, not among its choices, or
-    beyond its limits."""
-    for each in declared(type(options)).values():
-        value = getattr(options, each.name)
-        if each.choices and isinstance(value, str) and value not in each.choices:
-            known = ", ".join(filter(None, each.choices))
-            raise BenchError(f"{each.name}: {value!r} is not known; it is one of {known}")
-        if not fits(value, each.kind):
-            raise BenchError(
-                f"{each.name} is {shown(value)}; it takes {' or '.join(dict.fromkeys(words(each.kind)))}"
-            )
-        if value is not None and each.option.range and not each.option.allows(value):
-            raise BenchError(f"{each.name} is {value:g}; it must be {each.option.range}")
-
-
 def listed(names: Names) -> tuple[str, ...]:
-    """Names as a tuple, each once. A text may hold several with commas between them; those in brackets separate
-    parameters."""
+    """Names as a tuple, each once. A text may hold several with commas between them; those in brackets
+    separate parameters."""
     several = [names] if isinstance(names, str) else names
     parts = [part.strip() for text in several for part in _COMMA.split(text)]
     return tuple(dict.fromkeys(filter(None, parts)))

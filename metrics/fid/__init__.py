@@ -32,7 +32,7 @@ STRETCH = 60
 
 SETS = (
     "windows of 16 frames at 30 per second, one every 4 frames, of all cases of one split whose source "
-    "and target stand on two legs; features: 32 of one convolutional autoencoder (bench train-features) "
+    "and target stand on two legs; features: 32 of one convolutional autoencoder (bench train fid) "
     "that sees hips, head, arms and legs, each with mean 0 and deviation 1 over its training windows; "
     "every clip is cut into an even number of stretches of about two seconds, which are dealt by turns "
     "into two halves, and the real windows of one half are compared with the generated windows of the "
@@ -113,7 +113,7 @@ class Fid:
         for folder in self._folders:
             if (found := network.find(folder, TWO_LEGS)) is not None:
                 return found
-        raise NotSupported(f"no feature network of bodies on {TWO_LEGS}; bench train-features makes one")
+        raise NotSupported(f"no feature network of bodies on {TWO_LEGS}; bench train fid makes one")
 
 
 plugin = Fid

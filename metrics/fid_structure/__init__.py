@@ -25,7 +25,7 @@ SMALL = f"left out below {PER_DIMENSION} windows per dimension of the features"
 
 SETS = (
     "windows of 64 frames at 30 per second, one every 8 frames, of all cases of one split and one target "
-    "structure; features: 256 of that structure's convolutional autoencoder (bench train-features), each "
+    "structure; features: 256 of that structure's convolutional autoencoder (bench train fid), each "
     "with mean 0 and deviation 1 over its training windows; the clips are dealt into two halves by a hash, "
     "and the real windows of one half are compared with the generated windows of the other, both ways, and "
     "averaged; from either half the same number n of windows, at most 1,200, is drawn as evenly over the "
@@ -150,7 +150,7 @@ class FidStructure:
                     raise NotSupported(reason)
                 return found
         raise NotSupported(
-            f"no feature network for structure {target.structure}; bench train-features makes one"
+            f"no feature network for structure {target.structure}; bench train fid makes one"
         )
 
 

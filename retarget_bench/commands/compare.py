@@ -4,50 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
-from retarget_bench import defaults
-from retarget_bench.commands import options
+from retarget_bench.commands import declared, options
+from retarget_bench.options import listed, option
+from retarget_bench.tables.comparing import PairOptions
 
 if TYPE_CHECKING:
     from retarget_bench.results.result_matrix import ResultMatrix
+    from retarget_bench.results.store import ResultPaths
     from retarget_bench.tables.comparing import Pair
 
 FORMATS = ("text", "md", "csv")
 
 
+class Options(options.ToFile, options.OfResults, PairOptions):
+    """``bench compare``."""
+
+    format: Literal["", "text", "md", "csv"] = option(
+        "Format.", default="", shown="by the ending of -o, else text", letter="f"
+    )
+
+
 @click.command("compare")
 @click.argument("first")
 @click.argument("second")
-@click.option(
-    "--results",
-    "roots",
-    multiple=True,
-    metavar="DIR",
-    type=options.FOLDER,
-    help="A folder written by `bench run`; may be repeated. [default: runs]",
-)
-@options.only_dataset_option
-@options.split_option
-@click.option("--columns", metavar="ID,ID", help="Values to compare. [default: those of bench table]")
-@options.bodies_option
-@click.option("--all", "everything", is_flag=True, help="Compare every value.")
-@options.format_option(*FORMATS)
-@options.output_option
-def command(
-    first: str,
-    second: str,
-    roots: tuple[Path, ...],
-    dataset: str | None,
-    splits: tuple[str, ...],
-    columns: str | None,
-    bodies: str | None,
-    everything: bool,
-    form: str,
-    output: Path | None,
-) -> None:
+@declared.takes(Options, "first", "second")
+def command(options: Options) -> None:
     """Compare two methods case by case: difference, interval, p-value and a verdict for every value.
 
     FIRST and SECOND are methods as tables call them, or two folders of results: then every method that
@@ -56,23 +41,30 @@ def command(
     from retarget_bench.analysis.selection import of_bodies
     from retarget_bench.results import store
     from retarget_bench.tables import comparing
-    from retarget_bench.tables.rendering.pairwise_text import RENDERERS, text
+    from retarget_bench.tables.rendering.pairwise_text import RENDERERS
 
+    form = options.form(options.format, FORMATS)
+    first, second = options.first, options.second
     folders = [Path(name) for name in (first, second)]
-    wanted = None if columns is None else options.ids(columns)
+    wanted, splits = listed(options.columns) or None, listed(options.splits)
     if all(folder.is_dir() and store.find_results(folder) for folder in folders):
-        matrices = of_bodies(_matrices(folders, dataset, splits), bodies or "")
+        places = options.of(folders).places()
+        matrices = of_bodies(_matrices(places, splits), options.bodies)
         both = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
-        if not (found := comparing.compared(both, wanted, everything)):
+        if not (found := comparing.compared(both, wanted, options.all)):
             rows = [row for _, pairs in both for pair in pairs for row in pair if row]
             raise comparing.nothing_common(first, second, rows)
     else:
-        matrices = _matrices(roots or (Path(defaults.OUT),), dataset, splits)
-        found = comparing.compare(of_bodies(matrices, bodies or ""), first, second, wanted, everything)
-    if form == "text" and output is None:
-        options.write_out(text(found, options.screen_width()), output)
-    else:
-        options.write_out(RENDERERS[form](found), output)
+        matrices = of_bodies(_matrices(options.places(), splits), options.bodies)
+        found = comparing.compare(matrices, first, second, wanted, options.all)
+    options.write(_text(found) if form == "text" and options.out is None else RENDERERS[form](found))
+
+
+def _text(found: Sequence[object]) -> str:
+    """The comparisons as wide as the terminal."""
+    from retarget_bench.tables.rendering.pairwise_text import text
+
+    return text(found, options.screen_width())  # type: ignore[arg-type]
 
 
 def _pairs(matrix: ResultMatrix, first: Path, second: Path) -> list[Pair]:
@@ -84,8 +76,8 @@ def _pairs(matrix: ResultMatrix, first: Path, second: Path) -> list[Pair]:
     return [(row, two.get(label)) for label, row in one.items()]
 
 
-def _matrices(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[ResultMatrix]:
-    """The results under the roots, of all methods that tables rank.
+def _matrices(places: Sequence[ResultPaths], splits: Sequence[str]) -> list[ResultMatrix]:
+    """The results of all methods that tables rank.
 
     Self pairs are read whatever the splits: some values of other splits pool them.
     """
@@ -93,7 +85,6 @@ def _matrices(roots: Sequence[Path], dataset: str | None, splits: Sequence[str])
     from retarget_bench.api import SELF
     from retarget_bench.results import result_matrix as matrix
 
-    found = options.results(roots, dataset)
-    chosen = {place.split for place in of_splits(found, splits)}
-    places = [place for place in found if place.split in {*chosen, SELF}]
-    return [each for each in matrix.result_matrices(places) if each.split in chosen]
+    chosen = {place.split for place in of_splits(places, splits)}
+    read = [place for place in places if place.split in {*chosen, SELF}]
+    return [each for each in matrix.result_matrices(read) if each.split in chosen]

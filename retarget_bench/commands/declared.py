@@ -45,7 +45,8 @@ def takes(options: type, *positional: str, only: tuple[str, ...] = ()) -> Decora
 def _option(each: Declared) -> Decorator:
     """``--name``, or its letter, with its help and its default."""
     told, flag = each.option, f"--{each.name.replace('_', '-')}"
-    usual = told.shown or ("" if each.default in (None, "", (), False) else str(each.default))
+    silent = (None, "", (), False)
+    usual = told.shown or ("" if each.required or each.default in silent else str(each.default))
     help = f"{told.help}  [default: {usual}]" if usual else told.help
     letters = [f"-{told.letter}"] if told.letter else []
     if each.is_a(bool):
@@ -56,6 +57,7 @@ def _option(each: Declared) -> Decorator:
         each.name,
         type=_type(each),
         multiple=each.several,
+        required=each.required,
         metavar=told.metavar or None,
         shell_complete=plugin_names(*told.names) if told.names else None,
         help=help,

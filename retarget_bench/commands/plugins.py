@@ -9,15 +9,15 @@ from typing import Any
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import options
+from retarget_bench.commands import declared, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
-from retarget_bench.plugins import parameters, registry
+from retarget_bench.options import Names, OptionSet, option
+from retarget_bench.plugins import named, parameters, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.python.plans import dataset_spec
 
-ANY_PLUGIN = options.plugin_names(*registry.KINDS)
+ANY_PLUGIN = declared.plugin_names(*registry.KINDS)
 TITLES = {
     "methods": "Methods",
     "metrics": "Metrics",
@@ -71,24 +71,24 @@ def section(kind: registry.Kind) -> str:
 
 @click.command("info")
 @click.argument(
-    "name", required=False, metavar="[NAME]", shell_complete=options.plugin_names(*registry.KINDS)
+    "name", required=False, metavar="[NAME]", shell_complete=declared.plugin_names(*registry.KINDS)
 )
-@click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
-def info(name: str | None, protocols: bool) -> None:
+def info(name: str | None) -> None:
     """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
 
     NAME may also be a value, by its id, its label or its family (MPJPE, "contact recall"). Case, spaces, _
     and - do not count.
 
     For a learned method also the cards of its shipped weights: data, training config, time, scores. With
-    NAME[weights=PATH] that of a file, or of a folder that bench train wrote.
+    NAME[weights=PATH] that of a file, or of a folder that bench train wrote. `bench info protocols` writes
+    every value of every metric as a page in Markdown.
     """
-    if protocols:
+    if name == "protocols":
         from retarget_bench.analysis import protocols as page
 
         echo(page.render(), nl=False)
     elif name is None:
-        raise click.UsageError("give a NAME (bench list shows them), or --protocols")
+        raise BenchError("give a NAME; bench list shows them")
     else:
         for lines in _described(name):
             echo("\n".join(lines) + "\n")
@@ -108,7 +108,7 @@ def _described(name: str) -> list[list[str]]:
     except BenchError:
         if not (found := names.candidates(name, known)):
             plugins = [entry.name for kind in registry.KINDS for entry in registry.names(kind)]
-            if meant := names.close(name, known, plugins):
+            if meant := names.close(name, known, plugins, cutoff=0.7):
                 raise BenchError(
                     f"nothing is called {name!r}; did you mean {' or '.join(meant)}?"
                 ) from None
@@ -254,17 +254,24 @@ def _indent(line: str) -> str:
     return line[: len(line) - len(line.lstrip())]
 
 
+class NewOptions(OptionSet):
+    """``bench new``."""
+
+    package: bool = option("Make a package that can be pip-installed and published.", default=False)
+    worker: bool = option("A method whose code runs in another Python, old or new.", default=False)
+
+
 @click.command("new")
 @click.argument("kind", type=click.Choice(list(KINDS)), metavar="|".join(KINDS))
 @click.argument("name", metavar="NAME")
-@click.option("--package", is_flag=True, help="Make a package that can be pip-installed and published.")
-@click.option("--worker", is_flag=True, help="A method whose code runs in another Python, old or new.")
-def new(kind: str, name: str, package: bool, worker: bool) -> None:
+@declared.takes(NewOptions)
+def new(kind: str, name: str, options: NewOptions) -> None:
     """Start a method, metric, data set or post-processor from a template that already runs.
 
     Writes NAME.py here; with --package a folder NAME; with --worker also NAME_code.py, which needs numpy
     alone, and NAME_worker.py, which runs it. Nothing that exists is overwritten.
     """
+    package, worker = options.package, options.worker
     if worker and (package or kind != "method"):
         raise BenchError("--worker is for methods, and not for packages")
     if not _NAME.fullmatch(name):
@@ -281,13 +288,14 @@ def new(kind: str, name: str, package: bool, worker: bool) -> None:
         steps = []
     else:
         _write_all({Path(f"{name}.py"): plugin_source(kind, name)})
-        steps = [f"bench test {name} --plugin {name}.py"]
+        steps = [f"bench test {name}.py"]
+    called = name if package else f"{name}.py"
     if kind == "method":
-        steps.append(f"bench run {name} copy_rotations" + ("" if package else f" --plugin {name}.py"))
+        steps.append(f"bench run {called} copy_rotations")
     if kind == "metric":
-        steps.append(f"bench run ik -m {name}" + ("" if package else f" --plugin {name}.py"))
+        steps.append(f"bench run ik --metrics {called}")
     if kind == "post":
-        steps.append(f"bench run copy_rotations+{name}" + ("" if package else f" --plugin {name}.py"))
+        steps.append(f"bench run copy_rotations+{called}")
     echo("Now change what it does, and then:\n" + "\n".join(f"  {step}" for step in steps))
 
 
@@ -345,27 +353,55 @@ def _write_all(texts: dict[Path, str]) -> None:
         echo(f"wrote {path}")
 
 
+class TestOptions(OptionSet):
+    """``bench test``."""
+
+    dataset: str = option(
+        "Try a method or metric on this data set.",
+        default=defaults.DATASET,
+        letter="d",
+        metavar="DATASET",
+        names=("datasets",),
+    )
+    probes: Names = option(
+        "Give a method equivalent inputs instead, and measure by how much its "
+        "answers differ: all, or these "
+        "probes.",
+        default=(),
+        metavar="all|ID,ID",
+    )
+    splits: Names = option("Of probes: these splits.", default=(), shown="all", letter="s", metavar="SPLIT")
+    limit: int = option("Of probes: so many cases.", default=24, at_least=1, metavar="N")
+    out: Path = option(
+        "Of probes: the folder of results.", default=Path(defaults.OUT), letter="o", metavar="DIR"
+    )
+
+
 @click.command("test")
-@click.argument("name", metavar="NAME", shell_complete=ANY_PLUGIN)
-@click.option(
-    "-d",
-    "--dataset",
-    metavar="DATASET",
-    help=f"Try a method or metric on this data set. [default: {defaults.DATASET}]",
-)
-@options.root_option
-def test(name: str, dataset: str | None, root: str | None) -> int:
+@click.argument("plugins", metavar="NAME...", nargs=-1, required=True, shell_complete=ANY_PLUGIN)
+@declared.takes(TestOptions)
+def test(plugins: tuple[str, ...], options: TestOptions) -> int:
     """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
 
-    NAME is a method, metric, data set or post-processor, with parameters in brackets if needed. METHOD+POST
-    is checked as a method.
+    NAME is a method, metric, data set or post-processor, with parameters in brackets if needed, or a file.
+    METHOD+POST is checked as a method.
+
+    With --probes methods are given equivalent inputs: names, order and axes of joints, rest poses, split
+    and merged bones, size, unit, place, heading, mirror image, time and frame rate are changed one by one;
+    the answer must stay the same, or change with them. Whether answers depend on the source is measured,
+    too.
     """
-    spec = named.parse(name)
-    data = dataset_spec(dataset or defaults.DATASET, root if dataset else None)
+    if options.probes:
+        from retarget_bench.commands import probes
+
+        return probes.run(list(map(named.parse, plugins)), options)
+    data = named.parse(options.dataset)
     failed = 0
-    kinds: list[registry.Kind] = ["methods"] if spec.posts else registry.kinds_of(spec.name)
-    for kind in kinds:
-        failed += _tested(kind, dataset_spec(name, root) if kind == "datasets" else spec, data)
+    for name in plugins:
+        spec = named.parse(name)
+        kinds: list[registry.Kind] = ["methods"] if spec.posts else registry.kinds_of(spec.name)
+        for kind in kinds:
+            failed += _tested(kind, spec, data)
     return int(failed > 0)
 
 

@@ -23,19 +23,8 @@ from retarget_bench.commands.retargeting.options import Options
     help="File of the target character, or a folder of such files; may be repeated. For scans its mesh in "
     "T-pose.",
 )
-@click.option(
-    "-o",
-    "--out",
-    required=True,
-    metavar="FILE|FOLDER",
-    type=click.Path(),
-    help="Output file, whose ending is its format; the folder of several results, or FOLDER/ of one; for "
-    "scans a new folder of PLY files.",
-)
 @takes(Options)
-def command(
-    sources: tuple[MotionFile, ...], targets: tuple[MotionFile, ...], out: str, options: Options
-) -> int:
+def command(sources: tuple[MotionFile, ...], targets: tuple[MotionFile, ...], options: Options) -> int:
     """Retarget the motion of SOURCE, a motion file, a folder of them or a folder of scans, to another
     character.
 
@@ -66,8 +55,9 @@ def command(
     from retarget_bench.commands.retargeting import plan, runs, scans
     from retarget_bench.commands.retargeting.job import Job
 
+    first = Job(sources[0], targets[0], Path(options.out), options)
     if plan.are_scans(sources, targets):
-        return scans.retarget(Job(sources[0], targets[0], Path(out), options))
-    if plan.is_many(sources, targets, out):
-        return runs.many(sources, targets, Path(out), options)
-    return runs.one(Job(sources[0], targets[0], Path(out), options))
+        return scans.retarget(first)
+    if plan.is_many(sources, targets, options.out):
+        return runs.many(sources, targets, options)
+    return runs.one(first)

@@ -3,34 +3,31 @@
 import json
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import click
 
 from retarget_bench import defaults, files
-from retarget_bench.api import PAIRED
 from retarget_bench.commands import declared, options
 from retarget_bench.commands.suite import suite_option
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import Stage
+from retarget_bench.evaluation.settings import Stage
 from retarget_bench.options import listed, option
-from retarget_bench.python.plans import RunOptions
 from retarget_bench.python.progress import progress_bar
+from retarget_bench.python.run_options import RunOptions
 
 MANIFEST = "manifest.json"
 NAMED = 3
 """So many methods at most are named beside a progress bar."""
 
 
-@dataclass(frozen=True)
 class Options(RunOptions):
     """``bench run``."""
 
     stage: Stage = option(
-        "run", "Both stages, or one alone: predict writes predictions, score scores them."
+        "Both stages, or one alone: predict writes predictions, score scores them.", default="run"
     )
 
 
@@ -53,7 +50,7 @@ def command(options: Options) -> None:
         _say_predictions(places, plan)
     else:
         places = plans.existing(places, plan.out)
-        _show(places, plan.out, variants=bool(options.methods) or plan.task not in PAIRED)
+        _show(places, plan.out, variants=bool(options.methods))
 
 
 def _say_predictions(places: Sequence[Any], plan: Any) -> None:
@@ -69,20 +66,17 @@ def _say_predictions(places: Sequence[Any], plan: Any) -> None:
 
 def _show(places: list[Any], out: Path, *, variants: bool) -> None:
     """The first table, and where there is more, or how to go on where results are not complete."""
-    from retarget_bench.analysis.selection import Selection
     from retarget_bench.tables import requested
     from retarget_bench.tables.rendering import text
 
     task = places[0].kind
-    paired = task in PAIRED
-    select = Selection(variants=variants or not paired, apart=paired)
-    made = requested.tables(places, requested.Request(select=select))
+    made = requested.tables(places, requested.Request(variants=variants))
     echo(text(made, columns=options.screen_width()), nl=False)
     if not all(place.complete for place in places):
         options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
     there = [] if out == Path(defaults.OUT) else ["-r", out]
-    of = [] if task == PAIRED[0] else ["--task", task]
+    of = [] if task == defaults.TASK else ["--task", task]
     columns = [column for table in made for column in table.columns if column.split]
     split = f"-s {columns[0].split}; " if columns else ""
     more = [f"{options.command('bench table', *there, *of)} ({split}--all; --notes)"]
@@ -103,8 +97,8 @@ _SCORED_WITH = ("dataset", "root", "splits", "metrics", "task", "overwrite", "ou
 def score(folder: Path, name: str | None, options: RunOptions) -> None:
     """Score predictions that another program made: a FOLDER of motions.
 
-    It holds one .npz or .bvh per case, named as in the manifest that `bench export --questions` wrote; where
-    the manifest lies in the folder, its data set is used, and only splits of which it lists cases.
+    It holds one .npz or .bvh per case, named as in the manifest that `bench export --questions` wrote;
+    where the manifest lies in the folder, its data set is used, and only splits of which it lists cases.
     """
     from dataclasses import replace
 

@@ -14,7 +14,7 @@ import click
 from retarget_bench.errors import FileError
 from retarget_bench.files import read_toml
 from retarget_bench.options import Declared, declared, fits, shown, words
-from retarget_bench.python.plans import RunOptions
+from retarget_bench.python.run_options import RunOptions
 
 
 def _used(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:

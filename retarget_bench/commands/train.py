@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import os
 import shlex
+from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from retarget_bench.commands import options, run
-from retarget_bench.commands.table import FORMATS
+from retarget_bench import defaults
+from retarget_bench.commands import declared, run
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import bound, registry
+from retarget_bench.files import write_text
+from retarget_bench.options import Names, OptionSet, listed, option
+from retarget_bench.plugins import bound, named, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.python.plans import dataset_spec
+from retarget_bench.python.progress import progress_bar
+from retarget_bench.training.settings import TrainingSettings
 
 if TYPE_CHECKING:
     from retarget_bench.training.checkpoint import Checkpoint
@@ -25,61 +30,56 @@ if TYPE_CHECKING:
     from retarget_bench.training.train import TrainingOptions, TrainingResult
 
 
+class Options(TrainingSettings):
+    """``bench train``."""
+
+    dataset: Names = option(
+        "The training data, with parameters in brackets; several are trained on at once.",
+        default=(),
+        letter="d",
+        metavar="DATASET",
+        names=("datasets",),
+    )
+    root: str | None = option(
+        "Folder of the data: short for DATASET[root=DIR].", default=None, metavar="DIR"
+    )
+    prepare: bool = option(
+        "Make training motion and pairs of the data set and keep them in the "
+        "cache folder, and train nothing.",
+        default=False,
+    )
+
+
 @click.command("train")
-@click.argument("method", required=False, shell_complete=options.plugin_names("methods"))
-@click.option(
-    "-d",
-    "--dataset",
-    "datasets",
-    multiple=True,
-    metavar="DATASET",
-    shell_complete=options.plugin_names("datasets"),
-    help="The training data, with parameters in brackets; may be repeated, to train on several at once.",
-)
-@options.root_option
-@click.option(
-    "--preset", metavar="NAME", help="Training config: paper, default or quick. [default: default]"
-)
-@click.option(
-    "--budget", metavar="BUDGET", help="Time (90s, 30m, 2h) or steps (20000it). [default: the preset's]"
-)
-@click.option(
-    "--out", type=options.FOLDER, metavar="DIR", help="The run's folder. [default: runs/train/METHOD]"
-)
-@click.option("--seed", type=options.SEED, metavar="N", help="Seed of weights and batches. [default: 0]")
-@options.device_option
-@click.option(
-    "--precision",
-    type=click.Choice(("float32", "bfloat16")),
-    help="Precision of matrix products in training. [default: the preset's, float32]",
-)
-@click.option(
-    "--augment", is_flag=True, help="Train on changed windows too: limbs, turns, mirror images, speeds."
-)
-@click.option("--resume", is_flag=True, help="Continue the run in DIR from its last checkpoint.")
-@click.option("--init", metavar="WEIGHTS", help="Initial weights: shipped ones, a card, or a run.")
-@options.jobs_option
-def command(
-    method: str | None, datasets: tuple[str, ...], root: str | None, resume: bool, **given: Any
-) -> int:
+@click.argument("method", required=False, shell_complete=declared.plugin_names("methods"))
+@declared.takes(Options)
+def command(method: str | None, options: Options) -> int:
     """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
     The folder gets run.json, a checkpoint about every minute, log.csv, loss.png, and the weights with their
-    card. --resume continues an interrupted or killed run with the same result.
+    card. --resume continues an interrupted or killed run with the same result. Of a metric such as
+    fid[structure=NAME] its feature networks are trained, of all structures of one data set or of those.
 
     \b
     bench train nkn -d 'puppets[size=default]' --budget 2h
     bench train nkn -d 'puppets[size=default]' -d 'folder[root=DIR,protocol=train]'
-    bench train --resume --out runs/train/nkn
+    bench train --resume -o runs/train/nkn
     torchrun --standalone --nproc-per-node 4 -m retarget_bench train nkn -d 'puppets[size=default]'
     """
-    if method is None and not resume:
-        raise click.UsageError("say which METHOD to train, or --resume --out DIR to go on with a run")
+    if options.prepare:
+        return _prepare(options)
+    if method is None and not options.resume:
+        raise BenchError("say which METHOD to train, or --resume -o DIR to go on with a run")
+    spec = named.parse(method) if method else None
+    if spec is not None and registry.kinds_of(spec.name) == ["metrics"]:
+        from retarget_bench.commands import feature_networks
+
+        return feature_networks.train(spec, named.dataset(_one(options), options.root), options)
     from retarget_bench.training import parallel
     from retarget_bench.training.train import TrainingOptions, train
 
-    spec = named.parse(method) if method else None
-    asked = TrainingOptions(method=spec, dataset=_data(datasets, root), resume=resume, **given)
+    settings = {each.name: getattr(options, each.name) for each in fields(TrainingSettings)}
+    asked = TrainingOptions(spec, _data(listed(options.dataset), options.root), **settings)
     with closing(ConsoleReporter()) as reporter:
         try:
             done = train(asked, reporter)
@@ -95,22 +95,48 @@ def command(
     return 0
 
 
-def _data(datasets: tuple[str, ...], root: str | None) -> Spec | None:
-    """The data set that ``-d`` and ``--root`` name, or several of them as one."""
+def _one(asked: Options) -> str:
+    """The one data set that is named. Raises BenchError for none or several."""
+    if len(datasets := listed(asked.dataset)) != 1:
+        raise BenchError("name one data set: -d DATASET")
+    return datasets[0]
+
+
+def _prepare(asked: Options) -> int:
+    """Make the training motion and training pairs of a data set and keep them in the cache folder.
+
+    Training makes what it needs by itself; this does it beforehand. Interrupted, it goes on where it
+    stopped.
+    """
+    from retarget_bench.files import cache_folder
+    from retarget_bench.motion.bvh.catalogue import some
+    from retarget_bench.training.prepare import prepare
+
+    spec, total = registry.canonical("datasets", named.dataset(_one(asked), asked.root)), 0
+    unusable: list[str] = []
+    with progress_bar("bench train --prepare", "items") as progress:
+        for done, total in prepare(spec, asked.jobs, unusable):
+            progress(done, total)
+    if unusable:
+        echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
+    echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
+    return 0
+
+
+def _data(datasets: Sequence[str], root: str | None) -> Spec | None:
+    """The data set that ``-d`` and ``--root`` name, or several of them as one. Raises BenchError."""
     from retarget_bench.training.joint_datasets import joint_spec
 
     if not datasets:
         if root is not None:
-            raise click.UsageError("--root says where a data set lies; say by -d which one")
+            raise BenchError("--root says where a data set lies; say by -d which one")
         return None
     spec = joint_spec([named.parse(each) for each in datasets])
-    if not spec.posts:
-        return dataset_spec(str(spec), root)
-    if root is not None:
-        raise click.UsageError(
+    if spec.posts and root is not None:
+        raise BenchError(
             "--root is of one data set; with several, each says where it lies: -d 'NAME[root=DIR]'"
         )
-    return spec
+    return spec if root is None else spec.with_parameters(root=root)
 
 
 class ConsoleReporter:
@@ -204,9 +230,9 @@ def _how_to_go_on(asked: TrainingOptions) -> str:
 
     if not (folder_of(asked) / checkpoint.NAME).exists():
         return " before the first checkpoint; there is nothing to go on from."
-    where = f" --out {asked.out}" if asked.out else ""
-    method = f" '{asked.method}'" if asked.method else ""
-    return f". bench train{method} --resume{where}{_plugins()} goes on from the last checkpoint."
+    where = f" -o {asked.out}" if asked.out else ""
+    method = f" '{named.written(asked.method)}'" if asked.method else ""
+    return f". bench train{method} --resume{where} goes on from the last checkpoint."
 
 
 def _ending(done: TrainingResult) -> str:
@@ -218,69 +244,62 @@ def _ending(done: TrainingResult) -> str:
     data = tested(named.parse(done.asked.dataset))
     root = data.parameters.get("root") if data else None
     where = f" --root {shlex.quote(str(root))}" if root else ""
-    on = f"'{without_places(str(data))}'{where}" if data else "DATASET"
+    on = f"'{named.written(named.parse(without_places(str(data))))}'{where}" if data else "DATASET"
     best = done.at.best
     found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
         f"{done.asked.method}: {done.at.step} steps in {hours(done.at.seconds)}; {found}.\n"
-        f"Use them: bench run '{method}' -d {on}{_plugins()}"
+        f"Use them: bench run '{named.written(method)}' -d {on}"
     )
 
 
-def _plugins() -> str:
-    """The plug-in files that were given, as options."""
-    return "".join(f" --plugin {shlex.quote(path)}" for path, _ in registry.files())
+class AblationOptions(OptionSet):
+    """``bench ablate``."""
+
+    dataset: str = option(
+        "The training data.",
+        default=defaults.DATASET,
+        letter="d",
+        metavar="DATASET",
+        names=("datasets",),
+    )
+    test: str = option(
+        "The data set to test on.",
+        default="",
+        shown="the one that is trained on",
+        metavar="DATASET",
+        names=("datasets",),
+    )
+    preset: str = option("Training config of every row.", default="default", metavar="NAME")
+    budget: str = option(
+        "Budget of every row: 90s, 30m, 2h, or 20000it.",
+        default="",
+        shown="the preset's",
+        metavar="BUDGET",
+    )
+    seed: int = option("Seed of every row.", default=0, at_least=0, below=2**63, metavar="N")
+    device: Literal["auto", "cpu", "cuda"] = option("Device.", default="auto")
+    out: Path = option(
+        "The folder of training runs and results.",
+        default=Path("runs/ablate"),
+        letter="o",
+        metavar="DIR",
+    )
+    jobs: int = option(
+        "Number of processes.",
+        default_factory=defaults.jobs,
+        shown=f"one per core, at most {defaults.MOST_JOBS}",
+        letter="j",
+        at_least=1,
+        metavar="N",
+    )
 
 
 @click.command("ablate")
-@click.argument("method", shell_complete=options.plugin_names("methods"))
+@click.argument("method", shell_complete=declared.plugin_names("methods"))
 @click.argument("table")
-@options.dataset_option
-@options.root_option
-@click.option(
-    "--test",
-    metavar="DATASET",
-    shell_complete=options.plugin_names("datasets"),
-    help="The data set to test on. [default: the one that is trained on]",
-)
-@click.option(
-    "--preset", metavar="NAME", default="default", show_default=True, help="Training config of every row."
-)
-@click.option(
-    "--budget",
-    metavar="BUDGET",
-    help="Budget of every row: 90s, 30m, 2h, or 20000it. [default: the preset's]",
-)
-@click.option(
-    "--seed", type=options.SEED, default=0, show_default=True, metavar="N", help="Seed of every row."
-)
-@options.device_option
-@click.option(
-    "--out",
-    type=options.FOLDER,
-    default="runs/ablate",
-    show_default=True,
-    metavar="DIR",
-    help="The folder of training runs and results.",
-)
-@options.format_option(*FORMATS)
-@options.output_option
-@options.jobs_option
-def ablate(
-    method: str,
-    table: str,
-    dataset: str,
-    root: str | None,
-    test: str | None,
-    preset: str,
-    budget: str | None,
-    seed: int,
-    device: str,
-    out: Path,
-    form: str,
-    output: Path | None,
-    jobs: int,
-) -> None:
+@declared.takes(AblationOptions)
+def ablate(method: str, table: str, options: AblationOptions) -> None:
     """Train and score every row of a published ablation TABLE of METHOD, and print the table.
 
     All rows have the same data, seed, training config and budget. The same command continues an interrupted
@@ -290,22 +309,33 @@ def ablate(
     bench ablate smrm table2 -d puppets --budget 2000it
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
-    from retarget_bench.plugins import registry
     from retarget_bench.python import ablations
     from retarget_bench.tables.rendering import WITH_INTERVALS
     from retarget_bench.training.train import TrainingOptions
 
     spec = named.parse(method)
-    data = registry.canonical("datasets", dataset_spec(dataset, root))
-    tested = named.parse(test) if test else data
+    data = registry.canonical("datasets", named.parse(options.dataset))
+    tested = named.parse(options.test) if options.test else data
     ablation = ablations.find(spec, table)
     ablations.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
-    asked = TrainingOptions(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
+    asked = TrainingOptions(
+        spec,
+        data,
+        preset=options.preset,
+        budget=options.budget,
+        seed=options.seed,
+        jobs=options.jobs,
+        device=options.device,
+    )
     with closing(ConsoleReporter()) as reporter:
-        trained = ablations.train_rows(ablation, asked, out, reporter)
-    wanted = ablations.plan_of(ablation, trained, tested, out / "results", jobs)
+        trained = ablations.train_rows(ablation, asked, options.out, reporter)
+    wanted = ablations.plan_of(ablation, trained, tested, options.out / "results", options.jobs)
     run.carry_out(wanted, "bench ablate")
-    recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
+    budget = f"budget {options.budget}, " if options.budget else ""
+    recipe = f"preset {options.preset}, {budget}seed {options.seed}"
     made = ablations.table(ablation, trained, wanted, bound.dataset(data).built.label.strip(), recipe)
-    options.write_out(WITH_INTERVALS[form]([made]), output)
+    echo(WITH_INTERVALS["text"]([made]), nl=False)
+    for ending in ("md", "tex", "html", "csv"):
+        write_text(options.out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([made]))
+    echo(f"wrote {options.out / f'{spec.name}-{table}'}.md, .tex, .html and .csv")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench.commands import options
+from retarget_bench import defaults
+from retarget_bench.commands import declared, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
+from retarget_bench.options import Names, listed, option
 
 if TYPE_CHECKING:
     from retarget_bench.viewer.scene_builder import CaseList
@@ -18,24 +20,29 @@ if TYPE_CHECKING:
 PORT = 8080
 
 
+class Options(options.OfResults):
+    """``bench view``."""
+
+    methods: Names = option(
+        "Only these methods, in this order.",
+        default=(),
+        shown="all that there are",
+        letter="m",
+        metavar="METHOD",
+        names=("methods",),
+    )
+    root: str | None = option("Where the data lie, if not as usual.", default=None, metavar="DIR")
+    task: str = option("Results of this task.", default=defaults.TASK)
+    port: int = option(
+        "Where the page is served; 0: any port that is free.", default=PORT, at_least=0, below=65536
+    )
+    no_open: bool = option("Do not open the browser, only say where to look.", default=False)
+
+
 @click.command("view")
 @click.argument("sources", nargs=-1, metavar="[SOURCE]...")
-@options.results_option
-@options.methods_option
-@options.only_dataset_option
-@options.root_option
-@options.task_option
-@click.option(
-    "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0: any that is free."
-)
-@click.option("--no-open", is_flag=True, help="Do not open the browser, only say where to look.")
-def command(
-    sources: tuple[str, ...],
-    results: tuple[Path, ...],
-    port: int,
-    no_open: bool,
-    **asked: Any,
-) -> None:
+@declared.takes(Options)
+def command(sources: tuple[str, ...], options: Options) -> None:
     """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
 
     SOURCE: folders of results (also of a run that is still going on: new cases appear), a case's id or a
@@ -49,11 +56,11 @@ def command(
     from retarget_bench.viewer import live
 
     live.viser()
-    case_list, case = _case_list(sources, results, **asked)
-    _free(port)
-    window = live.Window(case_list, port, case)
+    case_list, case = _case_list(sources, options)
+    _free(options.port)
+    window = live.Window(case_list, options.port, case)
     echo(f"{window.url} shows it; Ctrl-C stops")
-    if not no_open:
+    if not options.no_open:
         _open(window.url)
     try:
         window.run()
@@ -63,21 +70,19 @@ def command(
         window.stop()
 
 
-def _case_list(
-    sources: Sequence[str], results: Sequence[Path], **asked: Any
-) -> tuple[CaseList, str | None]:
+def _case_list(sources: Sequence[str], asked: Options) -> tuple[CaseList, str | None]:
     """The cases that are asked for, and the first to show. Raises BenchError where there is nothing."""
     from retarget_bench.viewer import results_library
     from retarget_bench.viewer.scene_builder import CaseList
 
     folders = [Path(source) for source in sources if Path(source).is_dir()]
     if sources and not folders and results_library.are_files(sources):
-        return _of_files([Path(source) for source in sources], asked["root"])
+        return _of_files([Path(source) for source in sources], asked.root)
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
-    roots = folders or list(results) or [Path("runs")]
-    case_list = CaseList(roots, **asked)
+    roots = folders or asked.roots
+    case_list = CaseList(roots, asked.task, asked.dataset, listed(asked.methods), root=asked.root)
     there = case_list.refresh()
     if case_list.problem and not there:
         raise BenchError(case_list.problem)

@@ -4,9 +4,9 @@ import shlex
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, lru_cache, partial
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from retarget_bench import defaults
 from retarget_bench.api import CaseInfo, Dataset, SetMetric, optional
@@ -18,92 +18,20 @@ from retarget_bench.evaluation.batches import RULE, batches
 from retarget_bench.evaluation.cases import listed
 from retarget_bench.evaluation.prediction import environments
 from retarget_bench.evaluation.score import BASE
+from retarget_bench.evaluation.settings import Settings, Stage
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import facts_digest
 from retarget_bench.motion.character import Character
-from retarget_bench.options import check, option
 from retarget_bench.plugins import assets, bound, registry
 from retarget_bench.plugins.bound import BoundDataset, BoundMethod, BoundMetrics
 from retarget_bench.plugins.code_hash import folder_hash
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
-Overwrite = Literal["never", "missing", "failed", "always"]
-Stage = Literal["run", "predict", "score"]
-
 OWN_CASES = (RETARGET, "probe")
 """Tasks whose cases are the data set's own."""
 
 
-@dataclass(frozen=True)
-class Settings:
-    """How a run is carried out. Raises BenchError for values that it cannot have."""
-
-    task: str = option(
-        RETARGET,
-        "What is asked: retarget, points (the source is known by points on its surface alone), reconstruct, "
-        "denoise or joint-completion; levels and the number of motions in brackets: 'denoise[levels=\"0,5\"]'.",
-    )
-    limit: int | None = option(None, "Only N clips of each split, evenly spread.", at_least=1, metavar="N")
-    overwrite: Overwrite = option(
-        "missing",
-        "Results to compute. never: none; missing: missing and outdated ones; failed: these and failed ones; "
-        "always: all.",
-    )
-    out: Path = option(
-        partial(Path, defaults.OUT), "The folder of results.", shown=defaults.OUT, letter="o", metavar="DIR"
-    )
-    jobs: int = option(
-        defaults.jobs,
-        "Number of processes.",
-        shown=f"one per core, at most {defaults.MOST_JOBS}",
-        letter="j",
-        at_least=1,
-        metavar="N",
-    )
-    executor: str = option(
-        "local",
-        "Where cases are computed: local, ray, slurm or hand, with options in brackets: "
-        "'slurm[partition=cpu,cpus=4]'.",
-        metavar="NAME",
-    )
-    seed: int = option(
-        0, "Base seed, from which the seed of every case is derived.", at_least=0, metavar="N"
-    )
-    seeds: int = option(
-        1,
-        "Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
-        at_least=1,
-        metavar="N",
-    )
-    timeout: float | None = option(
-        None,
-        "A method that has not answered a case by then has failed on it.",
-        shown="a minute, and a second for each frame",
-        above=0,
-        below=1e9,
-        metavar="SECONDS",
-    )
-    memory: float | None = option(
-        None,
-        "A method that takes more while it answers a case has failed on it.",
-        shown="no limit",
-        above=0,
-        below=1e9,
-        metavar="GB",
-    )
-    isolate: str = option(
-        "",
-        "Start methods under this command: bwrap, so that they can write to no file of yours and see no other "
-        "process, or any other prefix.",
-        metavar="COMMAND",
-    )
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-@dataclass(frozen=True)
 class Plan(Settings):
     """A request. Plain data throughout: it travels to worker processes.
 
@@ -113,12 +41,13 @@ class Plan(Settings):
     external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
     """
 
-    methods: tuple[Spec, ...]
-    datasets: tuple[Spec, ...]
+    methods: tuple[Spec, ...] = field(kw_only=False)
+    datasets: tuple[Spec, ...] = field(kw_only=False)
     splits: tuple[str, ...] = ()
     metrics: tuple[str, ...] = ()
     clips: tuple[str, ...] = ()
-    jobs: int = field(default=1, kw_only=True)
+    out: Path = field(default=Path(defaults.OUT))
+    jobs: int = field(default=1)
     stage: Stage = "run"
     external: Path | None = None
     plugin_files: tuple[tuple[str, registry.Kind], ...] = field(default_factory=registry.files)

@@ -149,7 +149,7 @@ def _cure(name: str, entries: list[PluginEntry]) -> str:
     """The names that were perhaps meant, else all of them."""
     known = sorted({entry.name for entry in entries})
     close = [each for each in known if each.startswith(name.casefold())]
-    close = close or difflib.get_close_matches(name.casefold(), known, 3, 0.5)
+    close = close or difflib.get_close_matches(name.casefold(), known, 3, 0.7)
     return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
 
 

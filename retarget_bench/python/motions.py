@@ -26,7 +26,7 @@ from retarget_bench.motion.files.smpl.arrays import finite
 from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
-from retarget_bench.options import option
+from retarget_bench.options import OptionSet, option
 from retarget_bench.plugins import registry
 from retarget_bench.python import known
 from retarget_bench.python.arguments import checked, takes_after
@@ -124,41 +124,40 @@ class Motion(character.Motion):
         return Player(scene_builder.of_motions(motions, names), overlay=overlay)
 
 
-@dataclass(frozen=True)
-class _ArrayOptions:
+class _ArrayOptions(OptionSet):
     """What an array does not say of itself."""
 
     joints: Joints | None = option(
-        None,
         "Of an array: the skeleton whose joints it has (smpl, smplh, smplx, body, h36m), or their names in "
         "order, roles or those of SMPL.",
+        default=None,
         shown="of the SMPL family, by their number",
         python=True,
     )
 
 
-@dataclass(frozen=True)
 class LoadOptions(_ArrayOptions, Reading):
     """How a motion is loaded."""
 
-    fps: float | None = option(None, "Resample to this rate.", above=0)
-    name: str | None = option(None, "Name of the character.", shown="that of the file")
+    fps: float | None = option("Resample to this rate.", default=None, above=0)
+    name: str | None = option("Name of the character.", default=None, shown="that of the file")
 
 
-@dataclass(frozen=True)
 class RetargetOptions(_ArrayOptions, Edits):
     """How a motion is retargeted."""
 
     method: Named | None = option(
-        None,
         "The method, with parameters in brackets, or the file of your own (my_method.py).",
+        default=None,
         shown=f"{defaults.METHOD}; for scans {defaults.SCAN_METHOD}",
         letter="m",
         metavar="METHOD",
         names=("methods",),
         kw_only=False,
     )
-    seed: int = option(0, "Seed of a method that draws numbers.", at_least=0, below=2**63, metavar="N")
+    seed: int = option(
+        "Seed of a method that draws numbers.", default=0, at_least=0, below=2**63, metavar="N"
+    )
 
 
 @takes_after(LoadOptions)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
@@ -16,61 +16,22 @@ from retarget_bench.api import PAIRED, TASKS
 from retarget_bench.api.optional import method_card, metric_tasks
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips, tasks
-from retarget_bench.evaluation.plan import Plan, Settings
-from retarget_bench.options import Names, listed, option
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.evaluation.settings import Settings
+from retarget_bench.options import listed
 from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.assets import asset_hashes
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.plugins.trial import try_import
+from retarget_bench.python.run_options import Named as Named
+from retarget_bench.python.run_options import RunOptions
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import names
 
-Named = str | PathLike[str] | ModuleType | Callable[..., Any]
-"""A method by its spec (``"ik"``), by the file of its plug-in, or by that file's module or ``plugin``."""
 Tell = Callable[[str], None]
 BY_DEFAULT = "default"
 """Stands for all metrics that take part in a task by default."""
-
-
-@dataclass(frozen=True)
-class RunOptions(Settings):
-    """What is run, by names."""
-
-    methods: Named | Sequence[Named] = option(
-        (), "The methods; none: all that are untrained or come with weights.", kw_only=False
-    )
-    dataset: str = option(
-        defaults.DATASET,
-        "The data set, with its parameters in brackets.",
-        letter="d",
-        metavar="DATASET",
-        names=("datasets",),
-    )
-    root: str | PathLike[str] | None = option(
-        None, "Folder of the data: short for DATASET[root=DIR].", metavar="DIR"
-    )
-    splits: Names = option(
-        (),
-        "Splits of the data set, such as cross (bench info DATASET lists them).",
-        shown="all",
-        letter="s",
-        metavar="SPLIT",
-    )
-    metrics: Names = option(
-        (),
-        "Metrics to compute, by name or by a value of theirs (MPJPE), or `default`: those of a plain run.",
-        shown="default",
-        metavar="METRIC",
-        names=("metrics",),
-    )
-    clips: Names = option(
-        (),
-        "Only clips of these names ('walk*,jump'). A later run without it does the rest.",
-        metavar="PATTERN",
-    )
-    timed: bool = option(True, "Measure the speed of methods, which takes a few seconds.", python=True)
-    progress: bool = option(True, "Show a progress bar.", python=True)
 
 
 def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
@@ -82,6 +43,7 @@ def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
     """
     task = tasks.canonical(Spec.parse(options.task))
     methods = several(options.methods)
+    settings = {each.name: getattr(options, each.name) for each in fields(Settings)}
     if not methods and options.methods != ():
         raise BenchError(
             "methods is empty, so that nothing is to be run; name some, or leave it out for all that are "
@@ -89,20 +51,12 @@ def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
         )
     return Plan(
         methods=tuple(map(method_spec, methods)) or default_methods(task.name, tell),
-        datasets=(dataset_spec(options.dataset, options.root),),
+        datasets=(named.dataset(options.dataset, options.root),),
         splits=listed(options.splits),
         metrics=_metrics(listed(options.metrics), task.name, tell),
         clips=clips.patterns([options.clips] if isinstance(options.clips, str) else options.clips),
-        **{each.name: getattr(options, each.name) for each in fields(Settings)}
-        | {"task": str(task)}
-        | others,
+        **settings | {"task": str(task), "out": Path(options.out)} | others,
     )
-
-
-def dataset_spec(dataset: str, root: str | PathLike[str] | None = None) -> Spec:
-    """The data set that a name and a folder of its files mean together; the folder wins."""
-    spec = named.parse(dataset)
-    return spec if root is None else spec.with_parameters(root=str(root))
 
 
 def several(methods: Named | Sequence[Named]) -> Sequence[Named]:

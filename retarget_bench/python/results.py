@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import secrets
 import shutil
 from collections.abc import Iterator, Sequence
@@ -9,26 +10,28 @@ from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 import pandas as pd
 
 from retarget_bench import defaults
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import Selection, bodies_of_cases, of_bodies, of_splits
-from retarget_bench.api import PAIRED, TASKS
+from retarget_bench.analysis.selection import bodies_of_cases, of_bodies, of_splits
+from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.figures import method_order
-from retarget_bench.python.arguments import checked
+from retarget_bench.options import listed
+from retarget_bench.python.arguments import checked, takes_after
 from retarget_bench.python.motions import Motion, with_rotations
 from retarget_bench.python.views import Comparison, ListFrame, Player, TableView
 from retarget_bench.report import writing
+from retarget_bench.report.writing import ReportOptions
 from retarget_bench.results import result_matrix, store
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, comparing, names, requested
+from retarget_bench.tables.comparing import PairOptions
 from retarget_bench.tables.model import count
 from retarget_bench.tables.requested import Request
 from retarget_bench.viewer import results_library, scene_builder
@@ -191,59 +194,26 @@ class Results:
         return ListFrame(worst.drop(columns="loss").head(n).reset_index(drop=True))
 
     # ------------------------------------------------------------------------------------- what is shown
-    @checked
-    def table(
-        self,
-        columns: str | Sequence[str] | None = None,
-        *,
-        by: By | None = None,
-        everything: bool = False,
-        at_least: int | None = None,
-        bodies: str = "",
-        against: Literal["", "source"] = "",
-        unit: Literal["", "m"] = "",
-    ) -> TableView:
+    @takes_after(Request)
+    def table(self, options: Request) -> TableView:
         """The table of ``bench table``: text by ``str``, rich in notebooks, numbers in ``.frame``.
 
-        columns:    value ids (``rb.metrics()`` lists them); None: the usual ones. everything: all of them.
-        by:         a line per ``pair``, ``clip``, ``kind``, ``structure``, ``joint``, ``part``, ``seen``.
-        at_least:   only of clips that last so many seconds.
-        bodies:     ``people``, ``four-legged``, ``mixed`` or ``all``; people, where there are any.
-        against:    ``source``: values against the source in the place of those against the reference.
-        unit:       ``m``: values in per cent of the height in metres.
         Raises BenchError for values and bodies that no result has.
         """
-        plain = self.places[0].task in PAIRED
-        asked = Request(
-            columns=[columns] if isinstance(columns, str) else columns,
-            everything=everything,
-            by=by,
-            at_least=at_least,
-            bodies=bodies,
-            select=Selection(variants=self.variants or not plain, apart=plain),
-            against=against,
-            unit=unit,
-        )
+        asked = replace(options, variants=options.variants or self.variants)
         return TableView(lambda form: requested.tables(self.places, asked, form))
 
-    @checked
-    def compare(
-        self,
-        first: str,
-        second: str,
-        columns: str | Sequence[str] | None = None,
-        everything: bool = False,
-        bodies: str = "",
-    ) -> Comparison:
+    @takes_after(PairOptions)
+    def compare(self, options: PairOptions) -> Comparison:
         """Two methods value by value on every split: difference, 95 % interval, p-value and a verdict.
 
-        columns: value ids; None: those of tables. everything: all of them. bodies: as for ``table``.
         Tests are over source clips, paired, and adjusted for the values compared. Raises BenchError for
         methods or values without results.
         """
-        wanted = [columns] if isinstance(columns, str) else columns
-        matrices = of_bodies(self._matrices, bodies)
-        return Comparison(comparing.compare(matrices, first, second, wanted, everything))
+        chosen = of_splits(self.places, listed(options.splits))
+        matrices = of_bodies(result_matrix.result_matrices(chosen), options.bodies)
+        wanted = listed(options.columns) or None
+        return Comparison(comparing.compare(matrices, options.first, options.second, wanted, options.all))
 
     @checked
     def show(self, case: str, methods: str | Sequence[str] = (), *, overlay: bool = False) -> Player:
@@ -270,19 +240,14 @@ class Results:
             raise BenchError(f"{of} has no answer to {scene.title} ({figure.status}): {figure.message}")
         return with_rotations(figure.motion or figure.character.positions(figure.positions, scene.fps))
 
-    @checked
-    def report(
-        self, path: str | PathLike[str], *, title: str | None = None, clips: int | None = None
-    ) -> Path:
+    @takes_after(ReportOptions)
+    def report(self, options: ReportOptions) -> Path:
         """Write one page with tables, charts and motion that opens from disk, and return its path.
 
-        clips: so many cases in motion; 0: none; None: all, or as many as fit 4 MB. Raises BenchError for a
-        name that does not end in .html.
+        Raises BenchError for a name that does not end in .html.
         """
-        writing.write(
-            Path(path), self._roots, only=self.places, title=title, clips=clips, variants=self.variants
-        )
-        return Path(path)
+        writing.write(options, self._roots, only=self.places, variants=self.variants)
+        return options.page
 
     @property
     def _roots(self) -> list[Path]:
@@ -371,5 +336,5 @@ def _belongs(name: str, method: str) -> bool:
 
 @checked
 def load_results(*folders: str | PathLike[str], task: str = TASKS[0]) -> Results:
-    """Results that ``rb.run``, ``bench run`` or ``bench task`` made: see ``Results.load``."""
+    """Results that ``rb.run`` or ``bench run`` made: see ``Results.load``."""
     return Results.load(*folders, task=task)

@@ -7,9 +7,9 @@ from retarget_bench.evaluation import runner
 from retarget_bench.plugins import registry
 from retarget_bench.python import plans
 from retarget_bench.python.arguments import takes
-from retarget_bench.python.plans import RunOptions
 from retarget_bench.python.progress import progress_bar
 from retarget_bench.python.results import Results
+from retarget_bench.python.run_options import RunOptions
 
 
 @takes(RunOptions)

@@ -89,7 +89,8 @@ def _file(name: str) -> str:
 GOALS = {
     "reconstruct": "Asked for was the source again, on its own body.",
     "denoise": "Asked for was the clean motion, the reference, behind a source with noise.",
-    "joint-completion": "Asked for was all of a body's motion, the reference, of which the source has some joints.",
+    "joint-completion": "Asked for was all of a body's motion, the reference, of which the source has some "
+    "joints.",
 }
 """Task -> its goal, since the page begins with that of retargeting."""
 

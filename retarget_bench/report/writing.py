@@ -1,46 +1,73 @@
 """Writing the report: chapters, the motion in it, and the page."""
 
 from collections.abc import Collection, Sequence
+from os import PathLike
 from pathlib import Path
 
 from retarget_bench import files
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import method_order
+from retarget_bench.options import Names, OptionSet, listed, option
 from retarget_bench.report import chapters, motions, page
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import ResultPaths
 
 
+class ReportOptions(OptionSet):
+    """What a report shows."""
+
+    out: str | PathLike[str] = option(
+        "The page.", default="report.html", letter="o", metavar="FILE", kw_only=False
+    )
+    title: str = option("The heading of the page.", default="", python=True)
+    clips: int | None = option(
+        "How many cases can be seen in motion: the worst, median and best "
+        "ones, of many kinds and pairs; 0: "
+        "none.",
+        default=None,
+        shown="all, or as many as fit 4 MB",
+        at_least=0,
+        metavar="N",
+    )
+    cases: Names = option("These cases in motion, too.", default=(), metavar="ID")
+    columns: Names = option(
+        "Values in the tables (bench info METRIC lists them).",
+        default=(),
+        shown="usual ones, and those of sets",
+        metavar="ID,ID",
+    )
+    methods: Names = option(
+        "Only these methods.", default=(), letter="m", metavar="METHOD", names=("methods",)
+    )
+    skins: bool = option("Skinned meshes in motion, where bodies have one; larger.", default=False)
+    root: str | None = option("Where the data lie, if not as usual.", default=None, metavar="DIR")
+
+    @property
+    def page(self) -> Path:
+        return Path(self.out)
+
+
 def write(
-    output: Path,
+    options: ReportOptions,
     roots: Sequence[Path],
     *,
     task: str | None = None,
     dataset: str | None = None,
-    methods: Sequence[str] = (),
     only: Collection[ResultPaths] = (),
-    data: str | None = None,
-    columns: Sequence[str] = (),
-    title: str | None = None,
-    clips: int | None = None,
-    cases: Sequence[str] = (),
-    motion: bool = True,
-    skins: bool = False,
     variants: bool = False,
 ) -> PackedScenes:
     """Write the page of the results in some folders, and return the motion in it.
 
-    only: of these results. data: the folder where the data lie. clips: how many cases
-    can be seen in motion; None: all, or as many as fit ``motions.ROOM``. cases: ids of cases to show in
-    motion, too. motion: False: none at all. variants: the first table has variants of methods.
-    Raises BenchError where there are no results, and for a name that does not end in .html.
+    only: of these results. variants: the first table has variants of methods. Raises BenchError where there
+    are no results, and for a name that does not end in .html.
     """
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise BenchError(f"{output}: a report is a page; end its name in .html")
-    found = chapters.chapters(roots, task, dataset, methods, data, columns, only, variants)
-    chosen = motions.chosen(found, clips, cases) if motion else []
-    room = motions.ROOM if clips is None else motions.MOST_ROOM
-    shown = motions.motions(found, chosen, room, skins)
+    if options.page.suffix.lower() not in (".html", ".htm"):
+        raise BenchError(f"{options.page}: a report is a page; end its name in .html")
+    methods, columns = listed(options.methods), listed(options.columns)
+    found = chapters.chapters(roots, task, dataset, methods, options.root, columns, only, variants)
+    chosen = motions.chosen(found, options.clips, listed(options.cases))
+    room = motions.ROOM if options.clips is None else motions.MOST_ROOM
+    shown = motions.motions(found, chosen, room, options.skins)
     ranked = method_order.ranked(chapters.results(roots))
-    files.write_text(output, page.page(found, shown, ranked, title))
+    files.write_text(options.page, page.page(found, shown, ranked, options.title or None))
     return shown

@@ -10,12 +10,26 @@ import numpy as np
 from retarget_bench.analysis import pairwise, selection
 from retarget_bench.analysis.pairwise import PairwiseComparison
 from retarget_bench.errors import BenchError
+from retarget_bench.options import Names, OptionSet, option
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
 from retarget_bench.tables import names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries, stand_in
 from retarget_bench.tables.groups import failed, lacking_beside
 
 Pair = tuple[MethodRow | None, MethodRow | None]
+
+
+class PairOptions(OptionSet):
+    """Two methods, and which of their values are compared."""
+
+    first: str = option("A method, as tables call it.", kw_only=False)
+    second: str = option("Another one.", kw_only=False)
+    columns: Names = option("Values to compare.", default=(), shown="those of bench table", metavar="ID,ID")
+    all: bool = option("Compare every value.", default=False)
+    splits: Names = option("Splits, such as cross.", default=(), shown="all", letter="s", metavar="SPLIT")
+    bodies: selection.Bodies = option(
+        "Bodies on two legs, on four, or one of each.", default="", shown="people, where there are any"
+    )
 
 
 def compare(

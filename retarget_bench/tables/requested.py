@@ -1,14 +1,15 @@
 """The tables that somebody asks for, on the command line or in Python."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import PEOPLE, Selection
+from retarget_bench.analysis.selection import PEOPLE, Bodies, Selection
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
+from retarget_bench.options import Names, OptionSet, listed, option
 from retarget_bench.results.metres import UNITS
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names
@@ -31,31 +32,67 @@ TASK_BREAKDOWN: dict[str, By] = {
 """Derived task -> its default breakdown, since a mean over levels says little."""
 
 
-@dataclass(frozen=True)
-class Request:
-    """A choice of columns, cases and methods.
+class Request(OptionSet):
+    """A choice of columns, cases and methods. Raises BenchError for values that it cannot have."""
 
-    columns:  names of columns; None: the usual ones. everything: all of them.
-    by:       a breakdown; None: none.
-    at_least: only of cases that last so many seconds. splits: only these; none: all.
-    bodies:   see ``of_bodies``. select: of methods.
-    against:  ``source``: values against the source, where they exist, in the place of those against the
-              reference. unit: ``m``: values in per cent of the height in metres. "": as they are.
-    """
+    columns: Names = option(
+        "Value ids to show (bench info METRIC lists them), or names of values.",
+        default=(),
+        shown="the usual ones",
+        metavar="ID,ID",
+        kw_only=False,
+    )
+    all: bool = option("Show every value.", default=False)
+    methods: Names = option(
+        "Only these methods, and controls.",
+        default=(),
+        shown="all that there are",
+        letter="m",
+        metavar="METHOD",
+        names=("methods",),
+    )
+    splits: Names = option(
+        "Splits, such as cross, with more columns.",
+        default=(),
+        shown="all side by side",
+        letter="s",
+        metavar="SPLIT",
+    )
+    bodies: Bodies = option(
+        "Bodies on two legs, on four, or one of each.",
+        default="",
+        shown="people, where there are any",
+    )
+    by: By | Literal[""] = option(
+        "Break values down: a line per pair, clip, kind of performance, "
+        "structure, level of a task, joint, part "
+        ""
+        "of the body, by what was seen in training, or per point of a curve. "
+        "Without columns: the first value "
+        "that there is.",
+        default="",
+    )
+    at_least: int | None = option(
+        "Only clips that last so many seconds.", default=None, at_least=1, metavar="SECONDS"
+    )
+    against: Literal["", "source"] = option(
+        "Show the values against the source instead of those against the reference.", default=""
+    )
+    unit: Literal["", "m"] = option("Show metres instead of per cent of the target's height.", default="")
+    variants: bool = option("Show variants of methods, too.", default=False)
+    no_controls: bool = option("Leave out controls.", default=False)
 
-    columns: Sequence[str] | None = None
-    everything: bool = False
-    by: By | None = None
-    at_least: int | None = None
-    splits: Sequence[str] = ()
-    bodies: str = ""
-    select: Selection = field(default_factory=Selection)
-    against: Literal["", "source"] = ""
-    unit: Literal["", "m"] = ""
+    def selection(self, task: str) -> Selection:
+        """The methods, of results of a task: of tasks of one body all variants, and bodies together."""
+        paired = task in PAIRED
+        return Selection(
+            listed(self.methods), self.variants or not paired, not self.no_controls, apart=paired
+        )
 
     def summaries(self, places: Sequence[ResultPaths], by: By | None) -> list[SplitSummary]:
         """The numbers that tables are made of."""
-        return split_summaries(places, by, self.at_least, select=self.select, metres=self.unit == "m")
+        select = self.selection(places[0].kind)
+        return split_summaries(places, by, self.at_least, select=select, metres=self.unit == "m")
 
 
 def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") -> list[Table]:
@@ -63,31 +100,32 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
 
     Raises BenchError for columns, bodies and splits that no result has.
     """
-    by, task = asked.by, places[0].kind
-    usual = asked.columns is None and not asked.everything
+    by, task = asked.by or None, places[0].kind
+    asked_columns, splits = listed(asked.columns), listed(asked.splits)
+    usual = not asked_columns and not asked.all
     plain = asked.at_least is None and not (asked.against or asked.unit)
     if task in TASK_COLUMNS and usual and plain:
-        return task_tables(places, task, by, asked.select)
-    if task in TASK_COLUMNS and asked.columns is not None and task != "reconstruct":
+        return task_tables(places, task, by, asked.selection(task))
+    if task in TASK_COLUMNS and asked_columns and task != "reconstruct":
         by = by or TASK_BREAKDOWN[task]
     found = asked.summaries(places, by)
     columns: Sequence[str] = builder.DEFAULT_COLUMNS
-    if asked.everything:
+    if asked.all:
         # nobody times probes, nor derived tasks
         columns = [each for each in builder.all_columns(found) if task in PAIRED or each != FPS]
-    elif asked.columns is not None:
-        columns = names.column_ids(asked.columns, found)
+    elif asked_columns:
+        columns = names.column_ids(asked_columns, found)
         if by is None and (over := builder.curve_index(found, columns)):
             by, found = over, asked.summaries(places, over)
     shown, hints = _shown(found, asked)
     if asked.at_least is not None:
         hints.append(f"Only clips of {asked.at_least} s or longer.")
     layout: builder.Layout = LAYOUTS.get(form, "overview")
-    if by or asked.splits or task not in PAIRED or (layout == "both" and not usual):
+    if by or splits or task not in PAIRED or (layout == "both" and not usual):
         layout = "splits"
     if asked.against:
         beside = builder.OVERVIEW_COLUMNS if usual and layout == "overview" else columns
-        columns = names.against_the_source(beside, found, asked=asked.columns is not None)
+        columns = names.against_the_source(beside, found, asked=bool(asked_columns))
         columns = columns[: 1 if usual and by else None]
         layout = "splits" if layout == "both" else layout
     made = builder.tables(shown, columns, by or "", layout=layout)
@@ -129,11 +167,12 @@ def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSum
     Raises BenchError where there are none.
     """
     shown, hints = of_bodies(found, asked.bodies)
-    kept = [each for each in shown if not asked.splits or each.split in asked.splits]
+    splits = listed(asked.splits)
+    kept = [each for each in shown if not splits or each.split in splits]
     if shown and not kept:
         bodies = f" of {asked.bodies} bodies" if asked.bodies not in ("", "all") else ""
         there = " and ".join(dict.fromkeys(section.split for section in shown))
-        raise BenchError(f"no case{bodies} is in the split {' or '.join(asked.splits)}; {there} have some")
+        raise BenchError(f"no case{bodies} is in the split {' or '.join(splits)}; {there} have some")
     return kept, hints
 
 

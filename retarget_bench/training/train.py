@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -17,13 +17,14 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
-from retarget_bench.training.config import Augmentation, Budget, Precision, TrainingConfig
+from retarget_bench.training.config import Augmentation, Budget, TrainingConfig
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.loop import Loop, TrainingStatus
 from retarget_bench.training.pair_data import gather_pairs
 from retarget_bench.training.phases import set_deterministic
 from retarget_bench.training.request import Request
+from retarget_bench.training.settings import TrainingSettings
 from retarget_bench.training.validate import Validator
 
 FOLDER = Path("runs/train")
@@ -32,22 +33,12 @@ DRAWN = 120.0
 """Seconds between pictures of the curves."""
 
 
-@dataclass(frozen=True)
-class TrainingOptions:
-    """The options as they were given; None: not given. dataset: one, or several (``joint_datasets.py``)."""
+class TrainingOptions(TrainingSettings):
+    """What is trained, and how. dataset: one, or several (``joint_datasets.py``). None: not given."""
 
-    method: Spec | None
-    dataset: Spec | None
-    preset: str | None = None
-    budget: str | None = None
-    seed: int | None = None
-    init: str | None = None
-    out: Path | None = None
-    resume: bool = False
-    jobs: int = 1
-    device: str = "auto"
-    precision: Precision | None = None
-    augment: bool = False
+    method: Spec | None = field(kw_only=False)
+    dataset: Spec | None = field(kw_only=False)
+    jobs: int = field(default=1)
 
 
 class ProgressReporter(Protocol):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench import defaults
@@ -10,35 +9,40 @@ from retarget_bench.options import option
 from retarget_bench.python.motions import RetargetOptions
 
 
-@dataclass(frozen=True)
 class Options(RetargetOptions):
     """``bench retarget``."""
 
+    out: str = option(
+        "Output file, whose ending is its format; the folder of several results, or FOLDER/ of one; for scans "
+        "a new folder of PLY files.",
+        letter="o",
+        metavar="FILE|FOLDER",
+    )
     fps: float | None = option(
-        None, "Frames per second.", shown="the source's; of scans 30", at_least=1, below=1001
+        "Frames per second.", default=None, shown="the source's; of scans 30", at_least=1, below=1001
     )
     format: str | None = option(
-        None,
         "Of results in a folder: bvh, glb, ...",
+        default=None,
         shown="the target's own, where it can be written",
         metavar="FORMAT",
     )
     jobs: int = option(
-        defaults.jobs,
         "Number of processes.",
+        default_factory=defaults.jobs,
         shown=f"one per core, at most {defaults.MOST_JOBS}",
         letter="j",
         at_least=1,
         metavar="N",
     )
     overwrite: bool = option(
-        False, "Redo results that are up to date, too, and replace the file of --report."
+        "Redo results that are up to date, too, and replace the file of --report.", default=False
     )
     preview: Path | None = option(
-        None,
         "Also draw source and result side by side: a clip (.mp4, .gif, .webp) or a sheet (.png). An ending "
         "alone, such as mp4, is for a file beside each result.",
+        default=None,
         metavar="FILE",
     )
-    report: Path | None = option(None, "Also write the verdict as JSON.", metavar="FILE")
-    quiet: bool = option(False, "Print errors only.")
+    report: Path | None = option("Also write the verdict as JSON.", default=None, metavar="FILE")
+    quiet: bool = option("Print errors only.", default=False)

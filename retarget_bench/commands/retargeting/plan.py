@@ -60,13 +60,12 @@ def _is_folder(path: Path) -> bool:
         return False
 
 
-def jobs(
-    sources: Sequence[MotionFile], targets: Sequence[MotionFile], out: Path, options: Options
-) -> list[Job]:
-    """A job for every source on every target, into the folder ``out``.
+def jobs(sources: Sequence[MotionFile], targets: Sequence[MotionFile], options: Options) -> list[Job]:
+    """A job for every source on every target, into a folder.
 
     Results are ``OUT/TARGET/SOURCE.ext``, of one target ``OUT/SOURCE.ext``. Raises BenchError.
     """
+    out = Path(options.out)
     _check_folder(out, sources)
     performers = _listed(sources, of_takes=True)
     bodies = _listed(targets, of_takes=False)

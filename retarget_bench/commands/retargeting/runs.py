@@ -50,9 +50,9 @@ def many(sources: Sequence[MotionFile], targets: Sequence[MotionFile], out: Path
     """Every source onto every target, into a folder. Raises BenchError where nothing can be done."""
     method = method_spec(options.method or defaults.METHOD)
     registry.canonical("methods", method)  # one error, not one a job
-    jobs = plan.jobs(sources, targets, out, options)
+    jobs = plan.jobs(sources, targets, options)
     _check_beside(jobs, options)
-    answers = batch.retarget_all(jobs, out, options)
+    answers = batch.retarget_all(jobs, Path(options.out), options)
     entries = (
         _entry(job, each.status, each.verdict, each.error) for job, each in zip(jobs, answers, strict=True)
     )

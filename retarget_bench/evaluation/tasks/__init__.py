@@ -42,9 +42,10 @@ def canonical(task: Spec) -> Spec:
         known = ", ".join((*PAIRED, *QUESTIONS))
         raise BenchError(f"there is no task {task.name!r}; tasks are {known}")
     question = QUESTIONS.get(task.name)
-    known = () if question is None else ("levels", "motions") if question.LEVELS else ("motions",)
-    if unknown := sorted(set(task.parameters) - set(known)):
-        offered = f"it has {' and '.join(known)}" if known else "it has none"
+    of_levels = ("levels",) if question and question.LEVELS else ()
+    parameters = (*of_levels, "motions") if question else ()
+    if unknown := sorted(set(task.parameters) - set(parameters)):
+        offered = f"it has {' and '.join(parameters)}" if parameters else "it has none"
         raise BenchError(f"{task.name} has no parameter {unknown[0]!r}; {offered}")
     changed = dict(task.parameters)
     if question is not None and "levels" in changed:

@@ -1,7 +1,7 @@
 """What is edited around a method, and the order of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import cast
 
 from retarget_bench.motion import transfer
@@ -11,31 +11,27 @@ from retarget_bench.motion.editing import start as starts
 from retarget_bench.motion.editing.fingers import Hands
 from retarget_bench.motion.editing.path import RootMotion
 from retarget_bench.motion.editing.start import Starts
-from retarget_bench.options import check, option
+from retarget_bench.options import OptionSet, option
 
 Answering = Callable[[Prediction, Character], Motion]
 """A method: the motion of a character for a source."""
 
 
-@dataclass(frozen=True)
-class Edits:
+class Edits(OptionSet):
     """What a user chooses; the defaults leave start and path as they are. Raises BenchError for others."""
 
     start: Starts = option(
-        "keep",
         "Of a source that begins with a T-pose or elsewhere: keep it, cut it off (fewer frames), or ease "
         "it into the motion.",
+        default="keep",
     )
     root_motion: RootMotion = option(
-        "keep", "keep, in-place, or the axis to travel along: x, -x, z, -z.", metavar="PATH"
+        "keep, in-place, or the axis to travel along: x, -x, z, -z.", default="keep", metavar="PATH"
     )
     hands: Hands = option(
-        "relaxed",
         "Where the source shows no fingers and the target has them: relaxed, or open (as they rest).",
+        default="relaxed",
     )
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 USUAL = Edits()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -15,7 +15,7 @@ from retarget_bench.files import read_toml
 from retarget_bench.motion.inner_positions import Way
 from retarget_bench.motion.roles import is_role, no_role
 from retarget_bench.motion.up_axis import UP_AXES
-from retarget_bench.options import Declared, check, declared, option
+from retarget_bench.options import Declared, OptionSet, declared, option
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
@@ -23,42 +23,48 @@ _FASTEST = 1e5
 """No motion is recorded at more frames per second."""
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(OptionSet):
     """What a user says of a file, over what is found in it and, where ``reading`` names a TOML file, over
     what that says; a file of ``roles`` is read, too, so that ``reading`` is None afterwards, and roles are
     a table. Raises BenchError for values that are not known, FileError for files that cannot be read.
     """
 
-    unit: str | float = option("auto", "Unit: m, cm, mm, dm, inch, cmu, or metres per unit.")
-    up: str = option("auto", "Up axis: y, z, x, -y, ...")
-    take: str | None = option(None, "Which motion of a file with several: name, or number from 1 on.")
-    body: str | None = option(None, "Which body of a file with several: name of its root, or number.")
-    rate: float | None = option(None, "Frames per second that the file truly has, over what it says.")
+    unit: str | float = option("Unit: m, cm, mm, dm, inch, cmu, or metres per unit.", default="auto")
+    up: str = option("Up axis: y, z, x, -y, ...", default="auto")
+    take: str | None = option(
+        "Which motion of a file with several: name, or number from 1 on.", default=None
+    )
+    body: str | None = option(
+        "Which body of a file with several: name of its root, or number.", default=None
+    )
+    rate: float | None = option(
+        "Frames per second that the file truly has, over what it says.", default=None
+    )
     roles: Mapping[str, str | None] | str | PathLike[str] | None = option(
-        None, 'What joints are: a TOML file of lines "joint" = "role", or a table of them.'
+        'What joints are: a TOML file of lines "joint" = "role", or a table of them.', default=None
     )
     root_place: Literal["auto", "absolute", "relative"] = option(
-        "auto", "Whether the places of a BVH file's root add to its OFFSET (relative)."
+        "Whether the places of a BVH file's root add to its OFFSET (relative).", default="auto"
     )
     inner_positions: Way = option(
-        "auto",
         "Drop, bake (into rotations) or keep (in files of the same body) what joints below the root do that "
         "bones of constant length cannot.",
+        default="auto",
         shown="drop, with a warning",
     )
     skeleton: str | PathLike[str] | None = option(
-        None, "ASF file of the bones of an AMC file.", shown="the one beside it"
+        "ASF file of the bones of an AMC file.", default=None, shown="the one beside it"
     )
     body_model: str | PathLike[str] | None = option(
-        None, "SMPL body model of an AMASS file: a .npz file, or a folder of them."
+        "SMPL body model of an AMASS file: a .npz file, or a folder of them.", default=None
     )
     reading: str | PathLike[str] | None = option(
-        None, "A TOML file of all this, as bench doctor --save writes it; what is said beside it wins."
+        "A TOML file of all this, as bench doctor --save writes it; what is said beside it wins.",
+        default=None,
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         if isinstance(self.roles, str | PathLike):
             table = read_toml(Path(self.roles))
             inner = table.get("roles")

@@ -95,7 +95,7 @@ class Network:
         if roles != self.card["roles"]:
             return (
                 f"{character.name} has other joints than the feature network of structure "
-                f"{self.card['structure']} was trained on; bench train-features makes one of its own"
+                f"{self.card['structure']} was trained on; bench train fid makes one of its own"
             )
         return windows.unseeable(character)
 
@@ -155,7 +155,7 @@ def _convolve(signal: np.ndarray, filters: np.ndarray, bias: np.ndarray) -> np.n
 
 # ------------------------------------------------------------------------------------------------ files
 def own_folder() -> Path:
-    """The folder of networks that ``bench train-features`` makes, unless told otherwise."""
+    """The folder of networks that ``bench train fid`` makes, unless told otherwise."""
     return cache_folder() / "features"
 
 

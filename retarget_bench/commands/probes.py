@@ -1,0 +1,100 @@
+"""``bench test --probes``: invariance of a method to equivalent inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from retarget_bench.commands.terminal import echo
+from retarget_bench.errors import BenchError
+from retarget_bench.options import listed
+from retarget_bench.plugins import named, registry
+from retarget_bench.plugins.spec import Spec
+
+EVERYTHING = "all"
+
+if TYPE_CHECKING:
+    from retarget_bench.api import CaseInfo, Dataset
+    from retarget_bench.commands.plugins import TestOptions
+    from retarget_bench.results.store import ResultPaths
+    from retarget_bench.verification.probe.asking import Reply, Subject
+
+
+def run(methods: Sequence[Spec], asked: TestOptions) -> int:
+    """Give methods equivalent inputs, and measure by how much their answers differ; 1 where one is off.
+
+    Raises BenchError for unknown probes.
+    """
+    from retarget_bench.verification.probe.probes import PROBES
+
+    known, names = {probe.id: probe for probe in PROBES}, listed(asked.probes)
+    if unknown := [name for name in names if name not in (*known, EVERYTHING)]:
+        raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(known)}")
+    probes = list(PROBES) if EVERYTHING in names else [known[name] for name in names]
+    specs = [registry.canonical("methods", spec) for spec in methods]
+    data = registry.canonical("datasets", named.parse(asked.dataset))
+    subjects, groups = _of_dataset(data, listed(asked.splits), asked.limit)
+    from tqdm import tqdm
+
+    from retarget_bench.plugins import bound
+    from retarget_bench.verification.probe.asking import ask
+
+    with tqdm(total=len(specs) * len(subjects), desc="bench test", unit="case", leave=False) as bar:
+        answers = {
+            spec: ask(bound.method(spec).built, str(spec), subjects, groups, probes, bar.update)
+            for spec in specs
+        }
+    return int(_report(answers, data, asked.out))
+
+
+Questions = tuple[list["Subject"], list[list["Subject"]]]
+"""Subjects of the probes, and groups for the dependence on the source."""
+
+
+def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
+    from retarget_bench.api.datasets import chosen_splits
+    from retarget_bench.plugins import bound
+    from retarget_bench.verification.probe.asking import groups_of, spread
+
+    data = bound.dataset(spec).built
+    chosen = chosen_splits(data, splits)
+    infos = {split: listed for split in chosen if (listed := data.cases("retarget", split))}
+    if not infos:
+        raise BenchError(f"{data.label} has no case in {', '.join(chosen)}: {' '.join(data.notes)}")
+    structure = {name: body.structure for name, body in data.characters().items()}
+    groups = [group for listed in infos.values() for group in groups_of(listed, structure)]
+    loaded = [_loaded(data, group) for group in groups]
+    return _loaded(data, spread(infos, cases)), [group for group in loaded if group]
+
+
+def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
+    from retarget_bench.verification.probe.asking import Subject, subject
+
+    loaded = ((info, data.load(info)) for info in infos)
+    found = [subject(info, case.source, case.target) for info, case in loaded]
+    if reasons := [each for each in found if isinstance(each, str)]:
+        echo(f"{len(reasons)} of {len(found)} cases cannot be asked: {reasons[0]}", err=True)
+    return [each for each in found if isinstance(each, Subject)]
+
+
+def _report(answers: dict[Spec, list[Reply]], data: Spec, out: Path) -> bool:
+    """Print the table, what is off, and where the rows lie. True where something is off."""
+    from retarget_bench.analysis import summary
+    from retarget_bench.tables import builder
+    from retarget_bench.tables.rendering import RENDERERS
+    from retarget_bench.verification.probe import report
+
+    places: list[ResultPaths] = []
+    for spec, replies in answers.items():
+        places += report.store(spec, data, replies, out)
+    found = summary.split_summaries(places)
+    echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
+    off = []
+    for spec, replies in answers.items():
+        off += report.findings(str(spec), replies)
+        for sentence in report.refusals(str(spec), replies):
+            echo(sentence)
+    echo("\n".join(off) if off else "All probes passed.")
+    echo(f"The table again: bench table -r {out} --task probe. Rows lie in {out}/.")
+    return bool(off)

@@ -1,0 +1,45 @@
+"""Settings of a training run, as they are given; None: not given."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from retarget_bench import defaults
+from retarget_bench.options import OptionSet, option
+
+
+class TrainingSettings(OptionSet):
+    """How a method is trained."""
+
+    preset: str | None = option(
+        "Training config: paper, default or quick.", default=None, shown="default", metavar="NAME"
+    )
+    budget: str | None = option(
+        "Time (90s, 30m, 2h) or steps (20000it).", default=None, shown="the preset's", metavar="BUDGET"
+    )
+    out: Path | None = option(
+        "The run's folder.", default=None, shown="runs/train/METHOD", letter="o", metavar="DIR"
+    )
+    seed: int | None = option(
+        "Seed of weights and batches.", default=None, shown="0", at_least=0, below=2**63, metavar="N"
+    )
+    init: str | None = option(
+        "Initial weights: shipped ones, a card, or a run.", default=None, metavar="WEIGHTS"
+    )
+    resume: bool = option("Continue the run in --out from its last checkpoint.", default=False)
+    device: Literal["auto", "cpu", "cuda"] = option("Device.", default="auto")
+    precision: Literal["float32", "bfloat16"] | None = option(
+        "Precision of matrix products in training.", default=None, shown="the preset's, float32"
+    )
+    augment: bool = option(
+        "Train on changed windows too: limbs, turns, mirror images, speeds.", default=False
+    )
+    jobs: int = option(
+        "Number of processes.",
+        default_factory=defaults.jobs,
+        shown=f"one per core, at most {defaults.MOST_JOBS}",
+        letter="j",
+        at_least=1,
+        metavar="N",
+    )
