@@ -8,7 +8,6 @@ from pathlib import Path
 
 import click
 
-from retarget_bench.commands import options
 from retarget_bench.commands.motion_files import MOTION_FILE, MotionFile
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
@@ -26,13 +25,13 @@ _SAID = "\n".join(f"{name}: {each.option.help}" for name, each in declared(Readi
 @click.option(
     "--sheet",
     metavar="FILE.png",
-    type=options.PATH,
+    type=click.Path(path_type=Path),
     help="Also draw the body of one FILE at rest, with the roles of its joints.",
 )
 @click.option(
     "--save",
     metavar="FILE.toml",
-    type=options.PATH,
+    type=click.Path(path_type=Path),
     help="Also write how one FILE is read, to be corrected and passed back as 'FILE[reading=FILE.toml]'.",
 )
 def command(files: tuple[MotionFile, ...], sheet: Path | None, save: Path | None) -> int:

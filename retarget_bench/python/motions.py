@@ -190,6 +190,8 @@ def _loaded(given: Loadable, options: LoadOptions) -> tuple[Motion, list[str]]:
     reading = Reading(**{each.name: getattr(options, each.name) for each in fields(Reading)})
     if isinstance(given, np.ndarray):
         path = Path("array")
+        if given.dtype.kind not in "fiu":
+            raise BenchError(f"an array of {given.dtype} has no joint positions; give one of numbers")
         numbers = joint_arrays.recorded(path, finite(path, "it", given), reading.rate, options.joints or ())
         found = importer.understood(path, numbers, reading, options.name)
         moved = imported(found, of_file=False)

@@ -13,8 +13,8 @@ class Options(RetargetOptions):
     """``bench retarget``."""
 
     out: str = option(
-        "Output file, whose ending is its format; the folder of several results, or FOLDER/ of one; for scans "
-        "a new folder of PLY files.",
+        "Output file, whose ending is its format; the folder of several results, or FOLDER/ of one; for "
+        "scans a new folder of PLY files.",
         letter="o",
         metavar="FILE|FOLDER",
     )

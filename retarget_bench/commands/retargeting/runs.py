@@ -46,7 +46,7 @@ def one(job: Job) -> int:
     return 0
 
 
-def many(sources: Sequence[MotionFile], targets: Sequence[MotionFile], out: Path, options: Options) -> int:
+def many(sources: Sequence[MotionFile], targets: Sequence[MotionFile], options: Options) -> int:
     """Every source onto every target, into a folder. Raises BenchError where nothing can be done."""
     method = method_spec(options.method or defaults.METHOD)
     registry.canonical("methods", method)  # one error, not one a job

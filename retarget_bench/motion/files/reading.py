@@ -47,8 +47,8 @@ class Reading(OptionSet):
         "Whether the places of a BVH file's root add to its OFFSET (relative).", default="auto"
     )
     inner_positions: Way = option(
-        "Drop, bake (into rotations) or keep (in files of the same body) what joints below the root do that "
-        "bones of constant length cannot.",
+        "Drop, bake (into rotations) or keep (in files of the same body) what joints below the root do "
+        "that bones of constant length cannot.",
         default="auto",
         shown="drop, with a warning",
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from retarget_bench.motion.files.smpl.families import (
     ABOVE,
     BODY,
     BY_JOINTS,
+    FAMILIES,
     H36M,
     SMPL,
     SMPLH,
@@ -63,6 +65,8 @@ def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: J
     features = array.ndim == 2 and array.shape[1] == FEATURES
     family, positions = (BODY, from_features(array)) if features else (_family(path, array, joints), array)
     skeleton = average.fitted_to(family, positions)
+    if family not in FAMILIES:  # without a collar bone SMPL's left_shoulder would be taken for one
+        skeleton = replace(skeleton, names=tuple(_roles()[name] for name in family.joints))
     if float(np.abs(skeleton.offsets).max()) < 1e-9:
         raise FileError(path, "has all joints in one place: it holds no body")
     doubts = []
@@ -98,28 +102,39 @@ def _family(path: Path, array: np.ndarray, joints: Joints) -> Family:
         wanted = f"positions of these joints are (frames, {len(family)}, 3)"
     else:
         shapes = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
-        wanted = f"joint positions of the SMPL family are {shapes}, and features of HumanML3D (frames, {FEATURES})"
+        wanted = (
+            f"positions of the SMPL family are {shapes}, and features of HumanML3D (frames, {FEATURES})"
+        )
     raise FileError(path, f"is of shape {shape_text(array.shape)}; {wanted}")
 
 
 def named(joints: Joints) -> Family:
-    """A skeleton by its name (smpl, smplh, smplx, body, h36m), or of joints by their names: roles, or those
-    of SMPL. Raises BenchError for other names."""
+    """A skeleton by its name, or of joints by their names, all roles or all SMPL's. Raises BenchError for
+    others."""
     if isinstance(joints, str):
         if (family := NAMED.get(joints.casefold().replace("-", ""))) is None:
             raise BenchError(f"no skeleton is known as {joints!r}; there are {', '.join(NAMED)}")
         return family
-    body = Character.of("body", average.skeleton(SMPLX))
-    known = {name: name for name in ABOVE} | {
-        role: name for role, name in zip(body.roles, SMPLX.joints, strict=True) if role
-    }
+    roles = {role: name for name, role in _roles().items()}
+    known = roles if "hips" in joints else {name: name for name in ABOVE}
     if unknown := [each for each in joints if each not in known]:
-        near = difflib.get_close_matches(unknown[0], known, 3) or ["hips", "left_arm", "left_wrist"]
+        near = difflib.get_close_matches(unknown[0], known, 3) or list(known)[:3]
         raise BenchError(
-            f"{unknown[0]!r} is no joint that is known; name joints by their roles or as SMPL does: "
-            f"{', '.join(near)}"
+            f"{unknown[0]!r} is no joint that is known; joints are named by their roles (hips, ...) or as "
+            f"in SMPL (pelvis, ...), such as {', '.join(near)}"
         )
-    return of_joints("the joints named", [known[each] for each in joints])
+    names = [known[each] for each in joints]
+    if names.count("pelvis") != 1 or len(set(names)) < len(names):
+        raise BenchError("joints: each is named once, and the hips (in SMPL pelvis) are among them")
+    same = (family for family in FAMILIES if family.joints == tuple(names))
+    return next(same, of_joints("the joints named", names))
+
+
+def _roles() -> dict[str, str]:
+    """Joint of the SMPL family -> its role; one without a role -> a name that is none."""
+    body = Character.of("body", average.skeleton(SMPLX))
+    found = zip(SMPLX.joints, body.roles, strict=True)
+    return {name: f"{name}_end" for name in ABOVE} | {name: role or name for name, role in found}
 
 
 def from_features(features: np.ndarray) -> np.ndarray:
