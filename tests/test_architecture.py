@@ -446,7 +446,7 @@ def test_an_unpacked_wheel_passes_its_own_gate_on_another_processor(wheel, tmp_p
         "OPENBLAS_CORETYPE": "Prescott",
         "RETARGET_BENCH_CACHE": str(tmp_path / "cache"),
     }
-    asked = [word for method in methods for word in ("--method", method)]
+    asked = [word for method in methods for word in ("--methods", method)]
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-m", "retarget_bench", "check", *asked],
         cwd=tmp_path,

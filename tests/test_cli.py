@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -36,7 +38,7 @@ def _elsewhere(tmp_path, monkeypatch):
 def bows(tmp_path) -> list[str]:
     """The template data set, as options that make it known."""
     (tmp_path / "bows.py").write_text(plugin_source("dataset", "bows"))
-    return ["--plugin", "bows.py"]
+    return ["-d", "bows.py"]
 
 
 class Done:
@@ -84,7 +86,7 @@ def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
     [
         ([], ()),
         (["-s", "cross", "-s", "own", "-s", "cross"], ("cross", "own")),
-        (["--split", "intra,cross"], ("intra", "cross")),
+        (["--splits", "intra,cross"], ("intra", "cross")),
     ],
 )
 def test_splits_may_be_repeated_or_listed(given, expected):
@@ -118,9 +120,9 @@ def test_the_traceback_is_there_for_those_who_ask(monkeypatch):
 
 
 def test_an_unknown_option_is_answered_by_click(bench):
-    done = bench("list", "--plugn", "x.py")
+    done = bench("run", "--plugn", "x.py")
     assert done.code == 2
-    assert "--plugin" in done.err
+    assert "--plugn" in done.err
 
 
 @pytest.mark.parametrize(("command", "told"), [("run", "continues from there"), ("list", "interrupted.")])
@@ -158,7 +160,7 @@ def sleeping_run(folder: Path, bows: Sequence[str], here: bool) -> subprocess.Po
     """A run that sleeps, in the command or in a worker; its temporary files are in ``folder / "tmp"``."""
     (folder / "slow.py").write_text(SLOW.format(here=here))
     (folder / "tmp").mkdir()
-    line = [sys.executable, "-m", "retarget_bench", "run", "slow", "-d", "bows", "--plugin", "slow.py"]
+    line = [sys.executable, "-m", "retarget_bench", "run", "slow.py"]
     process = subprocess.Popen(
         [*line, *bows],
         cwd=folder,
@@ -246,7 +248,7 @@ def test_a_new_plug_in_runs_as_it_is(bench, bows, kind):
     text = Path("mine.py").read_text()
     assert "my_" not in text.replace("my_plugin", "")
     assert "class Mine:" in text
-    tested = bench("test", "mine", "--plugin", "mine.py", *bows, "-d", "bows")
+    tested = bench("test", "mine.py", *bows)
     assert tested.code == 0, tested.out + tested.err
     assert "FAILED" not in tested.out
 
@@ -289,7 +291,7 @@ def test_a_new_package_has_an_entry_point_and_a_test(bench, kind, group):
 
 # ----------------------------------------------------------------------------------------- export-cases
 def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
-    done = bench("export-cases", "bows[frames=12]", "out", *bows)
+    done = bench("export", "--questions", "bows[frames=12]", "out", *bows)
     assert done.code == 0, done.err
     manifest = json.loads(Path("out/manifest.json").read_text())
     assert manifest["dataset"] == "bows[frames=12]"
@@ -310,13 +312,13 @@ def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
 
 
 def test_predictions_made_from_an_export_are_scored(bench, bows):
-    assert bench("export-cases", "bows[frames=12]", "out", *bows).code == 0
+    assert bench("export", "--questions", "bows[frames=12]", "out", *bows).code == 0
     manifest = json.loads(Path("out/manifest.json").read_text())
     for case in manifest["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
         root = np.tile([[0.0, 0.5, 0.0]], (case["frames"], 1))
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=root)
-    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-j", "1")
+    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
     assert done.code == 0, done.err
     assert "theirs" in done.out
     (rows,) = Path("runs").rglob("intra/theirs.csv")
@@ -330,14 +332,14 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
 
 
 def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
-    assert bench("export-cases", "bows[frames=12]", "out", "-s", "intra", *bows).code == 0
+    assert bench("export", "--questions", "bows[frames=12]", "out", "-s", "intra", *bows).code == 0
     for case in json.loads(Path("out/manifest.json").read_text())["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=source["root"])
-    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-j", "1")
+    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
     assert done.code == 0, done.err
     assert [path.parent.name for path in Path("runs").rglob("theirs.json")] == ["intra"]
-    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-s", "cross,self")
+    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-s", "cross,self")
     assert done.code == 2
     assert "manifest.json lists no case of cross or self; there are those of intra" in done.err
 
@@ -351,24 +353,73 @@ def test_a_method_has_a_name_already(bench):
 
 
 # ------------------------------------------------------------------------------------------------ docs
-def documented() -> list[tuple[str, list[str]]]:
-    """(page, words) of every ``bench`` command line in the documents."""
-    found = []
-    for page in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "docs/commands.md"):
-        text = (ROOT / page).read_text(encoding="utf-8")
-        lines = re.findall(r"`(bench [^`]+)`|^(?: {4})?(bench [^#\n]+)", text, re.MULTILINE)
-        found += [(page, "".join(line).split()) for line in lines]
-    return found
+PAGES = [
+    path
+    for pattern in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "docs/*.md")
+    for path in sorted(ROOT.glob(pattern))
+    if path.name != "protocols.md"
+]
 
 
-@pytest.mark.parametrize(("page", "words"), documented(), ids=lambda value: str(value))
-def test_every_documented_command_line_exists(page, words):
+def lines_of(page: Path) -> list[str]:
+    """The ``bench`` commands of a page's blocks, without what stands about them behind three blanks."""
+    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
+    found = re.findall(r"^(?: {4}|```sh\n)(?:parallel )?(bench [^\n]+)", text, re.MULTILINE)
+    return [re.split(r" {3,}", line)[0] for line in found]
+
+
+def mentions_of(page: Path) -> list[str]:
+    """The ``bench`` commands within a page's sentences, whose arguments may be left out."""
+    return re.findall(r"`(bench [a-z][^`]+)`", page.read_text(encoding="utf-8"))
+
+
+def command_of(words: list[str]) -> tuple[click.Command, list[str]]:
+    """A command, and the words behind it."""
     command = cli.LazyGroup("bench").get_command(None, words[1])
-    if hasattr(command, "get_command"):
-        command = command.get_command(None, words[2])
-    assert command is not None, f"{page} names bench {words[1]}"
-    known = {flag for parameter in command.params for flag in (*parameter.opts, *parameter.secondary_opts)}
-    assert {word.rstrip(",") for word in words[2:] if word.startswith("-")} <= known
+    assert command is not None, f"there is no bench {words[1]}"
+    if isinstance(command, click.Group) and len(words) > 2:
+        return command.get_command(None, words[2]), words[3:]
+    return command, words[2:]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_click_takes_every_command_that_a_page_shows(page):
+    for plan in ("3f9c2a71d04e", "ID"):
+        Path("runs", ".shards", plan).mkdir(parents=True)
+    for line in lines_of(page):
+        shown = line.replace("{} -j 1 ::: $(seq 0 41)", "0")
+        command, words = command_of(shlex.split(shown, comments=True))
+        while "--plugin" in words:  # a file of the reader's
+            assert any("--plugin" in each.opts for each in command.params), line
+            at = words.index("--plugin")
+            del words[at : at + 2]
+        command.make_context(line, words)  # raises click's error of words that it does not take
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_within_sentences_have_these_options(page):
+    for line in mentions_of(page):
+        command, rest = command_of(shlex.split(line))
+        flags = {flag for each in command.params for flag in (*each.opts, *each.secondary_opts)}
+        asked = {word.partition("=")[0].rstrip(",") for word in rest if word.startswith("-")}
+        assert asked <= flags, line
+
+
+def test_every_command_is_shown_on_some_page():
+    shown = {shlex.split(line, comments=True)[1] for page in PAGES for line in lines_of(page)}
+    assert set(cli.COMMANDS) - shown <= {"explain", "predict"}  # within sentences
+    assert set(cli.COMMANDS) <= shown | {line.split()[1] for page in PAGES for line in mentions_of(page)}
+
+
+def test_plug_ins_on_pages_take_the_parameters_that_stand_there():
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    specs = set(re.findall(r"\b[a-z_0-9]+\[[a-z_]+=[^\]\n|]*\]", text)) - {"mixamo[protocol=folds,fold=K]"}
+    entries = [entry for kind in ("methods", "datasets", "posts") for entry in registry.names(kind)]
+    kinds = {entry.name: entry.kind for entry in entries}
+    known = [(kinds[name], spec) for spec in specs if (name := spec.partition("[")[0]) in kinds]
+    assert len(known) > 30
+    for kind, spec in known:
+        registry.canonical(kind, spec)  # raises what is wrong with a name or value
 
 
 def test_the_documented_test_command_is_what_ci_runs():

@@ -1,4 +1,4 @@
-"""docs/writing_a_learned_method.md: its example is the file and learns; its lists are the code's."""
+"""docs/plugins.md: the example that it names learns; its lists are the code's, and its Python runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import torch
 
-from retarget_bench import cli
 from retarget_bench.api import Context
 from retarget_bench.motion import roles, rotation, transfer
 from retarget_bench.motion.body22 import JOINTS
@@ -28,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent / "methods"))
 from method_bodies import body, dance, without
 
 ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs" / "writing_a_learned_method.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
 EXAMPLE = ROOT / "docs" / "examples" / "learned_pose.py"
 STEPS = 60
 
@@ -80,8 +79,8 @@ def answered(method: Any, source: Motion, target: Motion) -> Motion:
     return method.retarget(source, target.character, context=Context())
 
 
-def test_the_example_is_the_file() -> None:
-    assert EXAMPLE.read_text(encoding="utf-8") in blocks("python")
+def test_the_page_leads_to_the_example() -> None:
+    assert f"]({EXAMPLE.relative_to(EXAMPLE.parents[1]).as_posix()})" in PAGE
     assert len(EXAMPLE.read_text(encoding="utf-8").splitlines()) < 150
 
 
@@ -151,12 +150,12 @@ def test_the_lists_of_roles_are_the_codes() -> None:
     assert len(BODY22) == JOINTS
 
 
-def test_the_other_examples_run(pair, tmp_path) -> None:
+def test_the_examples_of_the_page_run(pair, tmp_path) -> None:
     motion, _ = pair
     names: dict[str, Any] = {"motion": motion, "character": motion.character}
-    others = [block for block in blocks("python") if block != EXAMPLE.read_text(encoding="utf-8")]
-    assert len(others) == 4
-    for block in others:
+    examples = blocks("python")
+    assert len(examples) == 4
+    for block in examples:
         exec(compile(block, "page", "exec"), names)
     joints = names["leg"].joints
     np.testing.assert_allclose(
@@ -170,17 +169,3 @@ def test_the_other_examples_run(pair, tmp_path) -> None:
     mine = names["Mine"]
     assert mine().card.needs == ()
     assert mine(statistics="target").card.needs == ("target_motions",)
-
-
-def test_its_commands_have_these_options(capsys) -> None:
-    lines = re.findall(r"^    bench (\w+) (.*)$", PAGE, re.MULTILINE)
-    assert [name for name, _ in lines] == ["train", "run", "test"]
-    for name, words in lines:
-        command = cli.LazyGroup("bench").get_command(None, name)
-        flags = {flag for parameter in command.params for flag in parameter.opts}
-        assert {word for word in words.split() if word.startswith("-")} <= flags
-
-
-@pytest.mark.parametrize("page", ["README.md", "docs/training.md", "docs/weights.md", "docs/commands.md"])
-def test_other_pages_lead_to_it(page) -> None:
-    assert "writing_a_learned_method.md" in (ROOT / page).read_text(encoding="utf-8")

@@ -228,7 +228,7 @@ def runs(tmp_path_factory) -> Path:
 
 def test_what_is_drawn_is_what_tables_say(runs, tmp_path, capsys, figures):
     output = tmp_path / "recall.svg"
-    assert bench(capsys, "plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
+    assert bench(capsys, "plot", "recall", "-r", str(runs), "-o", str(output), "--by-height")[0] == 0
     section, *_ = summary.split_summaries(summary_places(runs), select=Selection())
     assert section.bodies == "people"
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}
@@ -247,7 +247,7 @@ def summary_places(root: Path):
 
 def test_only_the_methods_asked_for_are_drawn(runs, tmp_path, capsys, figures):
     asked = ["-m", "copy_rotations + footfix[steps=2.0]", "-m", "rest_pose"]
-    assert bench(capsys, "plot", "recall", str(runs), "-o", str(tmp_path / "a.png"), *asked)[0] == 0
+    assert bench(capsys, "plot", "recall", "-r", str(runs), "-o", str(tmp_path / "a.png"), *asked)[0] == 0
     assert {line.get_label() for line in figures[0].axes[0].lines} == {
         "copy_rotations+footfix[steps=2]",
         "rest_pose",
@@ -265,7 +265,7 @@ def test_only_the_methods_asked_for_are_drawn(runs, tmp_path, capsys, figures):
 )
 def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, capsys, arguments, words):
     monkeypatch.chdir(tmp_path)
-    code, _, err = bench(capsys, "plot", "recall", str(runs), *arguments)
+    code, _, err = bench(capsys, "plot", "recall", "-r", str(runs), *arguments)
     assert code == 2
     assert words in err
     assert not list(tmp_path.iterdir())
@@ -274,4 +274,4 @@ def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, capsys,
 def test_the_command_needs_a_place_to_draw_to(capsys):
     code, _, err = bench(capsys, "plot", "recall")
     assert code == 2
-    assert "--output" in err
+    assert "--out" in err

@@ -113,7 +113,15 @@ def test_a_run_with_everything_uses_the_good_and_names_the_broken(bench, tmp_pat
 def test_the_swaying_hips_are_measured_by_the_installed_metric(bench, tmp_path):
     width = 0.04
     done = bench(
-        "run", f"sway[width={width}]", "copy_rotations", "-d", "beam[frames=31]", "-m", "lean", "-j", "1"
+        "run",
+        f"sway[width={width}]",
+        "copy_rotations",
+        "-d",
+        "beam[frames=31]",
+        "--metrics",
+        "lean",
+        "-j",
+        "1",
     )
     assert done.returncode == 0, done.stderr
     rows = [line for file in tmp_path.rglob("sway-*.csv") for line in file.read_text().splitlines()]
@@ -143,7 +151,7 @@ def test_installed_plug_ins_keep_the_contract(bench, name):
         (("test", "nowhere"), "retarget-bench-broken 0.0.7"),
         (("run", "raises", "-d", "beam"), "RuntimeError: no licence file found"),
         (("run", "sway", "-d", "unbuilt"), "could not be built as unbuilt: OSError: the disk is elsewhere"),
-        (("run", "sway", "-d", "beam", "-m", "unreadable"), "SyntaxError"),
+        (("run", "sway", "-d", "beam", "--metrics", "unreadable"), "SyntaxError"),
     ],
 )
 def test_asking_for_a_broken_plug_in_is_one_sentence(bench, arguments, told):

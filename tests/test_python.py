@@ -55,10 +55,11 @@ def run(*methods, **options) -> rb.Results:
     usual = {
         "dataset": "toy_cases",
         "metrics": "position",
-        "plugins": FILES,
         "timed": False,
         "progress": False,
     }
+    for file in FILES:
+        registry.add_file(file)
     return rb.run(list(methods), **(usual | options))
 
 
@@ -172,12 +173,12 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
             "fps is '30', of type str; it takes a number or None",
         ),
         (lambda r: rb.retarget(None, "a.bvh"), "retarget: source is None"),
-        (lambda r: rb.run([1]), r"run: methods is \[1\], of type list; it takes text or .* a list of such"),
-        (lambda r: rb.run("ik", overwrite="yes"), "overwrite is 'yes', .* 'missing' or 'failed'"),
-        (lambda r: rb.run("ik", seeds=0), "seeds is 0; at least 1"),
-        (lambda r: rb.run("ik", limit=0), "limit is 0; at least 1"),
-        (lambda r: rb.run("ik", limit="3"), "run: limit is '3', of type str; it takes a whole number"),
-        (lambda r: rb.run("ik", clips=3), "run: clips is 3, of type int; it takes text"),
+        (lambda r: rb.run([1]), r"methods is \[1\], of type list; it takes text or .* a list of such"),
+        (lambda r: rb.run("ik", overwrite="yes"), "overwrite: 'yes' is not known; it is one of never, missing, failed"),
+        (lambda r: rb.run("ik", seeds=0), "seeds is 0; it must be at least 1"),
+        (lambda r: rb.run("ik", limit=0), "limit is 0; it must be at least 1"),
+        (lambda r: rb.run("ik", limit="3"), "limit is '3', of type str; it takes a whole number"),
+        (lambda r: rb.run("ik", clips=3), "clips is 3, of type int; it takes text"),
         (lambda r: rb.run("ik", clips=["walk", " , "]), "' , ' names no clip; leave it out for all"),
         (lambda r: rb.load_results("a", 2), "load_results: folders is 2"),
         (lambda r: r.compare(1, 2), "compare: first is 1, of type int; it takes text"),
@@ -276,7 +277,7 @@ def test_an_empty_list_of_methods_is_not_all_of_them():
 
 def test_folders_without_results_are_told():
     with pytest.raises(rb.BenchError, match=r"in nowhere; the command bench task joint-completion"):
-        rb.load_results("nowhere", task="upsample")
+        rb.load_results("nowhere", task="joint-completion")
     with pytest.raises(rb.BenchError, match=r"no results in nowhere; rb.run.*out='nowhere'.* makes some"):
         rb.load_results("nowhere")
 
@@ -297,10 +298,9 @@ def test_a_run_of_some_clips_is_that_of_the_command(found, capsys):
     look = run("toy_method", "toy_method[does=shaken]", "copy_rotations", limit=1)
     assert look.rows[look.rows.method == "copy_rotations"]["clip"].nunique() == 1
     assert "1 of 3 clips so far" in str(look.table())
-    plugins = [word for file in FILES for word in ("--plugin", str(file))]
     names = ["toy_method", "toy_method[does=shaken]", "copy_rotations"]
     with pytest.raises(SystemExit):
-        main(["run", *names, "-d", "toy_cases", "-m", "position", "--limit", "1", *plugins, "-j", "1"])
+        main(["run", *names, "-d", "toy_cases", "--metrics", "position", "--limit", "1", "-j", "1"])
     said = capsys.readouterr().out
     assert str(look.table()) == said[: len(str(look.table()))]
     assert len(look.problems) == 0
@@ -346,7 +346,7 @@ def test_a_method_may_be_named_by_its_module_or_class_but_not_be_an_object(monke
             rb.BenchError, match="cannot be run: worker processes find a method by its name"
         ):
             run(other)
-    with pytest.raises(rb.BenchError, match=r"toy_cases.py is a data set, and a method is asked for"):
+    with pytest.raises(rb.BenchError, match=r"toy_cases is a data set"):
         run(str(FILES[0]))
 
 
@@ -371,8 +371,8 @@ def test_a_plain_script_runs_with_worker_processes(tmp_path):
     script.write_text(
         "import retarget_bench as rb\n"
         "print('begins')\n"
-        f"found = rb.run(['toy_method'], dataset='toy_cases', plugins={[*map(str, FILES)]},\n"
-        "               metrics='position', splits='intra', workers=2, timed=False)\n"
+        f"found = rb.run([{str(FILES[1])!r}], dataset={str(FILES[0])!r},\n"
+        "               metrics='position', splits='intra', jobs=2, timed=False)\n"
         "print(len(found.rows.case.unique()), 'cases')\n"
     )
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""README.md: short, and true of the Makefile and of the files that it points to."""
+"""The pages: README.md is short and true of the Makefile; links lead somewhere; words are few."""
 
 import re
 from pathlib import Path
@@ -7,14 +7,16 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = (
-    *("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "results/README.md"),
-    *("docs/commands.md", "docs/writing_a_learned_method.md"),
+GENERATED = "docs/protocols.md"
+PAGES = sorted(
+    path.relative_to(ROOT).as_posix()
+    for pattern in ("*.md", "docs/*.md", "results/*.md", "datasets/**/*.md", "benchmarks/*.md")
+    for path in ROOT.glob(pattern)
 )
 
 
 def test_it_is_short():
-    assert len(README.splitlines()) <= 145
+    assert len(README.splitlines()) <= 100
 
 
 def test_its_two_commands_are_targets_of_the_makefile():
@@ -31,6 +33,20 @@ def test_the_picture_is_light():
     assert (ROOT / path).stat().st_size < 300_000
 
 
+def test_there_are_few_pages_of_few_words():
+    written = [page for page in PAGES if page.startswith("docs/") and page != GENERATED]
+    assert len(written) <= 14
+    assert sum(len((ROOT / page).read_text(encoding="utf-8").split()) for page in written) <= 25_000
+    assert len(list((ROOT / "results").glob("*.md"))) <= 11  # ten, and the log of accepted changes
+
+
+def headings(page: Path) -> set[str]:
+    """The anchors that a page offers: its headings outside of code, as GitHub spells them."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    lines = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", line).lower().replace(" ", "-") for line in lines}
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_to_files_and_headings(page):
     text = (ROOT / page).read_text(encoding="utf-8")
@@ -40,6 +56,39 @@ def test_links_lead_to_files_and_headings(page):
         path, _, heading = target.partition("#")
         there = (ROOT / page).parent / path if path else ROOT / page
         assert there.exists(), f"{page} links to {target}"
-        if heading:
-            lines = re.findall(r"^#+ (.*)$", there.read_text(encoding="utf-8"), re.MULTILINE)
-            assert heading in {re.sub(r"[^\w\- ]", "", line).lower().replace(" ", "-") for line in lines}
+        assert not heading or heading in headings(there), f"{page} links to {target}"
+
+
+def test_pages_that_code_names_exist():
+    """In docstrings, messages and scripts, ``docs/x.md`` and ``results/x.md``."""
+    folders = ("retarget_bench", "methods", "metrics", "datasets", "tools", "benchmarks")
+    files = [
+        file for name in folders for end in ("py", "sh", "json") for file in (ROOT / name).rglob(f"*.{end}")
+    ]
+    named = {
+        (file.relative_to(ROOT).as_posix(), page)
+        for file in files
+        for page in re.findall(r"\b(?:docs|results)/\w+\.md", file.read_text(encoding="utf-8"))
+    }
+    assert len(named) > 10
+    assert not [(file, page) for file, page in named if not (ROOT / page).is_file()]
+
+
+def test_files_that_pages_name_exist():
+    """Paths in backticks: from the root of the repository, in ARCHITECTURE.md anywhere in the core, too."""
+    rooms = "retarget_bench|methods|metrics|datasets|tests|tools|results|docs"
+    named = {
+        (page, path)
+        for page in PAGES
+        if page != "ARCHITECTURE.md"
+        for path in re.findall(rf"`((?:{rooms})/[\w./-]+)", (ROOT / page).read_text(encoding="utf-8"))
+        if "my_" not in path  # the reader's own
+    }
+    assert len(named) > 20
+    assert not [(page, path) for page, path in named if not (ROOT / path).exists()]
+    architecture = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    inside = {path.rstrip("/") for path in re.findall(r"`(\w+/[\w./-]*)`", architecture)}
+    assert len(inside) > 20
+    core = ROOT / "retarget_bench"
+    folders = [ROOT, core, *(path for path in core.rglob("*") if path.is_dir())]
+    assert not [path for path in inside if not any((folder / path).exists() for folder in folders)]

@@ -1,7 +1,7 @@
 """Blender add-on: the motion of one armature, retargeted to another as a new action by ``bench retarget``.
 
 Install this file in Blender (Edit, Preferences, Add-ons, Install from Disk); ``bench`` has to be installed
-somewhere, in any Python. The panel is in the sidebar of the 3D view, tab "Retarget". See docs/blender.md.
+somewhere, in any Python. The panel is in the sidebar of the 3D view, tab "Retarget". See docs/retarget.md.
 
 Both armatures go to the command as BVH files that are written here, with joints at the heads of bones, in
 metres and Y up, and whose joints are all parallel to the world at rest. So neither bone roll nor the axes

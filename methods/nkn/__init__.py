@@ -63,7 +63,7 @@ class Nkn(OneStructure, Retargeter):
     how far a smaller body should go, since a path that is copied as it is comes back as it was.
 
     As published, with no weights shipped: ``nkn[variant=released,drift=0,lengths=world,path=integrated]``,
-    preset ``paper``; docs/nkn.md says what still differs.
+    preset ``paper``; docs/methods.md says what still differs.
     """
 
     presets: ClassVar[Mapping[str, TrainingConfig]] = {

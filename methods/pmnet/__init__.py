@@ -45,7 +45,7 @@ class Pmnet(OneStructure, Retargeter):
     else another body, and the discriminator sees paths in heights.
 
     As published, with no weights shipped: ``pmnet[variant=released,lengths=world,path=integrated]``, preset
-    ``paper``; docs/pmnet.md says what still differs.
+    ``paper``; docs/methods.md says what still differs.
     """
 
     presets: ClassVar[Mapping[str, TrainingConfig]] = {

@@ -51,7 +51,7 @@ class R2ET(LearnedMethod):
     neck, a collar bone or a toe: in its place it sees a joint of no length, which does not turn. Head, toes
     and hands turn as the source's, as where the authors write files.
 
-    weights: also the authors' ``skeleton_aware_pre.pt``, see docs/r2et.md.
+    weights: also the authors' ``skeleton_aware_pre.pt``, see docs/methods.md.
     size: whose ratio scales the path: ``hip_height``, ours, keeps feet on the floor.
     dropout: the paper's takes a third of a training step, and short training does not overfit without it.
     facing: the authors average over so many frames at any rate, here they are of 1/30 s.

@@ -42,6 +42,13 @@ class OfResults(OptionSet):
     def roots(self) -> list[Path]:
         return list(self.results) or [Path(defaults.OUT)]
 
+    @property
+    def only(self) -> str | None:
+        """The data set, which is added to the registry where it is given by its file."""
+        from retarget_bench.plugins import named
+
+        return None if self.dataset is None else named.with_names(self.dataset)
+
     def of(self, folders: Sequence[Path]) -> Self:
         """The same of other folders."""
         return replace(self, results=folders)
@@ -62,7 +69,7 @@ class OfResults(OptionSet):
                 of = "" if task == defaults.TASK else f" --task {task}"
                 raise BenchError(f"no {what} in {root}; {maker or f'bench run{of}'} makes some")
             found += here
-        return found if self.dataset is None else of_dataset(found, self.dataset)
+        return found if self.only is None else of_dataset(found, self.only)
 
 
 class ToFile(OptionSet):

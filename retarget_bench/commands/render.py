@@ -192,7 +192,7 @@ def scene_of(names: Sequence[str], asked: Options) -> Scene:
     elif asked.ask:
         found = _answered(names[0], methods, asked)
     else:
-        places = results_library.results(asked.roots, asked.task, asked.dataset, methods)
+        places = results_library.results(asked.roots, asked.task, asked.only, methods)
         having, case_id = results_library.case(places, names[0])
         found = scene_builder.of_case(having, case_id, dataset=_moved(having, asked.root))
         found = replace(found, colours=results_library.colours(asked.roots))

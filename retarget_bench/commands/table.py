@@ -81,8 +81,8 @@ def _published(asked: Options) -> Any:
     if missing := [root for root in asked.results if not root.is_dir()]:
         raise BenchError(f"there is no folder {missing[0]}")
     places = [place for root in asked.roots for place in store.find_results(root, table.task)]
-    if places and asked.dataset is not None:
-        places = of_dataset(places, asked.dataset)
+    if places and asked.only is not None:
+        places = of_dataset(places, asked.only)
     select = replace(asked, variants=True).selection(defaults.TASK)
     return joined(table, places, select, asked.bodies)
 

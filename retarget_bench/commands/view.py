@@ -82,7 +82,7 @@ def _case_list(sources: Sequence[str], asked: Options) -> tuple[CaseList, str | 
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
     roots = folders or asked.roots
-    case_list = CaseList(roots, asked.task, asked.dataset, listed(asked.methods), root=asked.root)
+    case_list = CaseList(roots, asked.task, asked.only, listed(asked.methods), root=asked.root)
     there = case_list.refresh()
     if case_list.problem and not there:
         raise BenchError(case_list.problem)

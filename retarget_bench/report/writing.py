@@ -65,7 +65,7 @@ def write(
         raise BenchError(f"{options.page}: a report is a page; end its name in .html")
     methods, columns = listed(options.methods), listed(options.columns)
     found = chapters.chapters(roots, task, dataset, methods, options.root, columns, only, variants)
-    chosen = motions.chosen(found, options.clips, listed(options.cases))
+    chosen = motions.chosen(found, options.clips, [options.cases] if isinstance(options.cases, str) else options.cases)
     room = motions.ROOM if options.clips is None else motions.MOST_ROOM
     shown = motions.motions(found, chosen, room, options.skins)
     ranked = method_order.ranked(chapters.results(roots))

@@ -1,7 +1,7 @@
 """Base class of learned methods: weights by name or by path, read when they are needed.
 
 A method derives from ``LearnedMethod``, hands its parameter ``weights`` on, says what its weights depend
-on in ``facts`` and takes ``self.tensors`` where it retargets; docs/weights.md has an example.
+on in ``facts`` and takes ``self.tensors`` where it retargets; docs/plugins.md has an example.
 Building one is cheap, whether or not there are weights: training builds it too.
 """
 

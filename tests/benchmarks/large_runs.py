@@ -9,7 +9,8 @@ For 10^3 ... 10^6 cases (as many pairs as clips) it measures, each in a process 
     table    the default ``bench table`` of all methods
     journalled  appending a finished case, near the beginning and near the end, and reading all of it again
 
-in seconds of the clock and of the processor and megabytes at the peak, and writes them as CSV and Markdown.
+in seconds of the clock and of the processor and megabytes at the peak, writes them as CSV and a picture,
+and prints the table of ``results/measurements.md``.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from retarget_bench.api.datasets import usual_splits  # noqa: E402
 from retarget_bench.evaluation.header_builder import header_of  # noqa: E402
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units  # noqa: E402
 from retarget_bench.evaluation.shards import cut  # noqa: E402
-from retarget_bench.files import write_csv, write_text  # noqa: E402
+from retarget_bench.files import write_csv  # noqa: E402
 from retarget_bench.motion.character import Character  # noqa: E402
 from retarget_bench.motion.skeleton import Skeleton  # noqa: E402
 from retarget_bench.plugins import registry  # noqa: E402
@@ -248,7 +249,7 @@ def main() -> None:
         )
         head = [*ABOUT, "| " + " | ".join(FIELDS) + " |", "|" + "---|" * len(FIELDS)]
         lines = ["| " + " | ".join(str(row[name]) for name in FIELDS) + " |" for row in rows]
-        write_text(given.output.with_suffix(".md"), "\n".join([*head, *lines]) + "\n")
+        print("\n".join([*head, *lines]))
         draw(rows, given.output.with_suffix(".png"))
 
 

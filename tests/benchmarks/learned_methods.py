@@ -2,7 +2,8 @@
 
     python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo
 
-Computes what is missing or outdated in --out (runs/learned). Writes ``results/learned.md``,
+Computes what is missing or outdated in --out (runs/learned). Writes ``results/learned.md`` up
+to what ``published_against_ours.py`` writes,
 ``results/learned_curves.png`` from the cards of the weights, and ``methods/known.csv`` and
 ``methods/known_bodies.csv``, by which ``bench retarget`` and ``bench info`` warn. Methods without shipped
 weights are left out.
@@ -143,12 +144,12 @@ def page(results: dict[str, rb.Results], known_structures: rb.Results) -> str:
         "",
         "    python tests/benchmarks/learned_methods.py --root PATH/TO/mixamo",
         "",
-        "Shipped weights. After a plus stand post-processors ([docs/posts.md](../docs/posts.md)); such "
-        "rows have the aims of the method. Means over clips on the cases that all methods answered, 95 % "
-        "intervals over clips in brackets; below them the aim, and whether the mean reaches it. "
+        "Shipped weights. After a plus stand post-processors "
+        "([docs/methods.md](../docs/methods.md#post-processors)); such rows have the aims of the method. "
+        "Means over clips on the cases that all methods answered, 95 % intervals over clips in brackets; "
+        "below them the aim, and whether the mean reaches it. "
         + f"{sizes}. Errors on validation over the last training of each, from random weights or from "
-        "others (continued): `learned_curves.png`. What keeps methods from their aims: "
-        "[docs/learned.md](../docs/learned.md).",
+        "others (continued): `learned_curves.png`.",
     ]
     for title, columns in TABLES.items():
         out += table(title, columns, METHODS, cells)
@@ -279,7 +280,9 @@ def write(results: dict[str, rb.Results], known_structures: rb.Results) -> None:
     write_csv(known.shipped(), known.FIELDS, [dataclasses.astuple(row) for row in rows])
     bodies = registry.create("datasets", defaults.DATASET).characters().values()
     write_csv(known.shipped("known_bodies.csv"), known.BUILD_FIELDS, map(built, bodies))
-    write_text(PROJECT / "results" / "learned.md", text := page(results, known_structures))
+    path = PROJECT / "results" / "learned.md"
+    _, heading, alike = path.read_text(encoding="utf-8").partition("\n## As published, against ours\n")
+    write_text(path, (text := page(results, known_structures)) + heading + alike)
     print(text)
 
 

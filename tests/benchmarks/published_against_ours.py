@@ -4,7 +4,7 @@
 
 Trains what is missing below --out (runs/published), a run after the other, each from random weights; what
 was begun goes on, and more minutes go on from the runs that are there. Then every method answers the test
-cases. Writes ``results/published.md`` and, of errors on validation over the time of training,
+cases. Writes the end of ``results/learned.md`` and, of errors on validation over the time of training,
 ``results/published.png``. --root adds a table of the Mixamo clips of a folder.
 """
 
@@ -115,7 +115,7 @@ def table(title: str, results: rb.Results, out: Path) -> Iterator[str]:
     splits = [split for split in SPLITS if split in set(frame.split)]
     sizes = {row.split: f"{row.split} {row.cases:g} cases of {row.clips:g} clips" for row in cells.values()}
     heads = " | ".join(f"{split}, {label}" for split in splits for label in VALUES.values())
-    yield from ("", f"## {title}", "", f"{'; '.join(sizes.values())}.", "")
+    yield from ("", f"### {title}", "", f"{'; '.join(sizes.values())}.", "")
     yield f"| method | minutes | steps | {heads} |"
     yield "|---|---:|---:|" + "---:|" * (len(splits) * len(VALUES))
     labels = dict(zip(results.methods, _asked(), strict=True))
@@ -151,7 +151,7 @@ def main() -> None:
     if given.root:
         sets["Mixamo"] = {"dataset": "mixamo", "root": given.root, "splits": SPLITS[1:]}
     out = [
-        "# As published, against ours",
+        "## As published, against ours",
         "",
         "    python tests/benchmarks/published_against_ours.py --minutes "
         f"{given.minutes:g} {' '.join(f'-d {each!r}' for each in data)}",
@@ -164,7 +164,9 @@ def main() -> None:
         results = rb.run(asked, metrics=METRICS, out=str(given.out / "results"), timed=False, **which)
         out += table(title, results, given.out)
     picture(given.out, PROJECT / "results" / "published.png")
-    write_text(PROJECT / "results" / "published.md", text := "\n".join(out) + "\n")
+    path = PROJECT / "results" / "learned.md"
+    shipped = path.read_text(encoding="utf-8").partition(f"\n{out[0]}\n")[0]
+    write_text(path, shipped + "\n" + (text := "\n".join(out) + "\n"))
     print(text)
 
 

@@ -4,8 +4,8 @@
 
 Errors are simulated as in ``tests/engine/clip_simulation.py``, with the clusters of real results. Beside
 what the project uses stand what it could have used: Student's t, the percentile bootstrap, sign flips of
-plain means, and asking Wilcoxon's signed ranks to agree. Tables are printed as docs/statistics.md shows
-them. ``--rows``: draws clips with replacement from real results instead, every method shifted to one mean:
+plain means, and asking Wilcoxon's signed ranks to agree. Tables are printed as in results/measurements.md.
+``--rows``: draws clips with replacement from real results instead, every method shifted to one mean:
 a hard test, since a method that fails on few clips then counts as equal to others.
 """
 

@@ -239,7 +239,7 @@ def main() -> None:
     rows = freeze(folder)
     faults = "\n".join(f"- `{fault.__name__}`: {(fault.__doc__ or '').strip()}" for fault in FAULTS)
     (folder / "README.md").write_text(README.format(rows=rows, faults=faults), encoding="utf-8")
-    bench(["check", "--accept", "--because", because])
+    bench(["check", "--accept", because])
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ def asked(root: Path, *methods: str, clips: int = 3, **changes: Any) -> Plan:
     """changes: any fields of the plan."""
     return Plan(
         methods=tuple(map(Spec.parse, methods)),
-        root=root,
+        out=root,
         **{
             "datasets": (Spec.parse(f"toy_cases[clips={clips}]"),),
             "splits": ("intra",),

@@ -72,9 +72,9 @@ def written(folder: Path, name: str = "place.npy", sha256: str = "") -> Path:
     return path
 
 
-def asked(plugin: Path, method: str = "filed") -> tuple[str, ...]:
-    data = ("-d", "puppets[size=tiny]", "--split", "self", "--metric", "mpjpe", "--out", "out")
-    return ("run", method, *data, "--plugin", str(plugin))
+def asked(plugin: Path, parameters: str = "") -> tuple[str, ...]:
+    data = ("-d", "puppets[size=tiny]", "--splits", "self", "--metrics", "mpjpe", "--out", "out")
+    return ("run", f"{plugin}{parameters}", *data)
 
 
 def headers(folder: Path = Path("out")) -> list[dict]:
@@ -135,7 +135,7 @@ def test_a_missing_file_is_a_sentence_and_no_run(bench, tmp_path, name, method, 
 def test_a_file_that_must_be_just_this_one(bench, tmp_path):
     np.save(tmp_path / "place.npy", np.array([0.0, 1.0, 0.0]))
     right = hashlib.sha256((tmp_path / "place.npy").read_bytes()).hexdigest()
-    code, text = bench("info", "filed", "--plugin", written(tmp_path, sha256=right))
+    code, text = bench("info", written(tmp_path, sha256=right))
     assert code == 0
     assert f"needs the place (place.npy): sha256 {right[:12]}..." in text
     np.save(tmp_path / "place.npy", np.array([0.0, 2.0, 0.0]))

@@ -208,7 +208,7 @@ def test_a_cell_without_a_number_names_the_metric_that_failed(tmp_path):
     sway = type(bound.metrics(("sway",)).of_cases[0])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sway, "compute", lambda self, comparison: {"sway": "much"})
-        wanted = asked(tmp_path, "toy_method", metrics=("position", "sway"), redo="always")
+        wanted = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="always")
         runner.run(wanted, lambda done, total: None)
     (table,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world", "sway"])
     (row,) = (row for row in table.groups[0].rows if row.label == "toy_method")
@@ -218,7 +218,7 @@ def test_a_cell_without_a_number_names_the_metric_that_failed(tmp_path):
         "metric sway failed: gave an object of type str instead of a number"
     )
     assert store.read_header(bad.header).counts.ok == 6
-    asked_again = asked(tmp_path, "toy_method", metrics=("position", "sway"), redo="failed")
+    asked_again = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="failed")
     runner.run(asked_again, lambda done, total: None)
     assert store.read_header(bad.header).faults == ()
 

@@ -32,7 +32,7 @@ def results(tmp_path_factory) -> Path:
         datasets=(Spec.parse("toy_cases"),),
         splits=("intra",),
         metrics=("position",),
-        root=root,
+        out=root,
     )
     runner.run(plan, lambda done, total: None)
     return root

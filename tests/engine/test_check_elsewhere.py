@@ -15,8 +15,17 @@ ROOT = Path(__file__).parents[2]
 def test_a_repository_of_its_own_with_a_plugin_file(tmp_path):
     """As in docs/check.md: the real command, elsewhere, twice."""
     (tmp_path / "mine.py").write_text((TOYS / "toy_learner.py").read_text().replace("toy_learner", "mine"))
-    files = ["--plugin", "mine.py", "--plugin", TOYS / "toy_cases.py", "--baseline", "golden"]
-    command = [sys.executable, "-m", "retarget_bench", "check", "--method", "mine", "-d", "toy_cases"]
+    files = ["-r", "golden"]
+    command = [
+        sys.executable,
+        "-m",
+        "retarget_bench",
+        "check",
+        "-m",
+        "mine.py",
+        "-d",
+        TOYS / "toy_cases.py",
+    ]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
 
     def run(*more, **changes):
@@ -29,7 +38,7 @@ def test_a_repository_of_its_own_with_a_plugin_file(tmp_path):
         )
         return done.returncode, done.stdout + done.stderr
 
-    assert run("--accept", "--because", "first rows")[0] == 0
+    assert run("--accept", "first rows")[0] == 0
     assert (tmp_path / "golden" / "CHANGES.md").is_file()
     assert run("--summary", "s.md")[0] == 0
     assert run("--summary", "s.md", TOY_OFF="0.5")[0] == 1

@@ -73,7 +73,7 @@ def test_first_sight_and_all_show_no_curve(results):
 
 
 def test_curves_do_not_mix_with_single_numbers(results):
-    done = CliRunner().invoke(group, ["table", str(results), "--columns", "growth,mpjpe_h.world"])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), "--columns", "growth,mpjpe_h.world"])
     assert "growth has a number per second and cannot stand beside" in str(done.exception)
 
 
@@ -103,7 +103,7 @@ def test_long_clips_alone(results):
 def test_what_cannot_be_shown_is_told(results, changes, words, told):
     for place in records.find_results(results):
         changed(place, **changes)
-    done = CliRunner().invoke(group, ["table", str(results), *words])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), *words])
     assert isinstance(done.exception, BenchError)
     assert told in str(done.exception)
 

@@ -120,7 +120,7 @@ def test_a_second_run_in_the_same_folder_is_refused_and_readers_are_not(tmp_path
             said.append(str(caught.value))
             assert split_summaries(store.find_results(tmp_path))
 
-    runner.run(asked(tmp_path, "toy_method", redo="always"), look)
+    runner.run(asked(tmp_path, "toy_method", overwrite="always"), look)
     assert said == [
         f"another run is writing to {tmp_path}; wait until it has ended, or give another folder"
     ]

@@ -72,8 +72,8 @@ def test_one_alone_goes_by_its_label(two: tuple[Path, list[Spec]]) -> None:
 def test_tables_explanations_and_reports_name_both(two: tuple[Path, list[Spec]]) -> None:
     root, specs = two
     names = [f"folder walks ({bound.dataset(spec).slug})" for spec in specs]
-    assert all(name in bench("table", root) for name in names)
-    assert all(name in bench("explain", root) for name in names)
+    assert all(name in bench("table", "-r", root) for name in names)
+    assert all(name in bench("table", "--protocols", "-r", root) for name in names)
     titles = {chapter.title for chapter in chapters.chapters([root])}
     assert titles == {f"{name}: people" for name in names}
 
@@ -86,7 +86,7 @@ def test_a_data_set_is_chosen_by_whatever_names_it(two: tuple[Path, list[Spec]])
     ):
         for name in (place.dataset, f"folder walks ({place.dataset})", str(spec)):
             assert of_dataset(found, name) == [place]
-        assert place.dataset not in bench("table", root, "-d", str(spec))
+        assert place.dataset not in bench("table", "-r", root, "-d", str(spec))
     for name in ("folder walks", "folder"):
         assert of_dataset(found, name) == found
     with pytest.raises(BenchError, match=rf"of folder\[root=c\] in .*{found[0].dataset} \(folder walks\)"):

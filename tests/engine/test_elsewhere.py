@@ -34,7 +34,7 @@ def score(folder: Path, root: Path) -> store.Results:
         datasets=(Spec.parse("toy_cases"),),
         splits=("intra",),
         metrics=("position",),
-        root=root,
+        out=root,
         stage="score",
         external=folder,
     )

@@ -182,7 +182,7 @@ def test_what_must_be_exact_is_exact_on_puppets(run: Path) -> None:
 def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def said(*arguments: str) -> tuple[int, str]:
         with pytest.raises(SystemExit) as stop:
-            main(["explain", str(run), *arguments])
+            main(["table", "--protocols", "-r", str(run), *arguments])
         out, err = capsys.readouterr()
         return int(stop.value.code or 0), out + err
 

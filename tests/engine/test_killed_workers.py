@@ -28,7 +28,7 @@ def test_any_process_may_be_killed_at_any_moment(tmp_path):
     found, deadline = 0, time.monotonic() + 20 * kills
     for number in range(100):
         plan = asked(
-            tmp_path / "killed", *METHODS, clips=clips, jobs=2, redo="always" if number else "missing"
+            tmp_path / "killed", *METHODS, clips=clips, jobs=2, overwrite="always" if number else "missing"
         )
         # a shard whose processes are killed twice while they start is lost, and kept is what was finished
         with Killer(number, *OURS) as killer, suppress(BenchError):
@@ -37,7 +37,9 @@ def test_any_process_may_be_killed_at_any_moment(tmp_path):
         if found >= kills or time.monotonic() > deadline:
             break
     assert found >= kills
-    runner.run(asked(tmp_path / "killed", *METHODS, clips=clips, redo="failed"), lambda done, total: None)
+    runner.run(
+        asked(tmp_path / "killed", *METHODS, clips=clips, overwrite="failed"), lambda done, total: None
+    )
     for wanted in sorted((tmp_path / "whole").rglob("intra/*.[cn][sp][vz]")):
         made = tmp_path / "killed" / wanted.relative_to(tmp_path / "whole")
         assert made.read_bytes() == wanted.read_bytes(), wanted.name

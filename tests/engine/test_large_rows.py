@@ -12,7 +12,6 @@ from stored import changed, running, unchecked
 from stored import store as made_up
 
 from retarget_bench.analysis.breakdown import breakdown
-from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import split_summaries, split_summary
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner
@@ -60,7 +59,7 @@ def large(tmp_path, monkeypatch) -> list[ResultPaths]:
 @pytest.mark.parametrize("form", sorted(RENDERERS))
 @pytest.mark.parametrize(
     "wanted",
-    [Request(), Request(everything=True), Request(columns=["curve"]), Request(by="pair")],
+    [Request(), Request(all=True), Request(columns=["curve"]), Request(by="pair")],
     ids=["usual", "all", "curve", "by pair"],
 )
 def test_tables_are_the_same_whichever_form_rows_have(text, large, form, wanted):
@@ -88,7 +87,7 @@ def test_only_what_a_table_shows_is_read(large, monkeypatch):
     monkeypatch.setattr(
         large_rows.LargeRows, "_read", lambda self, name: read.append(name) or plain(self, name)
     )
-    requested.tables(large, Request(select=Selection()))
+    requested.tables(large, Request())
     assert set(read) == {"mpjpe_h.world"}
 
 
@@ -98,7 +97,7 @@ def test_a_run_writes_either_form_and_leaves_nothing_of_the_other(tmp_path, monk
     found = []
     for many in (0, 10**9, 0):
         monkeypatch.setattr(large_rows, "MANY", many)
-        (place,) = runner.run(asked(tmp_path, "toy_method", redo="always"), lambda *_: None)
+        (place,) = runner.run(asked(tmp_path, "toy_method", overwrite="always"), lambda *_: None)
         assert place.large.exists() == (not many) != place.rows.exists() == place.arrays.exists()
         arrays = {key: each.tolist() for key, each in store.read_arrays(place).items()}
         parts = (arrays[f"mpjpe_h.joint:{part}"] for part in ("cases", "index", "values"))

@@ -37,7 +37,7 @@ def bench(tmp_path, capsys):
 
 @pytest.fixture
 def ran(bench) -> str:
-    return bench("run", "toy_method", "copy_rotations", "-d", "paced", "-m", "position", "-j", 1)
+    return bench("run", "toy_method", "copy_rotations", "-d", "paced", "--metrics", "position", "-j", 1)
 
 
 def test_a_run_has_all_splits_in_the_order_of_the_card(bench, ran, tmp_path):
@@ -67,7 +67,7 @@ def test_comparisons_plots_and_reports_have_them(bench, ran, tmp_path):
     drawn = (tmp_path / "clips.svg").read_text()
     assert "slow" in drawn
     assert "fast" in drawn
-    bench("report", "--no-player", "-o", tmp_path / "report.html")
+    bench("report", "--clips", "0", "-o", tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert page.index("slow: 10 cases") < page.index("fast: 10 cases")
 

@@ -376,10 +376,10 @@ def test_names_are_one_line_that_legends_show(name, told):
     ("arguments", "words"),
     [
         (
-            ["ties", "-o", "a.png", "--value", "mpjpe_h.word"],
+            ["ties", "-o", "a.png", "--columns", "mpjpe_h.word"],
             "no result has mpjpe_h.word as one number per case",
         ),
-        (["growth", "-o", "a.png", "--value", "mpjpe_h.world"], "for instance growth.world"),
+        (["growth", "-o", "a.png", "--columns", "mpjpe_h.world"], "for instance growth.world"),
         (
             ["joints", "-o", "a.png", "--dots", "--structure", "s9"],
             "no target is of structure s9; there are s17, s22",

@@ -246,7 +246,7 @@ def test_what_either_refuses_is_refused(tmp_path):
 def test_nobody_can_change_what_others_are_given(tmp_path):
     plain, after = carry_out(tmp_path, "toy_method", "toy_method+toy_post[does=overwrite]+toy_post")
     assert all(not root.any() for root in roots(after).values())
-    again, _ = carry_out(tmp_path, "toy_method", "toy_method+toy_post[does=overwrite]", redo="always")
+    again, _ = carry_out(tmp_path, "toy_method", "toy_method+toy_post[does=overwrite]", overwrite="always")
     assert again.paths.rows.read_bytes() == plain.paths.rows.read_bytes()
 
 

@@ -237,13 +237,13 @@ def test_deviation_is_in_per_cent_of_height(subjects: list[Subject]) -> None:
 # ------------------------------------------------------------------------------------- the command
 def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
     with pytest.raises(SystemExit) as stop:
-        main(["probe", *arguments])
+        main(["test", "--probes", "all", *arguments])
     out, err = capsys.readouterr()
     return int(stop.value.code or 0), out + err
 
 
 def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = ("--out", str(tmp_path), "--cases", "4", "-s", "intra")
+    out = ("--out", str(tmp_path), "--limit", "4", "-s", "intra")
     code, said = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
     assert code == 0
     assert "copy_rotations[root_rule=none]: source_scale: off by" in said
@@ -254,8 +254,8 @@ def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFix
     probed = [entry for entry in results.entries if "probe.mirrored" in entry.values]
     assert len(probed) == 4
     assert any("probe.correlation" in entry.values for entry in results.entries)
-    assert run(capsys, "copy_rotations[root_rule=none]", "--strict", *out)[0] == 1
-    assert run(capsys, "copy_rotations", "--strict", *out)[0] == 0
+    assert run(capsys, "copy_rotations[root_rule=none]", *out)[0] == 1
+    assert run(capsys, "copy_rotations", *out)[0] == 0
 
 
 def bench(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
@@ -269,17 +269,19 @@ def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.Capture
     """Results of probes lie in the same folder, and nothing that reads results takes them for such."""
     probed, both = tmp_path / "probed", tmp_path / "both"
     for root in (probed, both):
-        out = ("--out", root, "--cases", 2, "-s", "intra", "--only", "turned,mirrored")
-        out = (*out, "-d", "toy_cases[clips=4]", "--plugin", TOY_CASES)
-        assert bench(capsys, "probe", "bone_directions", "rest_pose", *out)[0] == 0
-    where = ("-s", "intra", "--out", both, "-d", "toy_cases", "--plugin", TOY_CASES)
+        out = ("--out", root, "--limit", 2, "-s", "intra", "-d", f"{TOY_CASES}[clips=4]")
+        assert (
+            bench(capsys, "test", "--probes", "turned,mirrored", "bone_directions", "rest_pose", *out)[0]
+            == 0
+        )
+    where = ("-s", "intra", "--out", both, "-d", TOY_CASES)
     assert bench(capsys, "run", "bone_directions", "rest_pose", *where)[0] == 0
     for words in ((), ("--all",), ("--by", "kind")):
-        code, said = bench(capsys, "table", both, *words)
+        code, said = bench(capsys, "table", "-r", both, *words)
         assert code == 0
         assert "probe" not in said
     for words in ((), ("--all",)):
-        code, said = bench(capsys, "table", both, "--probes", *words, "-f", "csv")
+        code, said = bench(capsys, "table", "-r", both, "--task", "probe", *words, "-f", "csv")
         heading, *rows = csv.reader(io.StringIO(said))
         assert (code, len(rows)) == (0, 2)
         ids = [name for name in heading if "." in name and ":" not in name]
@@ -289,39 +291,26 @@ def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.Capture
     code, said = bench(capsys, "compare", "bone_directions", "rest_pose", "--results", both)
     assert (code, "probe" in said) == (0, False)
     for command in (
-        ("table", probed),
+        ("table", "-r", probed),
         ("compare", "ik", "rest_pose", "--results", probed),
-        ("explain", probed),
+        ("table", "--protocols", "-r", probed),
     ):
         code, said = bench(capsys, *command)
         assert (code, "no results" in said) == (2, True), said
-    assert bench(capsys, "table", tmp_path / "x", "--probes")[1].count("bench probe METHOD makes some") == 1
-    assert bench(capsys, "table", both, "--probes", "--paper", "pan-table1")[0] == 2
+    assert (
+        bench(capsys, "table", "-r", tmp_path / "x", "--task", "probe")[1].count("--probes makes some")
+        == 1
+    )
 
 
 def test_what_cannot_be_asked_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = ("--out", str(tmp_path))
     code, said = run(capsys, "reference", *out)
     assert (code, "given reference" in said) == (2, True)
-    code, said = run(capsys, "ik", "--only", "sorce_names", *out)
+    code, said = bench(capsys, "test", "ik", "--probes", "sorce_names", *out)
     assert (code, "there are source_names" in said) == (2, True)
-    code, said = run(capsys, "ik", "--source", "a.bvh", *out)
-    assert (code, "both --source and --target" in said) == (2, True)
-    code, said = run(capsys, "ik", "--source", "no.bvh", "--target", "no.bvh", *out)
-    assert (code, "no.bvh" in said) == (2, True)
     assert not list(tmp_path.iterdir())
 
-
-def test_two_bvh_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], subjects: list[Subject]) -> None:
-    from retarget_bench.motion import bvh
-
-    motion = subjects[0].question.source
-    bvh.write(tmp_path / "a.bvh", motion, scale=100.0)
-    files = ("--source", str(tmp_path / "a.bvh"), "--target", str(tmp_path / "a.bvh"))
-    code, said = run(capsys, "copy_rotations", *files, "--strict")
-    assert code == 0, said
-    assert "All probes passed." in said
-    assert "not asked: the clip is too short" in said  # thirty-one frames in four pieces
 
 
 def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Subject]) -> None:

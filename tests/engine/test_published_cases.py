@@ -197,7 +197,7 @@ def test_the_command_prints_the_papers_numbers_where_there_are_no_results(
 
 def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
     def drawn(*words: str) -> str:
-        asked = ["table", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
+        asked = ["table", "-r", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
         done = CliRunner().invoke(commands, asked)
         assert done.exit_code == 0, done.output
         return done.output
@@ -207,7 +207,7 @@ def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
     assert '"9"' not in drawn()
     assert '"9"' in drawn("--bodies", "four-legged")
     refused = CliRunner().invoke(
-        commands, ["table", str(with_dogs), "--paper", "pan-table3", "--bodies", "people"]
+        commands, ["table", "-r", str(with_dogs), "--paper", "pan-table3", "--bodies", "people"]
     )
     assert "leave --bodies" in str(refused.exception)
 

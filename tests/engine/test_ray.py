@@ -73,9 +73,9 @@ def test_any_process_may_be_killed_at_any_moment(tmp_path, local):
             Killer(number, "ray::carry_out", "shard_process", "prediction.fork_server") as killer,
             suppress(BenchError),
         ):
-            run(tmp_path, "ray[retries=50]", *SLOW, redo="always")
+            run(tmp_path, "ray[retries=50]", *SLOW, overwrite="always")
         found, number = found + killer.kills, number + 1
-    assert run(tmp_path, "ray", *SLOW, redo="failed") == local
+    assert run(tmp_path, "ray", *SLOW, overwrite="failed") == local
 
 
 def test_a_node_is_lost_and_another_one_goes_on(tmp_path, local):

@@ -126,7 +126,7 @@ def test_what_was_shown_before_is_forgotten(battle, does):
     ],
 )
 def test_what_was_written_before_is_gone(tmp_path, does, isolate):
-    """One worker answers all batches. Without bwrap, what all write to stays: docs/isolation.md."""
+    """One worker answers all batches. Without bwrap, what all write to stays: docs/plugins.md."""
     plan = asked(tmp_path, f"hostile[does={does}]", clips=1, jobs=1, isolate=isolate)
     runner.run(plan, lambda done, total: None)
     entries = _results(tmp_path)[f"hostile[does={does}]"].entries

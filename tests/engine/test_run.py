@@ -217,7 +217,7 @@ def test_redo(tmp_path):
     for redo in ("never", "missing", "failed", "always"):
         counts = []
         runner.run(
-            asked(tmp_path, "toy_method[does=raise]", redo=redo),
+            asked(tmp_path, "toy_method[does=raise]", overwrite=redo),
             lambda done, total, to=counts: to.append(total),
         )
         jobs[redo] = counts[0]
@@ -287,7 +287,7 @@ def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
     """SIGKILL to the whole run, again and again, then one run to the end."""
     toys = [f"--plugin={file}" for file in sorted(TOYS.glob("*.py"))]
     line = [sys.executable, "-m", "retarget_bench", "run", "toy_method", "toy_method[does=shaken]"]
-    line += ["-d", f"toy_cases[clips={clips}]", "-s", "intra", "-m", "position", "-j", "2", *toys]
+    line += ["-d", f"toy_cases[clips={clips}]", "-s", "intra", "--metrics", "position", "-j", "2", *toys]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     start = time.monotonic()
     subprocess.run([*line, "--out", tmp_path / "whole"], env=environment, check=True, capture_output=True)

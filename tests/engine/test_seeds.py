@@ -34,7 +34,7 @@ def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.
         datasets=(Spec.parse("toy_cases"),),
         splits=("intra",),
         metrics=("position",),
-        root=root,
+        out=root,
         seeds=seeds,
         **changes,
     )

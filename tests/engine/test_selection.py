@@ -182,7 +182,7 @@ def test_comparisons_and_reports_read_a_running_run_and_say_so(tmp_path):
     done = CliRunner().invoke(group, ["compare", "one", "three", "--results", str(tmp_path)])
     assert "a number for; one: 3 of 5 cases so far; three: 0 of 5" in str(done.exception)
     page = tmp_path / "report.html"
-    done = CliRunner().invoke(group, ["report", str(tmp_path), "--no-player", "-o", str(page)])
+    done = CliRunner().invoke(group, ["report", "-r", str(tmp_path), "--clips", "0", "-o", str(page)])
     assert done.exit_code == 0, done.exception
     assert "cross: 3 of 5 clips so far of one." in page.read_text()
 

@@ -160,7 +160,7 @@ def plan(root: Path, *methods: str, metric: str = "toy_sets", clips: int = 24, *
         datasets=(Spec.parse(f"toy_cases[clips={clips}]"),),
         splits=("intra",),
         metrics=("position", metric),
-        root=root,
+        out=root,
         **changes,
     )
 

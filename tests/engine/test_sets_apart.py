@@ -124,7 +124,7 @@ def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> 
         datasets=(Spec.parse(data),),
         splits=("cross",),
         metrics=("position", "toy_sets"),
-        root=root,
+        out=root,
     )
     return runner.run(replace(plan, **changes), lambda done, total: None)
 

@@ -107,7 +107,9 @@ def test_a_table_is_over_the_clips_that_all_of_its_methods_have(tmp_path):
 
 def test_a_published_table_is_over_the_clips_that_are_there_and_says_so(tmp_path, capsys):
     run(tmp_path, "copy_rotations", splits=("cross",), limit=2)
-    assert "- cross: 2 of 5 clips so far" in table(capsys, "table", tmp_path, "--paper", "humot-table5")
+    assert "- cross: 2 of 5 clips so far" in table(
+        capsys, "table", "-r", tmp_path, "--paper", "humot-table5"
+    )
 
 
 def test_what_a_run_has_begun_replaces_older_results_until_those_count_again(tmp_path):
@@ -127,7 +129,7 @@ def test_the_case_list_is_of_the_data_that_a_run_has_begun_with(tmp_path):
     run(tmp_path)
     (place,) = run(tmp_path)
     store.write_cases(place, infos("walk"))  # as of other data
-    run(tmp_path, redo="always", limit=1)
+    run(tmp_path, overwrite="always", limit=1)
     (found,) = split_summaries([place], select=Selection())
     assert (found.so_far, found.scores[0].ok) == ("1 of 5 clips so far", 2)
 
@@ -167,15 +169,15 @@ def test_no_clip_at_all_is_refused_by_the_command(tmp_path, capsys):
 
 
 def test_the_commands(tmp_path, capsys):
-    toys = [word for name in ("cases", "method") for word in ("--plugin", HERE / "toys" / f"toy_{name}.py")]
-    common = ("-d", "toy_cases", "-s", "cross", "--out", tmp_path, "-j", "1", *toys)
-    said = table(capsys, "predict", "toy_method", "--clips", "clip 0", *common)
+    toy = HERE / "toys" / "toy_method.py"
+    common = ("-d", HERE / "toys" / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
+    said = table(capsys, "run", "--stage", "predict", toy, "--clips", "clip 0", *common)
     assert said.startswith("2 predictions in")
     assert "These are of some clips" in said
     for command in ("score", "run"):
-        said = table(capsys, command, "toy_method", "-m", "position", "--limit", "1", *common)
+        said = table(capsys, command, "toy_method", "--metrics", "position", "--limit", "1", *common)
         assert "cross: 1 of 3 clips so far." in said
         assert "A run without --clips and --limit does the rest" in said
-    assert "cross: 1 of 3 clips so far." in table(capsys, "table", tmp_path)
-    said = table(capsys, "run", "toy_method", "-m", "position", *common)
+    assert "cross: 1 of 3 clips so far." in table(capsys, "table", "-r", tmp_path)
+    said = table(capsys, "run", "toy_method", "--metrics", "position", *common)
     assert "so far" not in said

@@ -343,7 +343,7 @@ def test_verdicts_without_reserve_hold_with_rare_failures(clips):
 
 @pytest.mark.parametrize(("share", "told"), [(0.1, 0.309), (0.2, 0.827)])
 def test_methods_that_differ_are_told_apart_as_often_as_the_docs_say(share, told):
-    """Errors smaller by this share, 43 clips: docs/statistics.md, with other random numbers."""
+    """Errors smaller by this share, 43 clips: docs/tables.md, with other random numbers."""
     repeats = 1000
     first, second = errors(np.random.default_rng(6), repeats, 43, (OWN, OWN))
     found = (statistics.sign_flip(first - (1 - share) * second) < 0.05).mean()

@@ -226,9 +226,8 @@ def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.Cap
 def test_all_seeds_are_submitted_with_the_predictions_of_each(tmp_path: Path) -> None:
     """Predictions are those of one seed; the rows of another one are not what they give."""
     runs = tmp_path / "runs"
-    plugins = [word for name in ("cases", "method") for word in ("--plugin", str(TOYS / f"toy_{name}.py"))]
-    asked = ("toy_method[does=noise]", "--seeds", "3", "-d", "toy_cases", "-s", "intra", "--out", str(runs))
-    assert bench("run", *asked, *plugins) == 0
+    method, data = f"{TOYS / 'toy_method.py'}[does=noise]", str(TOYS / "toy_cases.py")
+    assert bench("run", method, "--seeds", "3", "-d", data, "-s", "intra", "--out", str(runs)) == 0
     folder = filled_in(make(tmp_path / "all" / "one", runs, "toy_method[does=noise]"))
     headers = sorted(folder.glob("*/retarget/intra/*.json"))
     assert [json.loads(path.read_text())["seeds"] for path in headers] == [[0], [1], [2]]
@@ -272,9 +271,9 @@ def test_paper_and_licence_are_copied_from_the_card(tmp_path: Path) -> None:
     assert 'summary="toy",' in text
     plugin = tmp_path / "licensed_method.py"
     plugin.write_text(text.replace('summary="toy",', told).replace('"toy_method"', '"licensed_method"'))
-    runs, plugins = tmp_path / "runs", ("--plugin", str(TOYS / "toy_cases.py"), "--plugin", str(plugin))
-    asked = ("-d", "toy_cases", "-s", "intra", "-m", "position", "--out", str(runs))
-    assert bench("run", "licensed_method", *asked, *plugins) == 0
+    runs = tmp_path / "runs"
+    asked = ("-d", str(TOYS / "toy_cases.py"), "-s", "intra", "--metrics", "position", "--out", str(runs))
+    assert bench("run", str(plugin), *asked) == 0
     card = read(filled_in(make(tmp_path / "made", runs, "licensed_method")))
     assert (card.paper, card.licence, card.authors) == ("Toys, 2026", "MIT", ["A. Author"])
 
@@ -283,9 +282,8 @@ def test_results_that_are_not_complete_are_no_submission(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     runs = str(tmp_path / "runs")
-    asked = ("-d", "toy_cases", "-s", "intra", "-m", "position", "--out", runs)
-    plugin = ("--plugin", str(TOYS / "toy_cases.py"))
-    assert bench("run", "copy_rotations", "--limit", "1", *asked, *plugin) == 0
+    asked = ("-d", str(TOYS / "toy_cases.py"), "-s", "intra", "--metrics", "position", "--out", runs)
+    assert bench("run", "copy_rotations", "--limit", "1", *asked) == 0
     for method, told in (
         ("copy_rotations", "the results of copy_rotations are not complete; a run without clips and limit"),
         ("ik", "no results of 'ik' here; there are those of copy_rotations"),

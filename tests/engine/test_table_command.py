@@ -5,6 +5,7 @@ import pty
 import re
 from contextlib import contextmanager
 from pathlib import Path
+from typing import get_args
 from types import SimpleNamespace
 
 import pytest
@@ -13,7 +14,8 @@ from stored import VALUES, changed, store
 
 from retarget_bench.cli import group
 from retarget_bench.commands import options, run
-from retarget_bench.commands.table import BREAKDOWNS, FORMATS
+from retarget_bench.analysis.breakdown import By
+from retarget_bench.commands.table import FORMATS
 from retarget_bench.evaluation import runner, timing
 from retarget_bench.python import progress
 from retarget_bench.results import store as records
@@ -31,7 +33,7 @@ def results(tmp_path):
 
 
 def bench(*words) -> str:
-    done = CliRunner().invoke(group, ["table", *map(str, words)])
+    done = CliRunner().invoke(group, ["table", "-r", *map(str, words)])
     assert done.exit_code == 0, done.output
     return done.output
 
@@ -62,7 +64,7 @@ def test_the_format_follows_the_ending_of_the_file(results, tmp_path, ending, fo
 @pytest.mark.parametrize("ending", ["png", "xlsx"])
 def test_an_ending_that_is_no_format_of_tables_is_refused(results, tmp_path, ending):
     file = tmp_path / f"t.{ending}"
-    done = CliRunner().invoke(group, ["table", str(results), "-o", str(file)])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), "-o", str(file)])
     assert done.exit_code
     assert f"t.{ending} is to be {ending}; there are text, md" in done.output
     assert not file.exists()
@@ -90,20 +92,20 @@ def test_intervals_come_on_request_in_text_and_always_in_pages(results):
 
 def test_breakdowns_are_asked_for_by_name(results):
     assert "by clip" in bench(results, "--by", "clip")
-    done = CliRunner().invoke(group, ["table", str(results), "--by", "colour"])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "colour"])
     assert done.exit_code == 2
-    assert all(each in done.output for each in BREAKDOWNS)
+    assert all(each in done.output for each in get_args(By))
 
 
 def test_speed_is_no_column_of_a_breakdown(results):
-    done = CliRunner().invoke(group, ["table", str(results), "--by", "clip", "--columns", "fps"])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
     assert done.exit_code != 0
     assert "fps has no number per clip" in str(done.exception) + done.output
 
 
 @pytest.mark.parametrize("words", [["nowhere"], ["-d", "other"]])
 def test_what_was_asked_for_and_is_not_there_is_told(results, words):
-    done = CliRunner().invoke(group, ["table", str(results), *words])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), *words])
     assert re.search("no results (in nowhere|of other in)", str(done.exception))
 
 
@@ -115,7 +117,7 @@ def test_published_tables_are_drawn_in_every_format(results, form):
 
 
 def test_published_tables_have_their_own_columns(results):
-    done = CliRunner().invoke(group, ["table", str(results), "--paper", "pan-table1", "--all"])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), "--paper", "pan-table1", "--all"])
     assert "--paper has columns and splits of its own" in str(done.exception)
 
 
@@ -130,12 +132,12 @@ def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
     alone = bench(results, "-s", "self")
     assert "cross" not in alone
     assert "jerk" in alone.partition("method")[0]
-    done = CliRunner().invoke(group, ["table", str(results), "-s", "up"])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), "-s", "up"])
     assert "no case is in the split up; self and cross have some" in str(done.exception)
 
 
 def test_a_split_without_cases_is_told_with_those_that_have_some(results):
-    done = CliRunner().invoke(group, ["table", str(results), "-s", "self", "-s", "intra"])
+    done = CliRunner().invoke(group, ["table", "-r", str(results), "-s", "self", "-s", "intra"])
     assert done.exit_code
     assert "no case is in the split self or intra; cross" in str(done.exception)
 
@@ -237,9 +239,15 @@ def test_a_run_with_ones_own_metric_alone_shows_its_values(tmp_path, in_process,
     """Though these are none of the columns that tables have by default."""
     monkeypatch.chdir(tmp_path)
     made = CliRunner().invoke(group, ["new", "metric", "my_metric"])
-    assert "bench run ik -m my_metric --plugin my_metric.py" in made.output
-    toys = [w for n in ("cases", "method") for w in ("--plugin", str(TOYS / f"toy_{n}.py"))]
-    words = ["run", "toy_method", "-d", "toy_cases", "-m", "my_metric", "--plugin", "my_metric.py", *toys]
+    assert "bench run ik --metrics my_metric.py" in made.output
+    words = [
+        "run",
+        str(TOYS / "toy_method.py"),
+        "-d",
+        str(TOYS / "toy_cases.py"),
+        "--metrics",
+        "my_metric.py",
+    ]
     done = CliRunner().invoke(group, [*words, "-s", "cross", "-j", "1"])
     assert done.exit_code == 0, done.output
     assert re.search(r"head\s+height ↓", done.output)

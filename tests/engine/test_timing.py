@@ -39,7 +39,7 @@ def test_speeds_are_measured_anew_where_results_are_newer(tmp_path, monkeypatch)
     measured(tmp_path, *BOTH)
     measured(tmp_path, "intra")
     assert cross.timing.stat().st_mtime_ns == before
-    measured(tmp_path, "intra", redo="always")
+    measured(tmp_path, "intra", overwrite="always")
     assert intra.timing.exists()
     assert not cross.timing.exists()
 

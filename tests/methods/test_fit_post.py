@@ -57,7 +57,7 @@ def test_rows_hold_values_that_need_rotations_and_say_what_was_done(tmp_path, mo
         datasets=(Spec.parse("toy_cases"),),
         splits=("intra",),
         metrics=("position", "rotation"),
-        root=tmp_path,
+        out=tmp_path,
     )
     plain, rotated = (store.read_results(place) for place in runner.run(plan, lambda done, total: None))
     assert rotated.header.method.label == "toy_method[does=positions]+fit"

@@ -174,7 +174,7 @@ def test_losses_are_the_formulas() -> None:
 
 
 def test_terms_are_weighed_as_released() -> None:
-    """As docs/same.md says; codes of both performances are held together."""
+    """As docs/methods.md says; codes of both performances are held together."""
     module = same_material.training_module()
     seen = same_material.batch(module, 4)
     with torch.no_grad():

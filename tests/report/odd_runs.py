@@ -28,7 +28,7 @@ def ran(root: Path) -> list[ResultPaths]:
         datasets=(Spec.parse("odd_moves"),),
         splits=("intra", "cross"),
         metrics=("position", "growth", "pan_contact"),
-        root=root,
+        out=root,
     )
     places = run_here(plan)
     for place in places:

@@ -34,20 +34,20 @@ def carried_out(root: Path, task: str, *methods: str) -> None:
         splits=("self",),
         metrics=("restoration",),
         task=task,
-        root=root,
+        out=root,
     )
     run_here(plan)
 
 
 def table(root: Path, task: str, *more: str) -> list[dict[str, str]]:
     """The table as CSV: lines by column."""
-    text = bench("table", root, "--task", task, *more, "-f", "csv")
+    text = bench("table", "-r", root, "--task", task, *more, "-f", "csv")
     return list(csv.DictReader(io.StringIO(text)))
 
 
 def chart(root: Path, file: Path, name: str) -> ElementTree.Element:
     """The first chart of this name in the report."""
-    report(root, "-o", file, "--no-player")
+    report(root, "-o", file, "--clips", "0")
     section = re.search(rf'id="chapter-1-{name}">(.*?)</section>', file.read_text(encoding="utf-8"), re.S)
     assert section
     drawn, *_ = re.findall(r"<svg.*?</svg>", section[1], re.S)
@@ -113,8 +113,8 @@ def test_errors_after_denoising_stand_over_the_errors_before(tasks, tmp_path):
 
 
 def test_errors_stand_over_the_share_of_joints_that_was_given(tasks, tmp_path):
-    rows = [row for row in table(tasks / "joints", "upsample") if row["value"] == "restored_cm"]
-    found = marks(chart(tasks / "joints", tmp_path / "r.html", "upsample"))
+    rows = [row for row in table(tasks / "joints", "joint-completion") if row["value"] == "restored_cm"]
+    found = marks(chart(tasks / "joints", tmp_path / "r.html", "joint-completion"))
     assert len(found) == 2 * len(rows) == 6
     highest = max(float(row[method]) for row in rows for method in ("linear_joints", "nearest_pose"))
     for row in rows:

@@ -74,12 +74,12 @@ def test_a_browser_shows_them_and_runs_none(root, open_page, width):
 
 def test_tables_of_them_are_harmless(root, tmp_path, open_page):
     for by in ([], ["--by", "pair"], ["--by", "joint"]):
-        bench("table", root / "runs", *by, "-f", "html", "-o", tmp_path / "t.html")
+        bench("table", "-r", root / "runs", *by, "-f", "html", "-o", tmp_path / "t.html")
         tags = Tags((tmp_path / "t.html").read_text(encoding="utf-8"))
         assert {tag for tag, _ in tags.tags} <= {*KNOWN, "b", "ol"}
         assert not [name for _, attributes in tags.tags for name in attributes if name.startswith("on")]
         page = open_page(tmp_path / "t.html", width=390)
         assert sideways(page) <= 0
-        text = bench("table", root / "runs", *by, "-f", "md")
+        text = bench("table", "-r", root / "runs", *by, "-f", "md")
         assert "<script" not in text.replace("\\<script", "").replace("&lt;script", "")
         assert "\u202e" not in text

@@ -70,7 +70,7 @@ def test_all_numbers_of_results_lead_to_cases(made, open_page):
 
 def test_values_of_sets_lead_to_the_cases_of_the_set(runs, tmp_path, open_page):
     structures(runs)
-    report(runs, "-o", tmp_path / "r.html", "--no-player")
+    report(runs, "-o", tmp_path / "r.html", "--clips", "0")
     page = open_page(tmp_path / "r.html", width=1200)
     table = page.locator("table[data-structure=four_legs]")
     table.locator("tr[data-row=near] .num").first.click()
@@ -84,7 +84,7 @@ def test_sets_of_results_that_do_not_say_which_bodies_they_are_of_lead_to_all_ca
     runs, tmp_path, open_page
 ):
     (runs / STRUCTURES_FILE).unlink(missing_ok=True)
-    report(runs, "-o", tmp_path / "r.html", "--no-player")
+    report(runs, "-o", tmp_path / "r.html", "--clips", "0")
     page = open_page(tmp_path / "r.html", width=1200)
     page.locator("table[data-structure=two_legs] tr[data-row=near] .num").first.click()
     assert len(names(page)) == 12
@@ -92,7 +92,7 @@ def test_sets_of_results_that_do_not_say_which_bodies_they_are_of_lead_to_all_ca
 
 
 def test_counts_lead_to_what_is_counted(runs, tmp_path, open_page):
-    report(runs, "-o", tmp_path / "r.html", "--no-player")
+    report(runs, "-o", tmp_path / "r.html", "--clips", "0")
     page = open_page(tmp_path / "r.html", width=1200)
     table = page.locator("main table.results:not([data-structure])")
     table.locator("tr[data-row=far] .num").last.click()
@@ -110,7 +110,7 @@ def test_cases_that_means_leave_out_are_told_and_common_ones_are_listed(tmp_path
             ("a>b", f"c{k:02}", {"mpjpe_h.world": 1.0 + k} if k < count else "failed") for k in range(40)
         ]
         stored.store(tmp_path / "runs", "intra", method, rows)
-    report(tmp_path / "runs", "-o", tmp_path / "r.html", "--no-player")
+    report(tmp_path / "runs", "-o", tmp_path / "r.html", "--clips", "0")
     page = open_page(tmp_path / "r.html", width=1200)
     page.locator("main tr[data-row=all] .num").first.click()
     left_out = page.locator("#cases tr", has_text="not in the means").all_inner_texts()
@@ -132,7 +132,7 @@ def test_a_page_of_sets_alone_lists_the_cases(tmp_path, open_page):
         date="2026-01-01",
         set_values={"fid.structure": declared},
     )
-    report(tmp_path / "runs", "-o", tmp_path / "r.html", "--no-player")
+    report(tmp_path / "runs", "-o", tmp_path / "r.html", "--clips", "0")
     page = open_page(tmp_path / "r.html", width=1200)
     found = page.evaluate(EMPTY)
     assert found["numbers"] >= 2

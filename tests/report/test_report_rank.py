@@ -42,12 +42,14 @@ def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_i
     seen = {}
     looks = canvas.looks
     monkeypatch.setattr(canvas, "looks", lambda *each: seen.update(looks(*each)) or looks(*each))
-    report(runs, "-o", tmp_path / "all.html", "--no-player")
+    report(runs, "-o", tmp_path / "all.html", "--clips", "0")
     colours = data_of(tmp_path / "all.html")["colours"]
     assert colours == dict(zip(("beta", "gamma", "alpha"), COLOURS, strict=False))
-    report(runs, "-o", tmp_path / "one.html", "--no-player", "-m", "alpha")
+    report(runs, "-o", tmp_path / "one.html", "--clips", "0", "-m", "alpha")
     assert data_of(tmp_path / "one.html")["colours"] == {"alpha": COLOURS[2]}
-    bench("plot", "ties", runs, "-m", "alpha", "-m", "gamma", "-s", "cross", "-o", tmp_path / "t.svg")
+    bench(
+        "plot", "methods", "-r", runs, "-m", "alpha", "-m", "gamma", "-s", "cross", "-o", tmp_path / "t.svg"
+    )
     assert {label: look["color"] for label, look in seen.items()} == {
         "alpha": colours["alpha"],
         "gamma": colours["gamma"],
@@ -64,7 +66,7 @@ def test_methods_of_later_tables_come_after_those_of_the_first(runs):
 
 
 def test_columns_are_those_asked_for_and_the_first_one_ranks(runs, tmp_path):
-    report(runs, "-o", tmp_path / "c.html", "--no-player", "--columns", "ratio")
+    report(runs, "-o", tmp_path / "c.html", "--clips", "0", "--columns", "ratio")
     split = data_of(tmp_path / "c.html")["chapters"][0]["splits"][0]
     assert [value["id"] for value in split["values"]] == ["ratio"]
     with pytest.raises(BenchError, match="value 'rato'; did you mean ratio"):
@@ -86,7 +88,7 @@ def test_values_of_sets_stand_in_the_tables_asked_for_or_not(tmp_path):
             set_values={"fid.structure": declared},
         )
     for more in ([], ["--columns", "fid.structure"]):
-        report(tmp_path / "runs", "-o", tmp_path / "s.html", "--no-player", *more)
+        report(tmp_path / "runs", "-o", tmp_path / "s.html", "--clips", "0", *more)
         text = Tags((tmp_path / "s.html").read_text(encoding="utf-8")).text
         assert "all answers on bodies of structure body22 as one set: 300 windows of 30 clips" in text
         for number in ("12.5", "40.0"):
@@ -100,7 +102,7 @@ def test_very_many_cases_are_listed_as_far_as_there_is_room(runs, tmp_path, monk
     monkeypatch.setattr(index, "PAGE", 0)
     monkeypatch.setattr(index, "LEAST", 4500)
     file = tmp_path / "thin.html"
-    report(runs, "-o", file, "--no-player", "--columns", "mpjpe_h.world,ratio")
+    report(runs, "-o", file, "--clips", "0", "--columns", "mpjpe_h.world,ratio")
     tags = Tags(file.read_text(encoding="utf-8"))
     assert len(tags.scripts["report-data"]) <= 4500
     assert "Only the 5 worst cases of every method are listed" in tags.text

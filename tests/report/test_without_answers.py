@@ -48,7 +48,7 @@ def test_splits_that_are_not_there_are_told_beside_those_that_are(failed, tmp_pa
     with pytest.raises(
         BenchError, match=r"no results of cross in .*; there are those of toy_moves \(intra\)"
     ):
-        bench("plot", "pairs", failed, "-s", "cross", "-o", tmp_path / "nothing.png")
+        bench("plot", "pairs", "-r", failed, "-s", "cross", "-o", tmp_path / "nothing.png")
 
 
 def test_a_header_that_lacks_a_part_is_told(tmp_path):

@@ -25,6 +25,12 @@ GOLDEN_NOISE = [0.5797474540533023, 0.7265651232772817, -1.3287274890635294]
 GOLDEN_JOINTS = (2, 6, 12, 13, 15, 21)
 
 
+def task(name: str, **parameters: str | int) -> Spec:
+    """A task as it is stored."""
+    return canonical(Spec(name, parameters))
+
+
+
 @pytest.fixture(autouse=True)
 def _toys():
     registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
@@ -114,7 +120,7 @@ def test_the_major_joints_are_the_twelve_of_the_paper():
 
 def test_bodies_without_all_major_joints_are_not_asked_for_them():
     derived = plan.data_of(bound.dataset(Spec.parse("toy_cases")), "upsample[levels='major,0.5']")
-    ids = [info.id for info in derived.cases("upsample", "self")]
+    ids = [info.id for info in derived.cases("joint-completion", "self")]
     assert ids
     assert all(each.endswith("joints-0.5") for each in ids)
 
@@ -133,8 +139,12 @@ def test_uniform_numbers_are_those_of_the_raw_bits():
 
 
 def test_levels_that_are_written_alike_are_one():
-    assert str(canonical("denoise", "1.00000001,1")) == str(canonical("denoise", "1"))
-    assert str(canonical("upsample", "0.5,0.50000001")) == str(canonical("upsample", "0.5"))
+    assert str(task("denoise", levels="1.00000001,1")) == str(
+        task("denoise", levels="1")
+    )
+    assert str(task("joint-completion", levels="0.5,0.50000001")) == str(
+        task("joint-completion", levels="0.5")
+    )
 
 
 def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
@@ -147,21 +157,21 @@ def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
 
 
 @pytest.mark.parametrize(
-    ("task", "given", "words"),
+    ("name", "given", "words"),
     [
         ("denoise", "-1", "standard deviations in centimetres, from 0 to 100; got -1"),
         ("denoise", "nan", "got nan"),
         ("denoise", "much", "got much"),
         ("denoise", " , ", "name at least one level"),
-        ("upsample", "0", "above 0 and at most 1"),
-        ("upsample", "1.01", "above 0 and at most 1"),
-        ("upsample", "minor", "or major; got minor"),
+        ("joint-completion", "0", "above 0 and at most 1"),
+        ("joint-completion", "1.01", "above 0 and at most 1"),
+        ("joint-completion", "minor", "or major; got minor"),
         ("reconstruct", "1", "has no levels"),
     ],
 )
-def test_hostile_levels_are_told(task, given, words):
+def test_hostile_levels_are_told(name, given, words):
     with pytest.raises(BenchError, match=words):
-        canonical(task, given)
+        task(name, levels=given)
 
 
 @pytest.mark.parametrize(
@@ -187,12 +197,16 @@ def test_a_derived_data_set_has_one_task_and_split():
 
 
 def test_usual_parameters_are_left_out_and_others_written_one_way():
-    assert str(canonical("denoise", "0, 1.0,2,3,4,5,6,8,10")) == "denoise"
-    assert canonical("upsample", "0.50,major, 0.5", 3) == canonical("upsample", "0.5,major", 3)
-    assert canonical("upsample", "0.5").slug != canonical("upsample", "0.6").slug
+    assert str(task("denoise", levels="0, 1.0,2,3,4,5,6,8,10")) == "denoise"
+    written = task("joint-completion", levels="0.50,major, 0.5", motions=3)
+    assert written == task("joint-completion", levels="0.5,major", motions=3)
+    assert (
+        task("joint-completion", levels="0.5").slug
+        != task("joint-completion", levels="0.6").slug
+    )
 
 
 def test_the_content_tells_tasks_and_levels_apart():
-    names = ("reconstruct", "denoise", "denoise[levels=5]", "upsample")
+    names = ("reconstruct", "denoise", "denoise[levels=5]", "joint-completion")
     found = {plan.data_of(bound.dataset(Spec.parse("toy_people")), name).content for name in names}
     assert len(found) == len(names)

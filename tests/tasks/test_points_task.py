@@ -286,11 +286,11 @@ def test_the_command_runs_the_task_and_tables_it(tmp_path, capsys):
         assert not stopped.value.code, told.err
         return told.out + told.err
 
-    asked = ("rest_skin", "--task", "points", "-s", "self", "--limit", "1", "-m", "position")
-    told = bench("run", *asked, "--plugin", str(TOYS / "rest_skin.py"), "--out", str(tmp_path / "runs"))
+    asked = ("--task", "points", "-s", "self", "--limit", "1", "--metrics", "position")
+    told = bench("run", str(TOYS / "rest_skin.py"), *asked, "--out", str(tmp_path / "runs"))
     assert "rest_skin" in told
     assert "points" in told
-    told = bench("table", str(tmp_path / "runs"), "--task", "points", "-f", "csv")
+    told = bench("table", "-r", str(tmp_path / "runs"), "--task", "points", "-f", "csv")
     assert "rest_skin" in told
     (folder,) = (tmp_path / "runs").glob("*/points/self")
     assert len(list((folder / "rest_skin").glob("*.npz"))) == 1
@@ -310,7 +310,7 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
 
 def test_methods_are_timed_on_points(tmp_path):
     plan = Plan(
-        (Spec("rest_skin"),), (Spec("few_puppets"),), ("self",), ("position",), task="points", root=tmp_path
+        (Spec("rest_skin"),), (Spec("few_puppets"),), ("self",), ("position",), task="points", out=tmp_path
     )
     (place,) = runner.run(plan, lambda done, total: None, timed=True)
     (time,) = timing.read(place)

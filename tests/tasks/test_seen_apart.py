@@ -20,8 +20,8 @@ from retarget_bench.results import store
 from tests.in_process import run_here
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
-LEARNED = {"denoise": "gaussian_filter", "upsample": "nearest_pose"}
-PLAIN = {"denoise": "identity", "upsample": "linear_joints"}
+LEARNED = {"denoise": "gaussian_filter", "joint-completion": "nearest_pose"}
+PLAIN = {"denoise": "identity", "joint-completion": "linear_joints"}
 
 
 @pytest.fixture(scope="module")
@@ -30,14 +30,14 @@ def results(tmp_path_factory) -> Path:
     been trained on the first of them."""
     root = tmp_path_factory.mktemp("apart")
     registry.add_file(TOYS)
-    for task, levels in (("denoise", "1,2,5"), ("upsample", "0.3,0.5,major")):
+    for task, levels in (("denoise", "1,2,5"), ("joint-completion", "0.3,0.5,major")):
         plan = Plan(
             methods=(Spec.parse(LEARNED[task]), Spec.parse(PLAIN[task])),
             datasets=(Spec.parse("toy_people[clips=3]"),),
             splits=("self",),
             metrics=("restoration",),
             task=f"{task}[levels='{levels}']",
-            root=root,
+            out=root,
         )
         place, *_ = run_here(plan)
         (place.folder / "cases.sums.csv").unlink()  # what follows is written by hand
@@ -119,8 +119,8 @@ def test_denoising_has_a_full_and_a_dashed_line_of_one_colour(results, tmp_path,
 
 
 def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results, tmp_path, figures):
-    assert plot(results, "upsample", tmp_path / "out.svg", "--width", "column") == 0
-    place = place_of(results, "upsample")
+    assert plot(results, "joint-completion", tmp_path / "out.svg", "--width", "column") == 0
+    place = place_of(results, "joint-completion")
     for panel, value in zip(figures[0].axes, ("restored_cm", "restored_cm.missing"), strict=True):
         lines = drawn(panel, "nearest_pose")
         assert [line.get_linestyle() for line in lines] == ["-", "--"]

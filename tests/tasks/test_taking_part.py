@@ -39,7 +39,7 @@ def test_every_task_asks_those_whom_it_means():
     assert metrics == {"restoration", "position", "smoothness"}
     for task, own in (
         ("denoise[levels=5]", {"identity", "gaussian_filter", "savitzky_golay"}),
-        ("upsample", {"linear_joints", "nearest_pose"}),
+        ("joint-completion", {"linear_joints", "nearest_pose"}),
     ):
         methods, _ = asked(task)
         assert methods & OWN == own
@@ -61,11 +61,11 @@ def test_metrics_of_a_plain_run_can_be_named_beside_others():
 def test_training_motion_goes_to_those_who_use_it_and_is_not_privileged(name, handed):
     registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
     data, method = (
-        plan.data_of(bound.dataset(Spec.parse("toy_people")), "upsample"),
+        plan.data_of(bound.dataset(Spec.parse("toy_people")), "joint-completion"),
         bound.method(Spec(name)).built,
     )
     contexts = [
-        context_for(method, data, data.load(info), 0) for info in data.cases("upsample", "self")[:2]
+        context_for(method, data, data.load(info), 0) for info in data.cases("joint-completion", "self")[:2]
     ]
     assert [context.training is not None for context in contexts] == [handed, handed]
     assert contexts[0].training is contexts[1].training
@@ -74,11 +74,11 @@ def test_training_motion_goes_to_those_who_use_it_and_is_not_privileged(name, ha
 
 def test_a_data_set_without_training_motion_hands_out_none():
     registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
-    data = plan.data_of(bound.dataset(Spec.parse("toy_people[train=false]")), "upsample")
-    case = data.load(data.cases("upsample", "self")[0])
+    data = plan.data_of(bound.dataset(Spec.parse("toy_people[train=false]")), "joint-completion")
+    case = data.load(data.cases("joint-completion", "self")[0])
     assert context_for(bound.method(Spec("linear_joints")).built, data, case, 0).training is None
 
 
 def test_a_post_process_keeps_what_its_method_uses():
     card = bound.method(Spec.parse("linear_joints+fit")).built.card
-    assert (card.uses, card.tasks) == (("training",), ("upsample",))
+    assert (card.uses, card.tasks) == (("training",), ("joint-completion",))

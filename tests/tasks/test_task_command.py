@@ -36,7 +36,7 @@ def carried_out(root: Path, task: str, *methods: str, **changes) -> list[store.R
         splits=("self",),
         metrics=METRICS,
         task=task,
-        root=root,
+        out=root,
         **changes,
     )
     return [store.read_results(place) for place in runner.run(plan, lambda done, total: None)]
@@ -97,7 +97,7 @@ def test_a_method_that_needs_rotations_says_so(results):
 
 def test_all_joints_given_leave_no_error_and_missing_ones_are_told_apart(results):
     for name in ("linear_joints", "nearest_pose"):
-        for entry in rows(results, "upsample", name).entries:
+        for entry in rows(results, "joint-completion", name).entries:
             values = entry.values
             if entry.case.endswith("joints-1"):
                 assert values["restored_cm"] < 1e-4
@@ -108,14 +108,14 @@ def test_all_joints_given_leave_no_error_and_missing_ones_are_told_apart(results
                 assert values["restored_cm"] == pytest.approx(
                     (1 - share) * values["restored_cm.missing"], abs=1e-4
                 )
-    nothing = {e.case: e.status for e in rows(results, "upsample", "identity").entries}
+    nothing = {e.case: e.status for e in rows(results, "joint-completion", "identity").entries}
     assert {case for case, status in nothing.items() if status == "ok"} == {
         case for case in nothing if case.endswith("joints-1")
     }
 
 
 def test_conditions_and_structures_lie_beside_the_rows(results):
-    (folder,) = {place.folder for place in store.find_results(results, "upsample")}
+    (folder,) = {place.folder for place in store.find_results(results, "joint-completion")}
     with (folder / "cases.conditions.csv").open(encoding="utf-8", newline="") as file:
         found = {(row["case"], row["condition"]): float(row["value"]) for row in csv.DictReader(file)}
     case = "people/ann>ann/clip 3"
@@ -142,7 +142,7 @@ def test_levels_stand_in_their_order_with_their_own_means(results):
         assert (score.asked, score.means["restored_cm"].clips) == (12, 6)
     parts = [
         section.part
-        for section in summary.split_summaries(store.find_results(results, "upsample"), "level")
+        for section in summary.split_summaries(store.find_results(results, "joint-completion"), "level")
     ]
     assert parts == ["50 %", "100 %", "major"]
 
@@ -155,7 +155,7 @@ def test_interrupted_and_uninterrupted_runs_give_the_same_bytes(tmp_path):
         registry.add_file(TOYS)
         plan = Plan(
             methods=tuple(map(Spec.parse, methods)), datasets=(Spec.parse("toy_people"),), splits=("self",),
-            metrics=METRICS, task=task, root=root,
+            metrics=METRICS, task=task, out=root,
         )  # fmt: skip
 
         def progress(done: int, total: int, root: Path = root) -> None:
@@ -189,19 +189,19 @@ def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
 
 
 def test_the_command_shows_a_line_per_level(tmp_path, capsys):
-    arguments = ("identity", "savitzky_golay", "-d", "toy_people", "--plugin", str(TOYS), "-j", "1")
+    arguments = ("identity", "savitzky_golay", "-d", str(TOYS), "-j", "1")
     status, told = bench(
-        capsys, "task", "denoise", *arguments, "--levels", "1,0", "--motions", "2", "--out", str(tmp_path)
+        capsys, "run", "--task", 'denoise[levels="1,0",motions=2]', *arguments, "--out", str(tmp_path)
     )
     assert status == 0
     assert "position error ↓ in cm, by level" in told
     assert "0 cm" in told
     assert "(control)" in told
     assert "savitzky_golay" in told
-    status, again = bench(capsys, "table", str(tmp_path), "--task", "denoise", "-f", "csv")
+    status, again = bench(capsys, "table", "-r", str(tmp_path), "--task", "denoise", "-f", "csv")
     assert status == 0
     assert "level" in again.splitlines()[0]
-    status, told = bench(capsys, "table", str(tmp_path))
+    status, told = bench(capsys, "table", "-r", str(tmp_path))
     assert (status, "no results in" in told) == (2, True)
 
 
@@ -209,8 +209,8 @@ def test_the_command_shows_a_line_per_level(tmp_path, capsys):
     ("arguments", "words"),
     [
         (("denoise", "--levels", "-3"), "standard deviations in centimetres"),
-        (("upsample", "--levels", "0"), "above 0 and at most 1"),
-        (("upsample", "--levels", "1.5"), "above 0 and at most 1"),
+        (("joint-completion", "--levels", "0"), "above 0 and at most 1"),
+        (("joint-completion", "--levels", "1.5"), "above 0 and at most 1"),
         (("reconstruct", "--motions", "0"), "0 is not in the range"),
         (("reconstruct", "--levels", "1"), "No such option"),
     ],
@@ -224,7 +224,7 @@ def test_hostile_values_are_one_sentence(tmp_path, capsys, arguments, words):
 
 
 def test_table_2_has_the_printed_numbers_and_our_structures(results, capsys):
-    status, told = bench(capsys, "table", str(results), "--paper", "humot-table2")
+    status, told = bench(capsys, "table", "-r", str(results), "--paper", "humot-table2")
     assert status == 0
     assert "1.75 ±0.48" in told
     assert "toy17" in told
@@ -247,7 +247,7 @@ def line_of(panel, label: str) -> np.ndarray:
 
 
 def test_the_picture_of_denoising_is_what_the_rows_say(results, tmp_path, capsys, figures):
-    status, _ = bench(capsys, "plot", "denoise", str(results), "-o", str(tmp_path / "out.png"))
+    status, _ = bench(capsys, "plot", "denoise", "-r", str(results), "-o", str(tmp_path / "out.png"))
     assert status == 0
     panel = figures[0].axes[0]
     nothing, filtered = (line_of(panel, name) for name in ("identity", "gaussian_filter"))
@@ -260,7 +260,14 @@ def test_the_picture_of_denoising_is_what_the_rows_say(results, tmp_path, capsys
 
 def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsys, figures):
     status, _ = bench(
-        capsys, "plot", "upsample", str(results), "-o", str(tmp_path / "out.svg"), "-m", "linear_joints"
+        capsys,
+        "plot",
+        "joint-completion",
+        str(results),
+        "-o",
+        str(tmp_path / "out.svg"),
+        "-m",
+        "linear_joints",
     )
     assert status == 0
     whole, missing = figures[0].axes
@@ -275,7 +282,7 @@ def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsy
 @pytest.mark.filterwarnings("error::UserWarning")
 def test_clean_motion_alone_has_a_picture_too(tmp_path, capsys, figures):
     carried_out(tmp_path, "denoise[levels=0]", "identity")
-    status, _ = bench(capsys, "plot", "denoise", str(tmp_path), "-o", str(tmp_path / "out.png"))
+    status, _ = bench(capsys, "plot", "denoise", "-r", str(tmp_path), "-o", str(tmp_path / "out.png"))
     assert status == 0
     assert line_of(figures[0].axes[0], "identity") == pytest.approx(np.zeros((1, 2)), abs=1e-3)
 
@@ -283,12 +290,12 @@ def test_clean_motion_alone_has_a_picture_too(tmp_path, capsys, figures):
 def test_pictures_of_several_sets_of_levels_say_how_to_choose(tmp_path, capsys):
     for levels in ("0", "1"):
         carried_out(tmp_path, f"denoise[levels={levels}]", "identity")
-    status, told = bench(capsys, "plot", "denoise", str(tmp_path), "-o", str(tmp_path / "out.png"))
+    status, told = bench(capsys, "plot", "denoise", "-r", str(tmp_path), "-o", str(tmp_path / "out.png"))
     assert status == 2
     assert "run the one to draw with an --out of its own" in told
 
 
-@pytest.mark.parametrize("task", ["denoise", "upsample"])
+@pytest.mark.parametrize("task", ["denoise", "joint-completion"])
 def test_pictures_without_results_say_how_to_make_some(tmp_path, capsys, task):
     status, told = bench(capsys, "plot", task, str(tmp_path), "-o", str(tmp_path / "out.png"))
     assert status == 2
@@ -298,4 +305,4 @@ def test_pictures_without_results_say_how_to_make_some(tmp_path, capsys, task):
 
 
 def test_results_of_the_usual_levels_are_known_by_the_task_alone():
-    assert canonical("denoise").slug == "denoise"
+    assert canonical(Spec("denoise")).slug == "denoise"

@@ -21,7 +21,7 @@ from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import train
 from retarget_bench.training.ablation import Ablation
 from tests.in_process import carried_out_here
-from tests.training.conftest import TOYS, Silent
+from tests.training.conftest import Silent
 
 TOY = Ablation(
     title="Toys: what picking does",
@@ -138,9 +138,8 @@ def test_a_value_that_no_metric_has_is_said(asked, monkeypatch):
 @pytest.fixture
 def bench(asked, monkeypatch, tmp_path, capsys):
     """``bench ablate`` in this process, its jobs too: exit status, output, errors."""
-    files = [word for name in ("walks", "trainee") for word in ("--plugin", str(TOYS / f"toy_{name}.py"))]
     often = ["--preset", "quick", "--budget", "4it", "--device", "cpu", "-j", "1", "--out", str(tmp_path)]
-    files += ["-d", "toy_walks", *often]
+    files = ["-d", "toy_walks", *often]
 
     def call(*arguments: str) -> tuple[int, str, str]:
         with pytest.raises(SystemExit) as ended:

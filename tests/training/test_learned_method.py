@@ -178,7 +178,7 @@ def carry_out(root: Path, *methods: str, **changes) -> list[store.Results]:
         datasets=(Spec("toy_cases"),),
         splits=("intra",),
         metrics=("position",),
-        root=root,
+        out=root,
         **changes,
     )
     with without_processes():
@@ -201,7 +201,7 @@ def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shif
     for path in (tmp_path / "runs").rglob("*"):
         assert path.is_dir() or str(tmp_path / "a").encode() not in path.read_bytes(), path
     (tmp_path / "a").rename(tmp_path / "moved")
-    (again,) = carry_out(tmp_path / "runs", f"shifter[weights='{tmp_path / 'moved'}']", redo="never")
+    (again,) = carry_out(tmp_path / "runs", f"shifter[weights='{tmp_path / 'moved'}']", overwrite="never")
     assert again.header == found[0].header
     assert {entry.status for entry in again.entries} == {"ok"}
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shlex
 
 import pytest
 
@@ -11,8 +10,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.training import checkpoint, train
 from tests.training.conftest import TOYS
 
-PLUGINS = ("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py"))
-GIVEN = " ".join(map(shlex.quote, PLUGINS))
+WALKS, TRAINEE = TOYS / "toy_walks.py", TOYS / "toy_trainee.py"
 
 
 @pytest.fixture
@@ -23,7 +21,7 @@ def bench(toy_run, capsys, monkeypatch):
 
     def run(*arguments):
         with pytest.raises(SystemExit) as ended:
-            cli.main(["train", *PLUGINS, *arguments, "--device", "cpu"])
+            cli.main(["train", *arguments, "--device", "cpu"])
         return ended.value.code, *capsys.readouterr()
 
     return run
@@ -37,8 +35,8 @@ def test_it_says_every_validation_and_how_to_use_the_weights(bench, tmp_path):
     said = r"step (\d+), \d+ s: generator [\d.]+, critic [\d.]+; validation intra [\d.]+ / [\d.]+, cross .*"
     assert [re.fullmatch(said, line)[1] for line in lines[:3]] == ["15", "30", "40"]
     assert lines[3].startswith("toy_trainee: 40 steps in ")
-    method = f"toy_trainee[weights={tmp_path / 'a b'}]"
-    assert lines[4] == f"Use them: bench run '{method}' -d 'toy_walks' {GIVEN}"
+    method = f"{TRAINEE}[weights={tmp_path / 'a b'}]"
+    assert lines[4] == f"Use them: bench run '{method}' -d '{WALKS}'"
 
 
 def test_the_folder_is_named_after_the_method_with_its_parameters(bench, tmp_path, monkeypatch):
@@ -96,7 +94,7 @@ def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
     status, _, err = bench("toy_trainee[does=x]", "-d", "toy_walks", "--out", str(tmp_path))
     assert status == 130
     assert err.startswith(
-        f"bench: interrupted. bench train 'toy_trainee[does=x]' --resume --out {tmp_path} {GIVEN} goes on"
+        f"bench: interrupted. bench train '{TRAINEE}[does=x]' --resume -o {tmp_path} goes on"
     )
 
 
@@ -121,7 +119,7 @@ def test_the_line_that_uses_the_weights_says_where_the_data_lie(bench, tmp_path)
         *("--out", str(tmp_path / "run")),
     )
     assert status == 0
-    assert out.splitlines()[-1].endswith(f" -d 'toy_walks' --root '/my data' {GIVEN}")
+    assert out.splitlines()[-1].endswith(f" -d '{WALKS}' --root '/my data'")
 
 
 def test_resume_without_a_run_says_so_before_it_asks_for_data(bench, tmp_path):
@@ -145,7 +143,7 @@ def test_several_data_sets_are_trained_on_and_the_first_that_tests_is_named(benc
     status, said, _ = bench("toy_trainee", *data)
     assert (status, said.splitlines()[-1]) == (
         0,
-        f"Use them: bench run 'toy_trainee[weights={out}]' -d 'toy_walks[kind=near]' {GIVEN}",
+        f"Use them: bench run '{TRAINEE}[weights={out}]' -d '{WALKS}[kind=near]'",
     )
     kept = json.loads((out / "run.json").read_text())
     assert kept["dataset"] == "toy_walks[kind=near]+toy_walks[root=/a b]"

@@ -20,9 +20,9 @@ from retarget_bench.training.data import gather
 from tests.in_process import carried_out_here
 
 TOYS = Path(__file__).parent / "toys"
+TRAINEE, WALKS = str(TOYS / "toy_trainee.py"), str(TOYS / "toy_walks.py")
 TRAIN = [
     "train",
-    *("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py")),
     *("-j", "1", "--device", "cpu"),
 ]
 PATIENCE = 600
@@ -58,7 +58,7 @@ def rows(folder):
 def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path, monkeypatch, capsys):
     toy_run("whole")
     cut = tmp_path / "cut"
-    process = bench("toy_trainee[pause=0.04]", "-d", "toy_walks", "--out", str(cut))
+    process = bench(f"{TRAINEE}[pause=0.04]", "-d", WALKS, "--out", str(cut))
     until = time.monotonic() + PATIENCE
     while not (cut / checkpoint.NAME).exists() and process.poll() is None and time.monotonic() < until:
         time.sleep(0.01)
@@ -74,7 +74,7 @@ def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path, monkeypat
     assert not stopped.value.code, err
     assert rows(cut) == rows(tmp_path / "whole")
     assert weights.read(cut).hash == weights.read(tmp_path / "whole").hash
-    assert f"toy_trainee[pause=0.04,weights={cut}]" in out
+    assert f"{TRAINEE}[pause=0.04,weights={cut}]" in out
     assert (cut / "loss.png").exists()
 
 
@@ -86,7 +86,15 @@ def pair(request, tmp_path_factory):
     runs = []
     for name, does in (("whole", ""), ("killed", "[does=kill]")):
         (folder / f"{name}-dump").mkdir()
-        wanted = [f"toy_trainee{does}", "-d", "toy_walks", "--out", str(folder / name), "--seed", "5"]
+        wanted = [
+            f"{TOYS / 'toy_trainee.py'}{does}",
+            "-d",
+            str(TOYS / "toy_walks.py"),
+            "--out",
+            str(folder / name),
+            "--seed",
+            "5",
+        ]
         environment = {"TOY_DUMP": str(folder / f"{name}-dump")}
         runs.append({"words": [*TRAIN, *wanted], "environment": environment})
     if request.param == "torchrun":

@@ -31,7 +31,7 @@ def ran(root: Path, *does: str, data: str = "toy_moves") -> list[ResultPaths]:
         datasets=(Spec.parse(data),),
         splits=("intra",),
         metrics=("position",),
-        root=root,
+        out=root,
     )
     return run_here(plan)
 

@@ -166,7 +166,7 @@ def test_the_window_shows_what_was_chosen(tmp_path):
 
 def bench_view(*arguments: str) -> subprocess.Popen:
     toy = str(HERE / "viewing_toys" / "toy_moves.py")
-    command = [sys.executable, "-m", "retarget_bench", "view", *arguments, "--no-open", "--plugin", toy]
+    command = [sys.executable, "-m", "retarget_bench", "view", *arguments, "--no-open", "-d", toy]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

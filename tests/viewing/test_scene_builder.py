@@ -211,7 +211,7 @@ def test_the_reference_is_shown_once_where_the_control_of_that_name_was_run(tmp_
         datasets=(Spec.parse("toy_moves"),),
         splits=("intra",),
         metrics=("position",),
-        root=tmp_path,
+        out=tmp_path,
     )
     scene = scene_builder.of_case(run_here(plan), CASE)
     assert [figure.label for figure in scene.figures] == ["source", "reference", "toy_method"]

@@ -2,7 +2,7 @@
 
     python numpy_worker.py my_code.py
 
-``my_code.py`` has a function ``retarget(source, target, context)``; docs/environments.md tells what it is
+``my_code.py`` has a function ``retarget(source, target, context)``; docs/plugins.md tells what it is
 given and returns. Questions are lines on the standard input, answers are lines on the standard output.
 """
 

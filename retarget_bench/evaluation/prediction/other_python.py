@@ -19,7 +19,7 @@ def main() -> None:
         mine, oldest = (".".join(map(str, version[:2])) for version in (sys.version_info, OLDEST))
         sys.exit(
             f"this is Python {mine} and the package needs {oldest}; numpy_worker.py is for older ones "
-            "(docs/environments.md)"
+            "(docs/plugins.md)"
         )
     sys.path[:] = [each for each in sys.path if Path(each).absolute() != HERE]  # its files are no modules
     reading, writing = os.dup(0), os.dup(1)

@@ -1,4 +1,4 @@
-"""The code in the other Python, with plain arrays; docs/environments.md tells what is in them."""
+"""The code in the other Python, with plain arrays; docs/plugins.md tells what is in them."""
 
 
 def retarget(source: dict, target: dict, context: dict) -> dict:
