@@ -75,6 +75,7 @@ def test_unit_and_axis_of_an_array_are_found_or_said(positions):
         (np.zeros((4, 22, 3)), {}, "has all joints in one place"),
         (np.zeros((0, 22, 3)), {}, "has no frames"),
         (np.array(["walk"]), {}, "has no joint positions; give one of numbers"),
+        (np.zeros((4, 22, 3)), {"take": "2"}, "array holds one motion of one body: leave out take='2'"),
         ("walk.bvh", {"joints": "smpl"}, "walk.bvh: joints are said of arrays"),
         ([1, 2], {}, r"load_motion: path is \[1, 2\], of type list; it takes text or a path or an array"),
     ],

@@ -20,8 +20,8 @@ from retarget_bench.motion.editing import edits as editing
 from retarget_bench.motion.editing import legs, loops
 from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.files import writing
+from retarget_bench.motion.files.formats import of_array
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl import joint_arrays
 from retarget_bench.motion.files.smpl.arrays import finite
 from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.findings import counted_frames
@@ -187,19 +187,18 @@ def load_character(path: Loadable, options: LoadOptions) -> Character:
 
 def _loaded(given: Loadable, options: LoadOptions) -> tuple[Motion, list[str]]:
     """A motion, and what is doubtful in its file, in sentences."""
-    reading = Reading(**{each.name: getattr(options, each.name) for each in fields(Reading)})
     if isinstance(given, np.ndarray):
         path = Path("array")
         if given.dtype.kind not in "fiu":
             raise BenchError(f"an array of {given.dtype} has no joint positions; give one of numbers")
-        numbers = joint_arrays.recorded(path, finite(path, "it", given), reading.rate, options.joints or ())
-        found = importer.understood(path, numbers, reading, options.name)
+        stated = of_array(path, finite(path, "it", given), options, options.joints or ())
+        found = importer.understood(path, stated, options, options.name)
         moved = imported(found, of_file=False)
     elif options.joints is not None:
         raise BenchError(f"{given}: joints are said of arrays; a file has its own")
     else:
         path = Path(given)
-        found = importer.load(path, reading, name=options.name)
+        found = importer.load(path, options, name=options.name)
         moved = imported(found)
     doubts = [f"{path}: {each}" for each in found.findings.warnings]
     return moved if options.fps is None else moved.resample(options.fps), doubts

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
+
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.files import LARGEST, check_ordinary
 from retarget_bench.motion import bvh
@@ -18,7 +20,8 @@ from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import amass, joint_arrays
-from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive
+from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive, read_array
+from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.recording import Recording
 
 _BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
@@ -95,8 +98,13 @@ def _read_amass(path: Path, reading: Reading) -> Recording:
 
 
 def _read_joint_array(path: Path, reading: Reading) -> Recording:
+    return of_array(path, read_array(path), reading)
+
+
+def of_array(path: Path, array: np.ndarray, reading: Reading, joints: Joints = ()) -> Recording:
+    """The motion of an array that a file holds, or that has none: see ``joint_arrays.recorded``."""
     _refuse(path, reading, "take", "body", "root_place", "skeleton", "body_model")
-    return joint_arrays.read(path, reading.rate)
+    return joint_arrays.recorded(path, array, reading.rate, joints)
 
 
 def _refused(path: Path, reading: Reading | None = None) -> NoReturn:  # noqa: ARG001

@@ -19,7 +19,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.smpl import average
-from retarget_bench.motion.files.smpl.arrays import read_array, shape_text
+from retarget_bench.motion.files.smpl.arrays import shape_text
 from retarget_bench.motion.files.smpl.families import (
     ABOVE,
     BODY,
@@ -46,18 +46,13 @@ _UNEVEN = 0.2
 """Share of its length by which a bone may vary in decoded features, most of the time."""
 
 
-def read(path: Path, rate: float | None = None) -> Recording:
-    """The motion of an ``.npy`` file, in metres; its skeleton has the bones that the positions show.
-
-    rate: frames per second, where they are told: the file does not say them.
-    Raises FileError for other arrays.
-    """
-    return recorded(path, read_array(path), rate)
-
-
 def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: Joints = ()) -> Recording:
-    """``read`` of an array of finite numbers. path: what errors call it. joints: see ``named``; none: what
-    its shape says."""
+    """The motion of an array of finite numbers, in metres; its skeleton has the bones that the positions
+    show.
+
+    path: what errors call it. rate: frames per second, where they are told: the array does not say them.
+    joints: see ``named``; none: what its shape says. Raises FileError for other arrays.
+    """
     if not len(array.shape) or not len(array):
         raise FileError(path, "has no frames")
     if np.abs(array).max(initial=0.0) > _FARTHEST:
