@@ -189,7 +189,7 @@ def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
     asf.unlink()
     assert beside(amc) == tmp_path / "other.ASF"
     (tmp_path / "third.asf").write_text(ASF)
-    with pytest.raises(FileError, match=r"other.ASF, third.asf\): name it by --skeleton"):
+    with pytest.raises(FileError, match=r"other.ASF, third.asf\): say skeleton=FILE"):
         files.read(amc)
     with pytest.raises(FileError, match=r"gone\.asf: cannot be read"):
         files.read(amc, Reading(skeleton="gone.asf"))
