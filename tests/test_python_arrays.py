@@ -65,7 +65,7 @@ def test_unit_and_axis_of_an_array_are_found_or_said(positions):
 @pytest.mark.parametrize(
     ("array", "named", "told"),
     [
-        (np.zeros((4, 17, 3)), {}, r"array: is of shape \(4, 17, 3\); joint positions of the SMPL family are"),
+        (np.zeros((4, 17, 3)), {}, r"array: is of shape \(4, 17, 3\); joint positions of the SMPL"),
         (np.zeros((4, 17, 3)), {"joints": "smpl"}, r"positions of these joints are \(frames, 24, 3\)"),
         (np.zeros((4, 17, 3)), {"joints": "coco"}, "no skeleton is known as 'coco'; there are body, smpl"),
         (np.zeros((4, 2, 3)), {"joints": ["hips", "left_arn"]}, "'left_arn' is no joint .* left_arm"),

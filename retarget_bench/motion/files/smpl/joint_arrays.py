@@ -98,7 +98,8 @@ def _family(path: Path, array: np.ndarray, joints: Joints) -> Family:
     else:
         shapes = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
         wanted = (
-            f"positions of the SMPL family are {shapes}, and features of HumanML3D (frames, {FEATURES})"
+            f"joint positions of the SMPL family are {shapes}, and features of HumanML3D "
+            f"(frames, {FEATURES})"
         )
     raise FileError(path, f"is of shape {shape_text(array.shape)}; {wanted}")
 
