@@ -138,7 +138,7 @@ def test_python_gives_what_the_command_writes(bench, files):
         (("walk", "--target", "body.obj", "-o", "out.bvh"), "folder of .ply files"),
         (("walk", "--target", "body.obj", "-o", "out", "--roles", "r.toml"), "no joints"),
         (("walk", "--target", "body.obj", "-o", "out", "--start", "cut"), "no joints"),
-        (("walk", "--target", "body.obj", "-o", "out", "--unit", "ell"), "unit='ell' is not known"),
+        (("walk[unit=ell]", "--target", "body.obj", "-o", "out"), "unit='ell' is not known"),
         (("walk", "--target", "body.obj", "-o", "out", "-m", "copy_rotations"), "gave no motion"),
         (("walk", "--target", "body.obj", "-o", "out", "-m", "joints"), "joints alone"),
         (("walk", "--target", "broken.ply", "-o", "out"), "cannot be read as a mesh"),

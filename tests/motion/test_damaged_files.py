@@ -19,6 +19,7 @@ from test_bvh_faults import GOOD
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.motion.motion import Motion, PointSets
@@ -95,7 +96,7 @@ def load(kind: str, path: Path) -> Motion | PointSets:
     if kind == "ASF":
         return importer.load(path.with_suffix(".amc")).motion
     if kind == "body model":
-        return importer.load(path.with_name("a.npz"), body_model=path).motion
+        return importer.load(path.with_name("a.npz"), Reading(body_model=path)).motion
     return importer.load(path).motion
 
 

@@ -22,6 +22,7 @@ from refusal import told
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer
 from retarget_bench.motion.bvh.catalogue import catalogue
+from retarget_bench.motion.files.reading import Reading
 
 SUFFIXES = files.suffixes()
 MEMORY = 400e6
@@ -220,4 +221,4 @@ def test_files_that_motion_depends_on_are_looked_at_too(tmp_path: Path, make: Ca
         make(tmp_path / name)
         motion = tmp_path / ("walk.amc" if option == "skeleton" else "walk.npz")
         with pytest.raises((FileError, NotSupported), match=sentence):
-            importer.load(motion, **{option: tmp_path / name})
+            importer.load(motion, Reading(**{option: tmp_path / name}))

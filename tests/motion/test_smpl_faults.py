@@ -13,6 +13,7 @@ from smpl_files import archive, parameters
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import files, importer
+from retarget_bench.motion.files.reading import Reading
 
 FLIPS, MANY = 160, 5_000
 
@@ -137,7 +138,7 @@ def importer_said(path: Path, model: Path | None = None) -> str:
     """The sentence about a file, "" where it is read; whatever else is raised."""
     sentence = ""
     try:
-        found = importer.load(path, body_model=model).motion
+        found = importer.load(path, Reading(body_model=model)).motion
         assert np.isfinite(found.positions).all()
         assert model is None or np.isfinite(found.character.mesh.vertices).all()
     except BenchError as error:
