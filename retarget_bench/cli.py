@@ -33,7 +33,7 @@ COMMANDS = {
         "Start a method, metric, data set or post-processor of your own from a template.",
     ),
     "test": (
-        "plugins.test",
+        "test",
         "Check that a plug-in keeps its contract, or give a method equivalent inputs.",
     ),
     "check": ("check", "Regression gate: check that metrics and methods still give the same numbers."),

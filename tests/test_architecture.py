@@ -185,6 +185,7 @@ ORDER = (
         "files",
         "parallel",
         "defaults",
+        "options",
         "motion",
         "api",
         "plugins",

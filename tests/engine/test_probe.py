@@ -19,7 +19,7 @@ from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.verification.probe import report
-from retarget_bench.verification.probe.asking import Subject, ask, dependence, pieces, spread, subject
+from retarget_bench.verification.probe.asking import Subject, ask, dependence, spread, subject
 from retarget_bench.verification.probe.probes import PROBES, ProbeCase, deviation
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -363,15 +363,6 @@ def test_cases_are_spread_evenly() -> None:
     infos = [CaseInfo(str(k), "retarget", "intra", "a", "b", "c") for k in range(100)]
     chosen = spread({"intra": infos, "cross": infos[:1]}, 6)
     assert [info.id for info in chosen] == ["16", "50", "83", "0"]
-
-
-def test_a_long_clip_is_cut_into_pieces(subjects: list[Subject]) -> None:
-    motion = subjects[0].question.source
-    long = motion.at(np.arange(400) % motion.frames)
-    whole = subject(subjects[0].info, long, subjects[0].question.target)
-    assert isinstance(whole, Subject)
-    assert [piece.question.source.frames for piece in pieces(whole)] == [33] * 12
-    assert pieces(subjects[0]) == []
 
 
 def test_a_question_at_another_rate_is_asked_at_thirty(subjects: list[Subject]) -> None:

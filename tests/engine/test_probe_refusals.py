@@ -64,9 +64,6 @@ def test_refusals_are_told_with_their_reason_and_are_no_finding(replies: list[Re
         f"counting: {name} is not applicable to {number} of {number} cases: {reason}"
         for name, reason in REFUSED.items()
     ]
-    lines = {line.split()[0]: line for line in report.listing("counting", replies).splitlines()}
-    assert all(lines[name].endswith(f"  not applicable: {reason}") for name, reason in REFUSED.items())
-    assert "  failed: failed: " in lines["rate_60"]
 
 
 def test_in_the_table_a_refused_question_is_no_number_and_says_why(

@@ -204,17 +204,6 @@ def groups_of(infos: Sequence[CaseInfo], structure: Mapping[str, str]) -> list[l
     return [spread({"": listed}, min(MOST, len(listed))) for listed in enough]
 
 
-def pieces(whole: Subject) -> list[Subject]:
-    """A long clip in pieces of equal length, at most ``MOST``; none where they would be under a second."""
-    motion = whole.question.source
-    number = min(MOST, int(motion.frames // RATE))
-    if number < FEWEST:
-        return []
-    length = motion.frames // number
-    parts = (motion.at(slice(k * length, (k + 1) * length)) for k in range(number))
-    return [Subject(whole.info, ProbeCase(part, whole.question.target)) for part in parts]
-
-
 def spread(infos: Mapping[str, Sequence[CaseInfo]], number: int) -> list[CaseInfo]:
     """``number`` cases, evenly from the splits given and from beginning to end of each."""
     chosen: list[CaseInfo] = []

@@ -167,29 +167,5 @@ def _asked(reply: Reply) -> bool:
     return bool(reply.deviations or reply.failed or reply.refused)
 
 
-def listing(label: str, replies: Sequence[Reply]) -> str:
-    """For a terminal: a line per probe, of few cases that no result folder holds."""
-    out, refused = [label], _refused(replies)
-    for probe in PROBES:
-        numbers = list(_numbers(replies, probe.id).values())
-        failed = [reply.failed[probe.id] for reply in replies if probe.id in reply.failed]
-        if numbers:
-            said = f"{max(numbers):.4f} % of height  {probe.meaning}"
-        elif failed:
-            said = f"failed: {failed[0]}"
-        elif probe.id in refused:
-            said = f"not applicable: {refused[probe.id]['reason']}"
-        else:
-            reasons = [reply.skipped[probe.id] for reply in replies if probe.id in reply.skipped]
-            said = f"not asked: {reasons[0] if reasons else 'left out'}"
-        out.append(f"  {probe.id:<14}  {said}")
-    for value in DEPENDENCE:
-        name = value.id.removeprefix("probe.")
-        depends = [reply.dependence[name] for reply in replies if name in reply.dependence]
-        said = f"{depends[0]:.2f}  {value.meaning}" if depends else "not asked: the clip is too short"
-        out.append(f"  {name:<14}  {said}")
-    return "\n".join(out) + "\n"
-
-
 def _numbers(replies: Sequence[Reply], probe: str) -> Mapping[str, float]:
     return {r.subject.info.id: r.deviations[probe] for r in replies if probe in r.deviations}

@@ -1,4 +1,4 @@
-"""``bench test --probes``: invariance of a method to equivalent inputs."""
+"""``bench test``: the contract of a plug-in, and the invariance of a method to equivalent inputs."""
 
 from __future__ import annotations
 
@@ -6,22 +6,91 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
+from retarget_bench import defaults
+from retarget_bench.commands import declared
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.options import listed
+from retarget_bench.options import Names, OptionSet, listed, option
 from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.spec import Spec
 
-EVERYTHING = "all"
-
 if TYPE_CHECKING:
     from retarget_bench.api import CaseInfo, Dataset
-    from retarget_bench.commands.plugins import TestOptions
     from retarget_bench.results.store import ResultPaths
     from retarget_bench.verification.probe.asking import Reply, Subject
 
+ANY_PLUGIN = declared.plugin_names(*registry.KINDS)
+EVERYTHING = "all"
 
-def run(methods: Sequence[Spec], asked: TestOptions) -> int:
+
+class TestOptions(OptionSet):
+    """``bench test``."""
+
+    dataset: str = option(
+        "Try a method or metric on this data set.",
+        default=defaults.DATASET,
+        letter="d",
+        metavar="DATASET",
+        names=("datasets",),
+    )
+    probes: Names = option(
+        "Give a method equivalent inputs instead, and measure by how much its "
+        "answers differ: all, or these "
+        "probes.",
+        default=(),
+        metavar="all|ID,ID",
+    )
+    splits: Names = option("Of probes: these splits.", default=(), shown="all", letter="s", metavar="SPLIT")
+    limit: int = option("Of probes: so many cases.", default=24, at_least=1, metavar="N")
+    out: Path = option(
+        "Of probes: the folder of results.", default=Path(defaults.OUT), letter="o", metavar="DIR"
+    )
+
+
+@click.command("test")
+@click.argument("plugins", metavar="NAME...", nargs=-1, required=True, shell_complete=ANY_PLUGIN)
+@declared.takes(TestOptions)
+def command(plugins: tuple[str, ...], options: TestOptions) -> int:
+    """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
+
+    NAME is a method, metric, data set or post-processor, with parameters in brackets if needed, or a file.
+    METHOD+POST is checked as a method.
+
+    With --probes methods are given equivalent inputs: names, order and axes of joints, rest poses, split
+    and merged bones, size, unit, place, heading, mirror image, time and frame rate are changed one by one;
+    the answer must stay the same, or change with them. Whether answers depend on the source is measured,
+    too.
+    """
+    if options.probes:
+        return _probed(list(map(named.parse, plugins)), options)
+    data = named.parse(options.dataset)
+    failed = 0
+    for name in plugins:
+        spec = named.parse(name)
+        kinds: list[registry.Kind] = ["methods"] if spec.posts else registry.kinds_of(spec.name)
+        for kind in kinds:
+            failed += _tested(kind, spec, data)
+    return int(failed > 0)
+
+
+def _tested(kind: registry.Kind, spec: Spec, data: Spec) -> int:
+    """Print every check of one plug-in; the number of those that failed."""
+    from retarget_bench.verification import contract
+
+    echo(f"{registry.find(kind, spec.name)}")
+    checks = []
+    for check in contract.check(kind, spec, data):
+        echo(f"  {check}")
+        checks.append(check)
+    failed = sum(not check.passed for check in checks)
+    echo(f"{failed} of {len(checks)} checks failed" if failed else f"all {len(checks)} checks passed")
+    return failed
+
+
+# --------------------------------------------------------------------------------------------- probes
+def _probed(methods: Sequence[Spec], asked: TestOptions) -> int:
     """Give methods equivalent inputs, and measure by how much their answers differ; 1 where one is off.
 
     Raises BenchError for unknown probes.
