@@ -1,6 +1,6 @@
 """FID of people: one small network for all bodies on two legs, and halves made of stretches of every clip.
 
-Numbers of more motion: ``tests/benchmarks/fid_sensitivity.py --people``.
+Numbers of more motion: ``benchmarks/fid_sensitivity.py --people``.
 """
 
 from __future__ import annotations

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 from mutated_files import CRASH, FINE, HANG, TRACEBACK, Reader, count
 
 FEW, MANY = 80, 20_000
