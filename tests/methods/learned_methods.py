@@ -50,6 +50,8 @@ class Learned:
     """Of how many batches the gradients together reach every parameter."""
     resting: tuple[str, ...] = ()
     """Parts of names of parameters that have no gradient in any step."""
+    rate: float = 1e-3
+    """At which a few steps on one batch lower the loss."""
 
     def cases(self) -> list[tuple[Any, Character]]:
         """Sources and targets, all different."""
@@ -178,9 +180,9 @@ LEARNED: Mapping[str, Learned] = {
     "skr[network=table5]": Learned(
         partial(skr_material.skr_training, network="table5"), skr_material.body, OWN
     ),
-    "skin": Learned(skr_material.skin_training, skr_material.body, OWN),
+    "skin": Learned(skr_material.skin_training, skr_material.body, OWN, rate=1e-4),
     "skin[inputs=vectors]": Learned(
-        partial(skr_material.skin_training, inputs="vectors"), skr_material.body, OWN
+        partial(skr_material.skin_training, inputs="vectors"), skr_material.body, OWN, rate=1e-4
     ),
     "npt": Learned(
         npt_material.training_module, npt_material.BODIES.__getitem__, SKINNED, scan, resting=(".bias",)
