@@ -142,6 +142,11 @@ LEARNED: Mapping[str, Learned] = {
         TOYS.__getitem__,
         KINEMATIC,
     ),
+    "nkn[variant=released]": Learned(
+        lambda: nkn_toys.training_module(Nkn(**{"hidden": 16, **Nkn.card.published[0]})),
+        TOYS.__getitem__,
+        KINEMATIC,
+    ),
     "nkn_cross": Learned(
         lambda: nkn_toys.training_module(NknCross(hidden=12, facing=3.0), cast=nkn_toys.STRUCTURES),
         nkn_toys.STRUCTURES.__getitem__,
@@ -150,6 +155,11 @@ LEARNED: Mapping[str, Learned] = {
     ),
     "pmnet": Learned(
         lambda: nkn_toys.training_module(Pmnet(hidden=24, facing=3.0)),
+        TOYS.__getitem__,
+        KINEMATIC,
+    ),
+    "pmnet[variant=released]": Learned(
+        lambda: nkn_toys.training_module(Pmnet(**{"hidden": 24, **Pmnet.card.published[0]})),
         TOYS.__getitem__,
         KINEMATIC,
     ),
@@ -193,4 +203,4 @@ LEARNED: Mapping[str, Learned] = {
         (("plain", 40, "small"), ("toeless", 7, "plain"), ("small", 12, "toeless")),
     ),
 }
-"""By what one writes to have the method; the first of each name is the method as it is."""
+"""By name, with what is particular to a variant in brackets."""
