@@ -129,8 +129,8 @@ def test_next_to_no_step_waits_for_the_device_and_none_mixes_it_with_the_cpu(mod
             part._full, part._count = True, len(part.kept)
     module.modules.to(meta)
     with without_autocast():
-        for seed in range(2):  # constants are moved with the first step
-            batch, found = drawn(module, meta, seed), []
+        for _ in range(2):  # constants are moved with the first step
+            batch, found = drawn(module, meta), []
             with Asking(found), OneDevice(found):
                 step(module, batch)
     assert len(found) <= WAITS, "\n".join(found)
