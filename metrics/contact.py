@@ -28,7 +28,7 @@ turns round in the air does not; a shorter stance is not found, which costs neit
 LOW = 0.02
 """Heights: how far above its lowest stay a foot that stays is in contact, where labels have to be found:
 the strictest that finds 98 % of the puppets' exact contacts with slow noise of up to 0.004 heights on the
-feet. Half of it finds 73 % of them (``tests/benchmarks/metric_thresholds.py``)."""
+feet. Half of it finds 73 % of them (``benchmarks/metric_thresholds.py``)."""
 
 OVER = "height over the ground under the joint, the case's ground"
 STAYS = (

@@ -19,7 +19,7 @@ from retarget_bench.motion.roles import ancestors, chain, is_tip
 SLOW = 60.0
 """Degrees per second, two degrees a frame at 30 frames per second: a joint may turn that fast whatever the
 source does. Of the puppets' right answers, 1.9 % of the joints exceed the source's greatest speed by half
-with 10 degrees per second, 0.9 % with 60, and 0.8 % with 90 (``tests/benchmarks/metric_thresholds.py``)."""
+with 10 degrees per second, 0.9 % with 60, and 0.8 % with 90 (``benchmarks/metric_thresholds.py``)."""
 
 SUDDEN = 30.0 * SLOW
 """Degrees per squared second: from rest to ``SLOW`` within a thirtieth of a second."""

@@ -28,6 +28,7 @@ LONGEST = (
     "engine/test_run.py",
     "training/test_train_processes.py",
     "test_python_docs.py",
+    "methods/test_learned_methods.py",
     "methods/test_humot_network.py",
     "test_plot.py",
     "engine/test_probe.py",

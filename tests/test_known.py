@@ -21,7 +21,7 @@ from tests.engine import stored
 
 PUPPETS = registry.create("datasets", defaults.DATASET)
 BODIES = PUPPETS.characters()
-SCRIPT = Path(__file__).parent / "benchmarks" / "learned_methods.py"
+SCRIPT = Path(__file__).parents[1] / "benchmarks" / "learned_methods.py"
 
 
 def comparison(method: str, bodies: str, split: str, **others: str) -> Comparison:

@@ -25,7 +25,7 @@ SWUNG = 0.25
 SLANT = 0.25
 """Radians: the largest deviation, of a body, of the turns of its bones; those to toes, shoulders and upper
 arms turn by twice as much. On real rigs bones of legs are 5 to 10 degrees on average from where generated
-bodies have them, these 16 to 27 (``tests/benchmarks/rest_directions.py``)."""
+bodies have them, these 16 to 27."""
 LOOSE = ("toe", "shoulder", "arm")
 FARTHEST = 0.9
 """Radians: no bone turns farther."""

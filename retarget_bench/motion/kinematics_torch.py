@@ -5,7 +5,7 @@ contiguous runs. The joints of a mixed batch are the rows of one forest, so that
 is one array operation.
 
 Autograd records the gradient. A hand-written backward pass made whole training steps at most 1.05 times as
-fast (``tests/benchmarks/backward_passes.py``).
+fast.
 """
 
 from __future__ import annotations

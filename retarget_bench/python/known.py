@@ -2,7 +2,7 @@
 
 ``methods/known.csv`` holds comparisons of ``bench compare``, people only. A comparison counts for the
 versions and the weights that it was made with. ``methods/known_bodies.csv`` holds how the bodies of the
-default data set are built, so that they are recognised without it. ``tests/benchmarks/learned_methods.py``
+default data set are built, so that they are recognised without it. ``benchmarks/learned_methods.py``
 writes both.
 """
 

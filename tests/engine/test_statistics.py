@@ -308,7 +308,7 @@ EQUALS = {"alike": (OWN, OWN), "unlike": (OWN, STEADY), "one reckless": (RECKLES
 @pytest.mark.parametrize("methods", EQUALS.values(), ids=EQUALS)
 def test_equal_methods_are_told_apart_one_time_in_twenty(methods):
     """Fifty clips, the pairs per clip and the skew of real results; 4,000 repeats. Larger and smaller
-    numbers of clips: ``tests/benchmarks/statistics_calibration.py``."""
+    numbers of clips: ``benchmarks/statistics_calibration.py``."""
     assert 0.04 <= false_alarms(50, methods, seed=1) <= 0.065
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from retarget_bench.api import Context, Prediction
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import EndSite, Skeleton
@@ -73,6 +76,10 @@ def without(character: Character, *joints: str) -> Character:
     return Character.of("short of joints", Skeleton(names, parents, offsets, tips))
 
 
+SHORT = without(body("short"), "LeftToeBase", "RightToeBase", "LeftShoulder", "RightShoulder", "Spine2")
+"""A body without toes, collar bones and the third joint of the spine."""
+
+
 def about(axis: str, degrees: np.ndarray) -> np.ndarray:
     """``(frames, 4)`` turns about a coordinate axis, w first, by SciPy."""
     vector = np.radians(degrees)[:, None] * np.eye(3)["XYZ".index(axis)]
@@ -127,3 +134,13 @@ def squat(character: Character, frames: int = 60, deepest: float = 60.0) -> Moti
     root = np.zeros((frames, 3))
     root[:, 1] = ankle + thigh * np.cos(thigh_angle) + shin * np.cos(shin_angle)
     return pose(character, frames, turns, root)
+
+
+def carried(method: Any, source: Any, target: Character, **context: Any) -> Any:
+    """The method's answer."""
+    return method.retarget(source, target, context=Context(**context))
+
+
+def apart(one: Prediction, other: Prediction) -> float:
+    """The largest distance of joints in two motions of a body, in heights."""
+    return float(np.linalg.norm(one.positions - other.positions, axis=-1).max() / one.character.height)

@@ -9,7 +9,6 @@ import torch
 from method_bodies import body, dance
 
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.phases import optimiser_phases, to_device
@@ -24,6 +23,18 @@ CAST = {
 def structured(character: Character, name: str, structure: str) -> Character:
     """The same body under another name and structure."""
     return Character.of(name, character.skeleton, structure=structure, roles=character.roles)
+
+
+STRUCTURES = {
+    name: structured(character, name, structure)
+    for name, character, structure in (
+        ("one", body(), "three"),
+        ("long", body(thigh=0.6, arm=0.35), "three"),
+        ("bendy", body(spines=5), "five.spine"),
+        ("small", body(spines=5, scale=0.6), "five.spine"),
+    )
+}
+"""Two bodies of either of two structures."""
 
 
 def training_data(method: Any, cast: dict[str, Character] | None = None, frames: int = 24) -> TrainingData:
@@ -64,8 +75,3 @@ def train(module: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]
             measured |= phase(batch(module, step=step), given, rate)
         found.append({name: float(each) for name, each in measured.items()})
     return found
-
-
-def apart(a: Motion, b: Motion) -> float:
-    """The largest distance of joints, in heights."""
-    return float(np.linalg.norm(a.positions - b.positions, axis=-1).max() / a.character.height)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from retarget_bench.methods.skin import SKIN
 from retarget_bench.methods.skr import SKR
 from retarget_bench.methods.skr.network import SkeletonRegressor
 from retarget_bench.motion.character import Character
@@ -42,6 +43,20 @@ def training_data(method: Any) -> TrainingData:
         arrays = {key: a.astype(np.float32) for key, a in method.prepare(motion).items()}
         clips[name] = [ClipArrays(name, "clip", arrays)]
     return TrainingData({name: body(name) for name in clips}, clips)
+
+
+def skr_training(**parameters: Any) -> Any:
+    """SKR's training module for few points."""
+    method = SKR(**{"fewest": 48, "most": 80, **parameters})
+    torch.manual_seed(0)
+    return method.training_module(training_data(method), CONFIG)
+
+
+def skin_training(**parameters: Any) -> Any:
+    """SKIN's training module, with the joints that bodies have."""
+    method = SKIN(**{"joints": "truth", **parameters})
+    torch.manual_seed(0)
+    return method.training_module(training_data(method), CONFIG)
 
 
 def regressor(seed: int = 0, **parameters: Any) -> SkeletonRegressor:

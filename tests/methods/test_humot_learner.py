@@ -7,26 +7,10 @@ import numpy as np
 import pytest
 import torch
 
-from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import body
-from retarget_bench.training import weights
-from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.phases import optimiser_phases
 
 BODIES, WINDOW = humot_material.BODIES, humot_material.WINDOW
-
-
-def steps(module, count, rate=2e-3, batch=None):
-    config = TrainingConfig(steps=count, batch=6, window=WINDOW, rate=rate, schedule="cosine")
-    every = optimiser_phases(module, config, torch.device("cpu"))
-    for step in range(count):
-        torch.manual_seed(step)
-        memory: dict = {}
-        for turn in every:
-            here = batch or humot_material.batch(module, seed=step)
-            turn(here, memory, config.rate_at(step, step / count))
-    return module
 
 
 def losses(module, batch):
@@ -105,56 +89,10 @@ def test_turned_and_mirrored_windows_keep_their_shape():
         assert torch.linalg.det(u @ v).item() == pytest.approx(1.0, abs=1e-4)
 
 
-def test_a_batch_is_drawn_from_its_numbers_alone():
-    module = humot_material.training_module()
-    one, same, other = (humot_material.batch(module, seed=seed) for seed in (3, 3, 4))
-    assert torch.equal(one["given"]["places"], same["given"]["places"])
-    assert one["given"]["places"].shape != other["given"]["places"].shape or not torch.equal(
-        one["given"]["places"], other["given"]["places"]
-    )
-
-
 # ------------------------------------------------------------------------------------------ that it learns
-@pytest.mark.parametrize("variant", ["small", "paper_count"])
-def test_every_parameter_has_a_gradient(variant):
-    module = humot_material.training_module(variant=variant, thin=True)
-    module.losses("autoencoder", humot_material.batch(module), {})["reconstruction"].backward()
-    for name, parameter in module.modules.named_parameters():
-        assert parameter.grad is not None, name
-        assert torch.isfinite(parameter.grad).all(), name
-        assert parameter.grad.abs().max() > 0.0, name
-
-
-def test_one_batch_is_learnt_by_heart():
-    module = humot_material.training_module(lengths=(WINDOW,), thin=True, **humot_material.PLAIN)
-    batch = humot_material.batch(module)
-    before = losses(module, batch)["reconstruction"].item()
-    steps(module, 100, batch=batch)
-    assert losses(module, batch)["reconstruction"].item() < 0.02 * before
-
-
-def test_training_is_the_same_under_one_seed():
-    one, two = (steps(humot_material.training_module(thin=True), 3).export() for _ in range(2))
-    assert all(torch.equal(one[name], two[name]) for name in one)
-
-
 def test_without_consistency_there_is_one_term():
     module = humot_material.training_module(consistency=0.0)
     assert set(losses(module, humot_material.batch(module))) == {"reconstruction"}
 
 
 # ---------------------------------------------------------------------------------------------- weights
-def test_weights_go_round(tmp_path):
-    module = humot_material.training_module()
-    card = {"method": "humot", "version": "1", "facts": dict(HuMoT().facts())}
-    weights.write(tmp_path, "weights", module.export(), card, exact=list(module.export()))
-    again = humot_material.training_module()
-    again.load(weights.read(tmp_path).tensors)
-    assert all(torch.equal(value, again.export()[name]) for name, value in module.export().items())
-
-
-def test_weights_of_other_sizes_are_refused():
-    with pytest.raises(BenchError, match="do not fit humot's networks"):
-        humot_material.training_module().load(
-            humot_material.training_module(variant="paper_count").export()
-        )

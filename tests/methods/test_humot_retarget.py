@@ -8,9 +8,7 @@ import pan_material
 import pytest
 
 from retarget_bench.api import Context
-from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks.definitions import reduced
-from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import MAJOR, USUAL, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
 from retarget_bench.motion import aligned, rates, rotation
@@ -33,27 +31,6 @@ def carried(method, source, target):
     return method.retarget(source, target, context=Context(seed=0))
 
 
-def test_a_batch_gives_what_its_rows_give_alone(method):
-    sources = [dance("one", 40), dance("legs", 33), dance("one_one_armed", 7)]
-    targets = [BODIES["stout"], BODIES["one_one_armed"], BODIES["one"]]
-    together = method.retarget_batch(sources, targets, contexts=[Context(seed=0)] * 3)
-    for source, target, found in zip(sources, targets, together, strict=True):
-        alone = carried(method, source, target)
-        assert found.character is target
-        np.testing.assert_allclose(found.positions, alone.positions, atol=1e-5)
-
-
-@pytest.mark.parametrize(("frames", "fps"), [(1, 30.0), (2, 60.0), (30, 24.0), (31, 30.0), (75, 60.0)])
-@pytest.mark.parametrize("windows", ["overlapping", "whole"])
-def test_any_length_and_rate(method, frames, fps, windows):
-    source = dance("one", frames)
-    source = source.character.motion(source.rotations, source.root, fps)
-    method = humot_material.trained(windows=windows) if windows == "whole" else method
-    found = carried(method, source, BODIES["legs"])
-    assert (found.frames, found.fps) == (frames, fps)
-    assert np.isfinite(found.positions).all()
-
-
 def test_windows_cover_a_clip_and_fade_into_each_other(method):
     for frames in (5, 30, 31, 44, 45, 46, 100):
         question = Question.of(dance("one", frames), BODIES["one"], "leg_length", True)
@@ -74,16 +51,6 @@ def test_a_clip_shorter_than_a_window_waits_where_it_ends(method, frames):
     found, wanted = (carried(method, each, BODIES["legs"]).positions for each in (source, waiting))
     assert len(found) == frames
     np.testing.assert_allclose(found, wanted[:frames], atol=1e-5)
-
-
-def test_positions_are_taken_like_motions(method):
-    source = dance("one", 40)
-    known = source.character.positions(source.positions, source.fps)
-    np.testing.assert_allclose(
-        carried(method, known, BODIES["legs"]).positions,
-        carried(method, source, BODIES["legs"]).positions,
-        atol=1e-4,
-    )
 
 
 def test_an_answer_moves_with_its_source(method):
@@ -130,19 +97,6 @@ def test_a_skeleton_never_trained_on_is_taken():
     assert method.supports(BODIES["legs"], BODIES["one_one_armed"]) is None
     found = carried(method, dance("legs", 20), BODIES["one_one_armed"])
     assert found.positions.shape == (20, len(BODIES["one_one_armed"].skeleton), 3)
-
-
-def test_refusals_are_sentences(method):
-    assert "stands on four legs" in method.supports(BODIES["rex"], BODIES["one"])
-    assert "stands on four legs" in method.supports(BODIES["one"], BODIES["rex"])
-    with pytest.raises(BenchError, match="consistency is a weight"):
-        HuMoT(consistency=-1.0)
-    with pytest.raises(BenchError, match="hop is a number of frames"):
-        HuMoT(hop=0)
-
-
-def test_no_source_no_answer(method):
-    assert method.retarget_batch([], [], contexts=[]) == []
 
 
 def test_thirty_frames_per_second_are_the_networks(method):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import body, dance
-from nkn_toys import apart, batch, structured, train, training_data, training_module
+from nkn_toys import STRUCTURES as CAST
+from nkn_toys import batch, structured, train, training_data, training_module
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
@@ -18,15 +19,6 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.phases import to_device
 
 SMALL = {"hidden": 12, "facing": 3.0}
-CAST = {
-    name: structured(character, name, structure)
-    for name, character, structure in (
-        ("one", body(), "three"),
-        ("long", body(thigh=0.6, arm=0.35), "three"),
-        ("bendy", body(spines=5), "five.spine"),
-        ("small", body(spines=5, scale=0.6), "five.spine"),
-    )
-}
 
 
 @pytest.fixture(scope="module")
@@ -99,15 +91,6 @@ def test_it_retargets_between_structures_and_to_bodies_it_never_saw(made):
         assert method.supports(CAST[source], target) is None
         answer = method.retarget(motion, target, context=Context())
         assert (answer.character, answer.frames) == (target, 30)
-
-
-def test_a_mixed_batch_gives_what_each_case_gives(made):
-    method = made.method()
-    sources = [dance(CAST[name], 20 + number) for number, name in enumerate(("one", "bendy", "long"))]
-    targets = [CAST["bendy"], CAST["one"], CAST["small"]]
-    together = method.retarget_batch(sources, targets, contexts=[Context()] * 3)
-    for source, target, found in zip(sources, targets, together, strict=True):
-        assert apart(found, method.retarget(source, target, context=Context())) < 1e-5
 
 
 def test_other_structures_and_other_joints_are_refused_with_a_reason(made):

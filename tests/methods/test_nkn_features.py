@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from method_bodies import body, dance
-from nkn_toys import CAST, apart
+from method_bodies import apart, body, dance
+from nkn_toys import CAST
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.methods.nkn import plugin

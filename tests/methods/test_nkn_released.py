@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from method_bodies import dance
-from nkn_toys import CAST, apart, batch, training_module
+from method_bodies import apart, dance
+from nkn_toys import CAST, batch, training_module
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.api import Context
@@ -264,16 +264,6 @@ def test_answers_are_forward_kinematics_on_the_targets_bones_at_its_height():
             places.append(places[above] + turned[above].apply(bones[row, joint]))
             turned.append(turned[above] * turns[joint])
         np.testing.assert_allclose(seen.plain[0][4, row, :66].reshape(22, 3), places, atol=1e-3)
-
-
-def test_gradients_reach_every_parameter_of_both_networks():
-    made, now = moving("released")
-    given: dict = {}
-    for phase in made.phases:
-        torch.stack(list(made.losses(phase.name, now, given).values())).sum().backward()
-        for name, each in made.modules[phase.name].named_parameters():
-            assert float(each.grad.abs().max()) > 0.0, name
-        made.modules.zero_grad(set_to_none=True)
 
 
 def test_the_answer_is_that_of_the_height_of_the_scaled_hips():

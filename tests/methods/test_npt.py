@@ -8,7 +8,9 @@ import method_bodies
 import numpy as np
 import pytest
 import torch
-from skinned_toys import scan, skinned_body
+from npt_material import BODIES, batch, dances
+from npt_material import training_module as module
+from skinned_toys import scan
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -17,37 +19,9 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.npt import NPT
 from retarget_bench.methods.npt.network import PoseTransfer, normalised
 from retarget_bench.methods.npt.surfaces import Identity, Skin, drawn
-from retarget_bench.methods.npt.training import NptTraining, stretch
-from retarget_bench.motion.motion import Motion, PointSets
-from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.methods.npt.training import stretch
+from retarget_bench.motion.motion import PointSets
 from retarget_bench.training.layers.skinned_body import moves
-from retarget_bench.training.phases import to_device
-
-BODIES = {
-    "one": skinned_body("one"),
-    "tall": skinned_body("tall", scale=1.4),
-    "spined": skinned_body("spined", spines=5, arm=0.2),
-}
-
-
-def dances(name: str, frames: int = 12) -> Motion:
-    """The same performance by everybody."""
-    return method_bodies.dance(BODIES[name], frames, 3)
-
-
-def training_data(method: NPT) -> TrainingData:
-    clips = {name: [ClipArrays(name, "dance", dict(method.prepare(dances(name))))] for name in BODIES}
-    return TrainingData(BODIES, clips)
-
-
-def module(**parameters: Any) -> NptTraining:
-    method = NPT(**{"width": 24, "points": 60, **parameters})
-    torch.manual_seed(0)
-    return method.training_module(training_data(method), method.presets["quick"])
-
-
-def batch(of: NptTraining, rows: int = 6, seed: int = 0) -> Any:
-    return to_device(of.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
 
 
 def trained(method: NPT, network: PoseTransfer) -> NPT:
@@ -208,41 +182,6 @@ def test_stretch_is_the_mean_over_edges_written_out() -> None:
     assert torch.isfinite(same.grad).all()
 
 
-@pytest.mark.parametrize("pooling", ["none", "max"])
-def test_every_weight_learns_and_a_batch_is_learned(pooling: str) -> None:
-    of = module(pooling=pooling, width=16, points=40)
-    row = batch(of, rows=4)
-    sum(of.losses("network", row, {}).values()).backward()  # type: ignore[union-attr]
-    for name, each in of.network.named_parameters():
-        assert each.grad is not None
-        if name.endswith("weight"):  # a shift before a norm has no slope
-            assert each.grad.abs().max() > 0, name
-    optimiser = torch.optim.Adam(of.network.parameters(), 5e-3)
-    first = float(of.losses("network", row, {})["vertices"].detach())
-    for _ in range(100):
-        optimiser.zero_grad()
-        terms = of.losses("network", row, {})
-        sum(terms.values()).backward()  # type: ignore[union-attr]
-        optimiser.step()
-    assert float(of.losses("network", row, {})["vertices"].detach()) < 0.1 * first
-
-
-def test_a_draw_depends_on_its_numbers_alone() -> None:
-    one, two = batch(module(), seed=5), batch(module(), seed=5)
-    other = batch(module(), seed=6)
-    for name, each in one.items():
-        torch.testing.assert_close(each, two[name], rtol=0, atol=0)
-    assert (one["points"] - other["points"]).abs().max() > 0.01
-
-
-def test_pairs_are_needed() -> None:
-    method = NPT(width=8)
-    data = training_data(method)
-    alone = TrainingData(BODIES, {name: clips for name, clips in data.clips.items() if name == "one"})
-    with pytest.raises(NotSupported, match="same performance by two bodies"):
-        method.training_module(alone, method.presets["quick"])
-
-
 # -------------------------------------------------------------------------------------------- answers
 @pytest.mark.parametrize("pooling", ["none", "max"])
 def test_any_number_of_points_on_any_mesh(pooling: Any) -> None:
@@ -277,22 +216,6 @@ def test_soles_are_on_the_sources_floor_and_the_path_is_scaled() -> None:
     step = moved.vertices - answer.vertices
     np.testing.assert_allclose(step, np.broadcast_to(step[0, 0], step.shape), atol=1e-4)
     assert step[0, 0, 0] == pytest.approx(4.0 * below[0] / lowest[0], rel=1e-4)
-
-
-def test_weights_come_back_and_others_are_refused() -> None:
-    of = module()
-    answers = []
-    for method in (of.method(), NPT(width=24, points=60).using(of.export())):
-        answers.append(
-            method.retarget(scan(dances("one", 2)), BODIES["tall"], context=Context()).vertices  # type: ignore[union-attr]
-        )
-    np.testing.assert_array_equal(*answers)
-    before = {name: each.clone() for name, each in of.export().items()}
-    of.load({name: each + 1.0 for name, each in before.items()})
-    np.testing.assert_allclose(of.export()["answer.bias"], before["answer.bias"] + 1.0)
-    wrong = NPT(width=16).using(before)
-    with pytest.raises(BenchError):
-        wrong.retarget(scan(dances("one", 2)), BODIES["tall"], context=Context())
 
 
 def test_what_it_cannot_do_is_said() -> None:

@@ -12,68 +12,28 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import humot_material
-import nkn_toys
 import numpy as np
-import pan_material
 import pytest
-import r2et_material
-import same_material
-import san_material
-import smrm_material
-import test_nkn_cross
-import test_npt
-import test_pmnet_cross
-import test_skin
-import test_skr
 import torch
-from test_paired import material, training
+from learned_methods import LEARNED
 from torch import Tensor
 from torch.overrides import TorchFunctionMode
 from torch.utils._python_dispatch import TorchDispatchMode
 from torch.utils._pytree import tree_leaves
 
-from retarget_bench.methods.nkn import plugin as Nkn
-from retarget_bench.methods.nkn_cross import plugin as NknCross
-from retarget_bench.methods.pmnet import plugin as Pmnet
-from retarget_bench.methods.pmnet_cross import plugin as PmnetCross
 from retarget_bench.plugins import registry
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.phases import optimiser_phases, to_device
 
 CUDA = pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
-MODULES: Mapping[str, Callable[[], Any]] = {
-    "pan": lambda: pan_material.training_module(small=True),
-    "pan[parts=three]": lambda: pan_material.training_module(("one", "rex"), small=True, parts="three"),
-    "san": san_material.training_module,
-    "nkn": lambda: nkn_toys.training_module(Nkn(hidden=16), window=6),
-    "nkn_cross": lambda: nkn_toys.training_module(NknCross(hidden=16), window=6, cast=test_nkn_cross.CAST),
-    "pmnet": lambda: nkn_toys.training_module(Pmnet(hidden=16), window=6),
-    "pmnet_cross": lambda: nkn_toys.training_module(
-        PmnetCross(hidden=16), window=6, cast=test_pmnet_cross.CAST
-    ),
-    "smrm": lambda: smrm_material.training_module(window=6),
-    "r2et": r2et_material.training_module,
-    "humot": lambda: humot_material.training_module(thin=True),
-    "humot[variant=text]": lambda: humot_material.training_module(thin=True, variant="text"),
-    "same": same_material.training_module,
-    "skr": test_skr.training_module,
-    "skin": test_skin.training_module,
-    "npt": test_npt.module,
-}
-"""The training modules of all methods but ``paired``, small."""
-KINDS = (*MODULES, "paired")
 WAITS = 3
 """How often a step may wait for the device."""
 REPOSITORY = Path(__file__).parents[2]
-__all__ = ["material", "training"]
 
 
 @pytest.fixture
 def module(request: pytest.FixtureRequest) -> Any:
-    if request.param == "paired":
-        return request.getfixturevalue("training")
-    return MODULES[request.param]()
+    return LEARNED[request.param].module()
 
 
 NUMBERS: Mapping[Any, Callable[[Tensor], Any]] = {
@@ -161,7 +121,7 @@ def drawn(module: Any, device: torch.device, seed: int = 0) -> Any:
     return to_device(module.draw(np.random.default_rng(seed), 6), device)
 
 
-@pytest.mark.parametrize("module", KINDS, indirect=True)
+@pytest.mark.parametrize("module", LEARNED, indirect=True)
 def test_next_to_no_step_waits_for_the_device_and_none_mixes_it_with_the_cpu(module: Any) -> None:
     meta = torch.device("meta")
     for part in module.modules.modules():
@@ -169,8 +129,8 @@ def test_next_to_no_step_waits_for_the_device_and_none_mixes_it_with_the_cpu(mod
             part._full, part._count = True, len(part.kept)
     module.modules.to(meta)
     with without_autocast():
-        for seed in range(2):  # constants are moved with the first step
-            batch, found = drawn(module, meta, seed), []
+        for _ in range(2):  # constants are moved with the first step
+            batch, found = drawn(module, meta), []
             with Asking(found), OneDevice(found):
                 step(module, batch)
     assert len(found) <= WAITS, "\n".join(found)
@@ -179,12 +139,12 @@ def test_next_to_no_step_waits_for_the_device_and_none_mixes_it_with_the_cpu(mod
 def test_no_method_that_can_be_trained_is_left_out() -> None:
     plugins, _ = registry.working("methods")
     trained = {name for name, each in plugins.items() if hasattr(each, "training_module")}
-    assert trained == {name.partition("[")[0] for name in KINDS}
+    assert trained == {name.partition("[")[0] for name in LEARNED}
 
 
 # ------------------------------------------------------------------------------------------ with a GPU
 @CUDA
-@pytest.mark.parametrize("module", KINDS, indirect=True)
+@pytest.mark.parametrize("module", LEARNED, indirect=True)
 def test_losses_are_those_of_the_cpu(module: Any) -> None:
     here = drawn(module, torch.device("cpu"))
     module.modules.eval()
@@ -199,7 +159,7 @@ def test_losses_are_those_of_the_cpu(module: Any) -> None:
 
 @CUDA
 @pytest.mark.parametrize("precision", ["float32", "bfloat16"])
-@pytest.mark.parametrize("module", KINDS, indirect=True)
+@pytest.mark.parametrize("module", LEARNED, indirect=True)
 def test_steps_lower_the_loss(module: Any, precision: Any) -> None:
     cuda = torch.device("cuda")
     module.modules.to(cuda)

@@ -10,12 +10,12 @@ from torch import Tensor
 from retarget_bench.api import optional
 from retarget_bench.methods.paired import Paired, augmentation, pose
 from retarget_bench.methods.paired.features import BODY22, FEET, RoleBody
-from retarget_bench.methods.paired.inference import correction, retargeted
+from retarget_bench.methods.paired.inference import retargeted
 from retarget_bench.methods.paired.network import Corrector, applied, copy_of, goals_of, seen
 from retarget_bench.methods.paired.training import PairedTraining
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.body22 import PARENTS
-from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.character import Character
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import pair_data
@@ -55,10 +55,6 @@ def training(material: TrainingData) -> PairedTraining:
 def batch(training: PairedTraining, rows: int = 4, seed: int = 1) -> Row:
     drawn = training.draw(np.random.default_rng(seed), rows)
     return {key: {name: torch.from_numpy(a) for name, a in each.items()} for key, each in drawn.items()}
-
-
-def in_double(tensor: Tensor) -> Tensor:
-    return tensor.double() if tensor.is_floating_point() else tensor
 
 
 def loosened(network: Corrector, size: float = 0.05) -> Corrector:
@@ -235,36 +231,6 @@ def test_it_has_its_size_and_every_parameter_learns(training: PairedTraining) ->
     assert all(each.grad is not None and each.grad.any() for each in training.network.parameters())
 
 
-def test_one_batch_can_be_learnt(material: TrainingData) -> None:
-    torch.manual_seed(0)
-    method = Paired()
-    training = PairedTraining(
-        material, method.presets["quick"], Corrector(width=64), lambda tensors: method
-    )
-    row, adam = batch(training), torch.optim.Adam(training.network.parameters(), lr=3e-3)
-    losses = []
-    for _ in range(70):
-        terms = training.losses("network", row, {})
-        adam.zero_grad()
-        sum(terms.values()).backward()
-        adam.step()
-        losses.append(float(terms["relative"].detach()))
-    assert losses[-1] < 0.35 * losses[0]
-
-
-def test_the_same_seed_gives_the_same_batch_and_losses(material: TrainingData) -> None:
-    method = Paired()
-    found = []
-    for _ in range(2):
-        torch.manual_seed(5)
-        training = method.training_module(material, method.presets["quick"])
-        loosened(training.network)
-        found.append(
-            [float(each.detach()) for each in training.losses("network", batch(training), {}).values()]
-        )
-    assert found[0] == found[1]
-
-
 def test_padding_changes_nothing(training: PairedTraining) -> None:
     row, network = batch(training, rows=2), loosened(training.network)
     bodies = row["source"], row["target"]
@@ -278,46 +244,6 @@ def test_padding_changes_nothing(training: PairedTraining) -> None:
 
 
 # ------------------------------------------------------------------------------------------------ answers
-def answered(network: Corrector, source: Motion, target: Character) -> Motion:
-    found = retargeted(network.eval(), source, target)
-    assert found.character is target
-    assert found.frames == source.frames
-    assert found.fps == source.fps
-    assert np.isfinite(found.positions).all()
-    return found
-
-
-@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
-@pytest.mark.parametrize("frames", [1, 2, 75])
-def test_any_length_and_rate_on_bodies_that_lack_joints(frames: int, fps: float) -> None:
-    puppets = bound.dataset(PUPPETS).built
-    info = next(
-        info
-        for info in puppets.cases("retarget", "cross")
-        if info.target == "hugo" or info.source == "hugo"
-    )
-    case = puppets.load(info)
-    assert isinstance(case.source, Motion)
-    source = case.source.resample(fps)
-    source = source.at(slice(frames))
-    answered(loosened(Corrector()), source, case.target)
-
-
-def test_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    case = _case()
-    network = loosened(Corrector()).eval()
-    bodies = [RoleBody(each) for each in (case.source.character, case.target)]
-    arrays = {name: torch.from_numpy(each)[None] for name, each in bodies[0].see(case.source).items()}
-    sizes = [
-        {"offsets": torch.from_numpy(body.offsets)[None], "lengths": torch.from_numpy(body.lengths)[None]}
-        for body in bodies
-    ]
-    whole = correction(network, arrays, sizes)
-    monkeypatch.setattr("retarget_bench.methods.paired.inference.CHUNK", 17)
-    parts = correction(network, arrays, sizes)
-    assert all(torch.allclose(a, b, atol=1e-6) for a, b in zip(whole, parts, strict=True))
-
-
 def test_without_correction_it_copies_and_holds_the_feet() -> None:
     case = _case()
     copied = transfer.carry(case.source, case.target, "hip_height")

@@ -16,7 +16,6 @@ from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
 BODIES = pan_material.BODIES
-ARMS = ("left_arm", "right_arm")
 
 
 def asked(method, motion) -> asking.Attention:

@@ -14,7 +14,6 @@ from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.losses import Objective
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.phases import optimiser_phases
 
 BODIES, TWO, THREE = pan_material.BODIES, pan_material.TWO, pan_material.THREE
 
@@ -25,33 +24,7 @@ def terms(module, batch):
     return {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
 
 
-def steps(module, count, rate=1e-3, rows=4, batch=None):
-    config = TrainingConfig(
-        steps=count, batch=rows, window=pan_material.WINDOW, rate=rate, schedule="cosine"
-    )
-    every = optimiser_phases(module, config, torch.device("cpu"))
-    for step in range(count):
-        torch.manual_seed(step)
-        memory: dict = {}
-        for turn in every:
-            here = batch or pan_material.batch(module, rows, step)
-            turn(here, memory, config.rate_at(step, step / count))
-    return module
-
-
 # ---------------------------------------------------------------------------------------- what is drawn
-def test_a_batch_is_drawn_from_its_numbers_alone():
-    module = pan_material.training_module(names=THREE)
-    one, other, another = (pan_material.batch(module, seed=seed) for seed in (3, 3, 4))
-    assert [side["structure"] for side in one["sides"]] == [side["structure"] for side in other["sides"]]
-    for key in ("edges", "turn", "which", "bones", "unit"):
-        assert all(torch.equal(a[key], b[key]) for a, b in zip(one["sides"], other["sides"], strict=True))
-    assert any(
-        a["edges"].shape != b["edges"].shape or not torch.equal(a["edges"], b["edges"])
-        for a, b in zip(one["sides"], another["sides"], strict=True)
-    )
-
-
 def test_windows_are_cut_from_clips():
     module = pan_material.training_module(lengths=(16,))
     for side in pan_material.batch(module)["sides"]:
@@ -104,24 +77,6 @@ def test_clips_shorter_than_a_window_are_gone_through_there_and_back(frames):
 
 
 # ---------------------------------------------------------------------------------------- structures
-@pytest.mark.parametrize("variant", ["own", "released", "paper"])
-@pytest.mark.parametrize("names", [TWO[:2], TWO, THREE], ids=["one", "two", "three"])
-def test_gradients_reach_every_parameter(variant, names):
-    module = pan_material.training_module(names, small=True, variant=variant, dropout=0.0)
-    reached: dict[str, bool] = {}
-    for seed in range(6 if len(names) > 4 else 1):
-        batch, memory = pan_material.batch(module, seed=seed), {}
-        for phase in module.phases:
-            module.modules.zero_grad(set_to_none=True)
-            sum(module.losses(phase.name, batch, memory).values()).backward()
-            for part in phase.modules:
-                for name, each in module.modules[part].named_parameters():
-                    moved = each.grad is not None and bool(each.grad.abs().max() > 0)
-                    key = f"{part}.{name}"
-                    reached[key] = reached.get(key, False) or moved
-    assert [name for name, there in reached.items() if not there] == []
-
-
 def test_terms_are_the_same_whichever_structures_a_step_is_about():
     module = pan_material.training_module(names=THREE, velocity=1.0)
     found = [terms(module, pan_material.batch(module, seed=seed)) for seed in range(4)]
@@ -157,71 +112,7 @@ def test_codes_of_bodies_with_one_arm_are_compared_over_five_parts():
     assert objective.total()["latent"].item() == 0.0
 
 
-def test_order_and_number_of_rows_and_threads_change_nothing():
-    module = pan_material.training_module(variant="released", dropout=0.0)
-    module.modules.eval()
-    batch, threads = pan_material.batch(module, 6), torch.get_num_threads()
-    side = batch["sides"][0]
-    name = module._names[side["structure"]]
-    order = torch.tensor([2, 0, 1])
-    with torch.no_grad():
-        found = []
-        for rows, count in ((slice(None), 1), (order, 1), (slice(0, 1), 1), (slice(None), 2)):
-            torch.set_num_threads(count)
-            real = module._real(
-                name, {key: side[key][rows] for key in ("edges", "which", "bones", "unit", "turn")}
-            )
-            structure = module._structures[name]
-            edges = structure.answer(structure.encoder(real.edges), side["bones"][rows])
-            found.append(
-                module._real(
-                    name,
-                    {
-                        **{k: side[k][rows] for k in ("which", "bones", "unit", "turn")},
-                        "edges": structure.plain(edges, side["which"][rows]),
-                    },
-                ).positions
-            )
-        torch.set_num_threads(threads)
-    whole, mixed, alone, more = found
-    assert (whole[order] - mixed).abs().max() < 1e-5
-    assert (whole[:1] - alone).abs().max() < 1e-5
-    assert (whole - more).abs().max() < 1e-5
-
-
 # ------------------------------------------------------------------------------------------- learning
-def test_overfits_one_batch():
-    module = pan_material.training_module(TWO[:2], (20,), small=True, adversarial=0.0, ends=0.0, cycle=0.0)
-    batch = pan_material.batch(module, 2)
-    before = _wrong(module, batch)
-    steps(module, 100, 1e-3, batch=batch)
-    assert before > 0.05
-    assert _wrong(module, batch) < 0.01
-
-
-def _wrong(module, batch) -> float:
-    """Mean distance of reconstructed joints, in heights."""
-    distances = []
-    with torch.no_grad():
-        for side in batch["sides"]:
-            name = module._names[side["structure"]]
-            structure, real = module._structures[name], module._real(name, side)
-            edges = structure.answer(structure.encoder(real.edges), side["bones"])
-            edges = structure.with_path(edges, real.plain[:, :, -1], side["which"])
-            found = module._real(name, {**side, "edges": structure.plain(edges, side["which"])})
-            distances.append((found.positions - real.positions).norm(dim=-1).mean().item())
-    return float(np.mean(distances))
-
-
-def test_same_seed_same_weights():
-    one, other = (
-        steps(pan_material.training_module(small=True, variant="released"), 2).export() for _ in range(2)
-    )
-    assert all(torch.equal(each, other[name]) for name, each in one.items())
-    another = steps(pan_material.training_module(small=True, variant="released", seed=1), 2).export()
-    assert any(not torch.equal(each, another[name]) for name, each in one.items())
-
-
 def test_a_judge_that_is_not_wanted_is_no_phase():
     module = pan_material.training_module(adversarial=0.0)
     assert [phase.name for phase in module.phases] == ["generator"]
@@ -229,14 +120,6 @@ def test_a_judge_that_is_not_wanted_is_no_phase():
 
 
 # -------------------------------------------------------------------------------------------- weights
-def test_exported_weights_are_taken_over():
-    one, other = pan_material.training_module(small=True), pan_material.training_module(small=True, seed=1)
-    steps(one, 1)
-    other.load({name: each.clone() for name, each in one.export().items()})
-    assert all(torch.equal(each, other.export()[name]) for name, each in one.export().items())
-    assert set(one.export()) == set(other.method().tensors)
-
-
 def test_structures_are_known_by_their_joints():
     """Weights of more structures, and of other names, serve."""
     tensors = pan_material.training_module(names=THREE, small=True, seed=1).export()
@@ -291,11 +174,6 @@ def test_bodies_of_one_structure_with_different_joints_are_named():
     mixed = TrainingData({name: odd[name] for name in clips}, clips)
     with pytest.raises(NotSupported, match="odd and one are both of structure plain and have different"):
         method.training_module(mixed, TrainingConfig(steps=1, batch=4, window=16, rate=1e-3))
-
-
-def test_one_character_is_not_enough():
-    with pytest.raises(NotSupported, match="at least two characters"):
-        pan_material.training_module(names=("one",))
 
 
 @pytest.mark.parametrize("window", [8, 18])

@@ -19,17 +19,6 @@ DOG = "dog_four_legged"
 
 
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])
-def test_both_ways(variant):
-    method = pan_material.trained(LEGS, parts="three", variant=variant)
-    assert set(method.structures) == {DOG, "plain"}
-    for source, target in (("one", "rex"), ("rex", "tall"), ("rex", "pup"), ("one", "tall")):
-        (motion,) = pan_material.dances(source, (24,))
-        found = method.retarget(motion, BODIES[target], context=Context())
-        assert found.frames == 24
-        assert np.isfinite(found.positions).all()
-
-
-@pytest.mark.parametrize("variant", ["own", "released", "paper"])
 def test_arms_and_tails_are_decoded_and_not_encoded(variant):
     module = pan_material.training_module(LEGS, small=True, parts="three", variant=variant)
     for name, left_out in ((DOG, {"tail_1", "tail_2"}), ("plain", {"left_hand", "right_arm"})):
@@ -116,17 +105,6 @@ def test_eq_20_in_a_step(turns):
 def _rescaled(velocity, low, high):
     speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
     return velocity / speed * (speed - low) / (high - low)
-
-
-@pytest.mark.parametrize("variant", ["own", "released", "paper"])
-def test_both_structures_learn(variant):
-    module = pan_material.training_module(LEGS, small=True, parts="three", variant=variant, dropout=0.0)
-    batch, memory = pan_material.batch(module), {}
-    for phase in module.phases:
-        sum(module.losses(phase.name, batch, memory).values()).backward()
-    for name, each in module.modules.named_parameters():
-        assert each.grad is not None, name
-        assert each.grad.abs().max() > 0, name
 
 
 @pytest.mark.parametrize(("path", "parts"), [("decoded", "three"), ("carried", "three"), ("", "six")])

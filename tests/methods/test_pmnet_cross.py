@@ -5,24 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from method_bodies import body, dance
-from nkn_toys import apart, structured, training_module
+from nkn_toys import STRUCTURES as CAST
+from nkn_toys import training_module
 
-from retarget_bench.api import Context
 from retarget_bench.methods.pmnet import plugin as Pmnet
 from retarget_bench.methods.pmnet_cross import plugin
 from retarget_bench.training.phases import to_device
 
 SMALL = {"hidden": 12, "facing": 3.0}
-CAST = {
-    name: structured(character, name, structure)
-    for name, character, structure in (
-        ("one", body(), "three"),
-        ("long", body(thigh=0.6, arm=0.35), "three"),
-        ("bendy", body(spines=5), "five.spine"),
-        ("small", body(spines=5, scale=0.6), "five.spine"),
-    )
-}
 
 
 @pytest.fixture(scope="module")
@@ -93,20 +83,3 @@ def test_sources_are_real_to_the_discriminator_of_their_own_structure(made):
         learned = network.last.weight.grad is not None
         assert learned == (name == answered)  # the other has judged no answer, so its score stays
     made.modules.zero_grad(set_to_none=True)
-
-
-def test_it_retargets_between_structures_and_in_company(made):
-    method = made.method()
-    stranger = structured(body(spines=5, shin=0.6), "stranger", "five.spine")
-    sources = [dance(CAST[name], 20 + number) for number, name in enumerate(("one", "small", "one"))]
-    targets = [CAST["bendy"], CAST["long"], stranger]
-    together = method.retarget_batch(sources, targets, contexts=[Context()] * 3)
-    for source, target, found in zip(sources, targets, together, strict=True):
-        alone = method.retarget(source, target, context=Context())
-        assert (alone.character, alone.frames) == (target, source.frames)
-        assert apart(found, alone) < 1e-5
-
-
-def test_other_structures_are_refused_with_a_reason(made):
-    four = structured(body(spines=4), "four", "four")
-    assert "these weights know five_spine, three" in made.method().supports(CAST["one"], four)

@@ -12,8 +12,8 @@ import torch
 from method_bodies import dance
 
 from retarget_bench.api import Context
-from retarget_bench.errors import BenchError, FileError, NotSupported
-from retarget_bench.methods.same import Same, inference
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.methods.same import Same
 from retarget_bench.methods.same.inference import retargeted
 from retarget_bench.methods.same.released import MODEL, STATISTICS, Released
 from retarget_bench.motion import facing, rotation
@@ -110,18 +110,6 @@ def test_another_network_under_the_authors_names_is_refused(real_data, tmp_path)
 
 
 # ------------------------------------------------------------------------------------ bodies and lengths
-@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
-@pytest.mark.parametrize("frames", [1, 2, 41])
-def test_any_length_and_rate(frames, fps) -> None:
-    source = dance(BODIES["toeless"], 70).resample(fps).at(slice(frames))
-    for target in BODIES.values():
-        found = same_material.trained().retarget(source, target, context=Context())
-        assert found.character is target
-        assert (found.frames, found.fps) == (source.frames, source.fps)
-        np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-9)
-        assert np.isfinite(found.positions).all()
-
-
 def test_dogs_and_rigs_of_puppets() -> None:
     cast = bound.dataset(Spec.parse("puppets")).built.characters()
     method = same_material.trained()
@@ -129,14 +117,6 @@ def test_dogs_and_rigs_of_puppets() -> None:
         assert method.supports(cast[name], cast["fox"]) is None
         found = method.retarget(dance(cast[name], 12), cast["fox"], context=Context())
         assert np.isfinite(found.positions).all()
-
-
-def test_chunks_change_nothing(monkeypatch) -> None:
-    method, source = same_material.trained(), dance(BODIES["plain"])
-    whole = method.retarget(source, BODIES["small"], context=Context())
-    monkeypatch.setattr(inference, "CHUNK", 7)
-    parts = method.retarget(source, BODIES["small"], context=Context())
-    np.testing.assert_allclose(parts.positions, whole.positions, atol=1e-5)
 
 
 def test_errors_of_a_relative_path_fade_and_those_of_an_integrated_one_add_up() -> None:
@@ -160,10 +140,3 @@ def test_where_the_source_stands_and_faces_is_where_the_answer_does() -> None:
     moved = source.character.motion(rotations, rotation.rotate(turn, source.root), source.fps)
     one, other = (method.retarget(each, BODIES["small"], context=Context()) for each in (source, moved))
     np.testing.assert_allclose(rotation.rotate(turn, one.positions), other.positions, atol=1e-4)
-
-
-def test_positions_are_no_source() -> None:
-    plain = BODIES["plain"]
-    known = plain.positions(dance(plain).positions, 30.0)
-    with pytest.raises(NotSupported, match="needs a source with rotations"):
-        same_material.trained().retarget(known, plain, context=Context())

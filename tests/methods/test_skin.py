@@ -8,7 +8,7 @@ import skr_material
 import torch
 
 from retarget_bench.api import Context
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import NotSupported
 from retarget_bench.methods.skin import SKIN
 from retarget_bench.methods.skin.network import SkinningPredictor, size
 from retarget_bench.methods.skin.posing import transforms_of
@@ -17,16 +17,10 @@ from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.skinning_torch import skinned
 from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skinned_body import SkinnedBody, moves_about_hips
-from retarget_bench.training.phases import optimiser_phases, to_device
+from retarget_bench.training.phases import to_device
 
 CPU = torch.device("cpu")
 INPUTS = ("distances", "vectors")
-
-
-def training_module(**parameters):
-    method = SKIN(**{"joints": "truth", **parameters})
-    torch.manual_seed(0)
-    return method.training_module(skr_material.training_data(method), skr_material.CONFIG)
 
 
 def standing(name: str = "ada") -> tuple[np.ndarray, np.ndarray]:
@@ -76,7 +70,7 @@ def test_the_mesh_s_own_weights_pose_it_as_its_skeleton_does(name):
 
 def test_rows_are_points_where_their_bodies_have_them():
     """The true weights of points by barycentric coordinates leave no more than their mixing does."""
-    module = training_module()
+    module = skr_material.skin_training()
     batch = module.draw(np.random.default_rng(0), 6)
     assert batch["points"].shape == (6, 256, 3)
     assert batch["moved"].shape == (6, 4, 256, 3)
@@ -90,7 +84,7 @@ def test_rows_are_points_where_their_bodies_have_them():
 
 
 def test_the_loss_is_the_mean_distance_unsquared():
-    module = training_module()
+    module = skr_material.skin_training()
     batch = to_device(module.draw(np.random.default_rng(0), 3), CPU)
     found = module.losses("network", batch, {})["points"].item()
     apart = []
@@ -106,32 +100,10 @@ def test_the_loss_is_the_mean_distance_unsquared():
     assert found == pytest.approx(np.mean(apart), rel=1e-4)
 
 
-@pytest.mark.parametrize("inputs", INPUTS)
-def test_learns_a_batch_by_heart_and_always_the_same(inputs):
-    ends = []
-    for _ in range(2):
-        module = training_module(inputs=inputs)
-        (phase,) = optimiser_phases(module, skr_material.CONFIG, CPU)
-        batch = to_device(module.draw(np.random.default_rng(0), 2), CPU)
-        ends.append([phase(batch, {}, 1e-3)["network.points"].item() for _ in range(60)])
-    assert ends[0] == ends[1]
-    assert ends[0][-1] < 0.8 * ends[0][0]
-
-
-@pytest.mark.parametrize("inputs", INPUTS)
-def test_every_parameter_has_a_gradient(inputs):
-    module = training_module(inputs=inputs, dropout=0.2)
-    batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
-    module.losses("network", batch, {})["points"].backward()
-    for name, each in module.network.named_parameters():
-        assert each.grad is not None, name
-        assert each.grad.abs().max() > 0, name
-
-
 def test_poses_the_body_that_it_sees():
     motion = skr_material.motions()["ada"].at(slice(0, None, 20))
     body = motion.character
-    method = training_module().method()
+    method = skr_material.skin_training().method()
     assert method.supports(body, body) is None
     found = method.retarget(motion, body, context=Context())
     wanted = body.mesh.skinned(motion)
@@ -148,12 +120,3 @@ def test_joints_are_those_that_skr_finds():
     vertices, faces = body.vertices[:, :3], body.faces
     wanted = skr_material.untrained().resting(vertices, faces, 2)
     np.testing.assert_array_equal(method._skeletons(body, 2), wanted)
-
-
-def test_facts_make_the_method_again():
-    method = SKIN(inputs="vectors", dropout=0.2, joints="truth")
-    assert SKIN(**method.facts()).facts() == method.facts()
-    assert set(method.facts()) | {"skr", "weights"} == set(method.card.parameters)
-    for wrong in ({"inputs": "angles"}, {"dropout": -1}, {"joints": "mine"}):
-        with pytest.raises(BenchError):
-            SKIN(**wrong)

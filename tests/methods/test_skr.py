@@ -24,16 +24,10 @@ from retarget_bench.training import weights
 from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skinned_body import SkinnedBody, moves_about_hips
 from retarget_bench.training.learned_method import of_weights
-from retarget_bench.training.phases import optimiser_phases, to_device
+from retarget_bench.training.phases import to_device
 from tests.examples import examples
 
 CPU = torch.device("cpu")
-
-
-def training_module(**parameters):
-    method = SKR(**{"fewest": 48, "most": 80, **parameters})
-    torch.manual_seed(0)
-    return method.training_module(skr_material.training_data(method), skr_material.CONFIG)
 
 
 # ---------------------------------------------------------------------------------------------- network
@@ -141,16 +135,6 @@ def test_maximum_and_its_gradient_are_those_of_the_dense_layer(search):
         torch.testing.assert_close(largest(points, layer, search), found[0][0])
 
 
-@pytest.mark.parametrize("features", [False, True])
-def test_every_parameter_has_a_gradient(features):
-    network = skr_material.regressor(features=features).train()
-    points = torch.from_numpy(np.stack(skr_material.points(200, 4)))
-    network(points).square().mean().backward()
-    for name, each in network.named_parameters():
-        assert each.grad is not None, name
-        assert each.grad.abs().max() > 0, name
-
-
 # --------------------------------------------------------------------------------------------- training
 def test_bodies_are_posed_as_their_motion_has_them():
     motion = skr_material.motions()["boris"]
@@ -165,7 +149,7 @@ def test_bodies_are_posed_as_their_motion_has_them():
 
 
 def test_rows_are_new_points_on_turned_bodies():
-    module = training_module()
+    module = skr_material.skr_training()
     batch = module.draw(np.random.default_rng(0), 12)
     count = batch["points"].shape[1]
     assert batch["points"].shape == (12, count, 3)
@@ -176,7 +160,7 @@ def test_rows_are_new_points_on_turned_bodies():
     assert all(np.array_equal(batch[key], again[key]) for key in batch)
     assert not np.array_equal(batch["joints"], other["joints"])
     # turned as the points are: joints lie in the box around dense points
-    dense = training_module(fewest=2000, most=2000).draw(np.random.default_rng(0), 12)
+    dense = skr_material.skr_training(fewest=2000, most=2000).draw(np.random.default_rng(0), 12)
     assert (dense["joints"] > dense["points"].min(1, keepdims=True)).all()
     assert (dense["joints"] < dense["points"].max(1, keepdims=True)).all()
     across = batch["joints"][:, 6] - batch["joints"][:, 10]
@@ -184,7 +168,7 @@ def test_rows_are_new_points_on_turned_bodies():
 
 
 def test_the_loss_is_the_mean_square_in_units_of_the_points():
-    module = training_module(direction="world")
+    module = skr_material.skr_training(direction="world")
     batch = to_device(module.draw(np.random.default_rng(0), 5), CPU)
     found = module.losses("network", batch, {})["joints"].item()
     points, joints = batch["points"].double().numpy(), batch["joints"].double().numpy()
@@ -194,20 +178,8 @@ def test_the_loss_is_the_mean_square_in_units_of_the_points():
     assert found == pytest.approx((((answer - joints) / unit[:, None, None]) ** 2).mean(), rel=1e-4)
 
 
-def test_learns_a_batch_by_heart_and_always_the_same():
-    ends = []
-    for _ in range(2):
-        module = training_module()
-        (phase,) = optimiser_phases(module, skr_material.CONFIG, CPU)
-        batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
-        losses = [phase(batch, {}, 1e-3)["network.joints"].item() for _ in range(40)]
-        ends.append(losses)
-    assert ends[0] == ends[1]
-    assert min(ends[0][-5:]) < 0.1 * ends[0][0]
-
-
 def test_reduced_precision_only_chooses_the_points():
-    module = training_module()
+    module = skr_material.skr_training()
     batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
     exact = module.losses("network", batch, {})["joints"]
     with torch.autocast("cpu", torch.bfloat16):
@@ -217,18 +189,6 @@ def test_reduced_precision_only_chooses_the_points():
 
 
 # ------------------------------------------------------------------------------------------- the method
-def test_weights_come_back_from_files(tmp_path):
-    method, points = SKR(fewest=48, most=80), skr_material.points()
-    tensors = exported(skr_material.regressor())
-    card = {"method": "skr", "version": method.card.version, "facts": method.facts()}
-    stored = weights.write(tmp_path, "weights", tensors, card)
-    again = SKR(fewest=48, most=80, weights=str(tmp_path))
-    assert again.weights_hash == stored.hash
-    np.testing.assert_allclose(again.joints(points), method.using(tensors).joints(points), atol=0.01)
-    with pytest.raises(BenchError, match="trained as"):
-        _ = SKR(network="table5", fewest=48, most=80, weights=str(tmp_path)).weights_card
-
-
 def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
     trained = SKR(network="table5", direction="world")
     card = {"method": "skr", "version": trained.card.version, "facts": trained.facts()}
@@ -291,9 +251,3 @@ def test_says_what_it_cannot_do():
     ):
         with pytest.raises(BenchError):
             SKR(**wrong)
-
-
-def test_facts_make_the_method_again():
-    method = SKR(network="table5", dropout=0.3, fewest=10, most=20, direction="world")
-    assert SKR(**method.facts()).facts() == method.facts()
-    assert set(method.facts()) | {"points", "views", "weights"} == set(method.card.parameters)

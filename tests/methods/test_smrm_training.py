@@ -9,13 +9,11 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError
 from retarget_bench.methods.smrm import SMRM, losses
 from retarget_bench.methods.smrm.network import Generator
-from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.masks import frame_mask
-from retarget_bench.training.phases import optimiser_phases, to_device
+from retarget_bench.training.phases import to_device
 
 
 def run(module, rows=6, seed=0):
@@ -184,14 +182,6 @@ def test_padding_is_no_part_of_any_loss():
         assert changed[name].item() == pytest.approx(term.item(), rel=1e-5), name
 
 
-def test_a_batch_is_drawn_from_its_numbers_alone():
-    module = smrm_material.training_module()
-    one, other, another = (smrm_material.batch(module, seed=seed) for seed in (3, 3, 4))
-    assert torch.equal(one["source"]["positions"], other["source"]["positions"])
-    assert torch.equal(one["real"]["moves"], other["real"]["moves"])
-    assert not torch.equal(one["source"]["positions"], another["source"]["positions"])
-
-
 @pytest.mark.parametrize("same", [0.0, 1.0])
 def test_who_is_carried_to_whom(same):
     module = smrm_material.training_module(same=same)
@@ -231,85 +221,6 @@ def test_the_discriminator_rests_while_it_takes_few_answers_for_real():
 
 
 # ------------------------------------------------------------------------------------------- learning
-@pytest.mark.parametrize("root", ["height", "displacement", "position"])
-def test_gradients_reach_every_parameter(root):
-    module = smrm_material.training_module(root=root, adversarial=0.1, same=0.3)
-    batch, memory = smrm_material.batch(module), {}
-    sum(module.losses("generator", batch, memory).values()).backward()
-    for name, each in module.generator.named_parameters():
-        assert each.grad is not None, name
-        assert each.grad.abs().max() > 0, name
-    sum(module.losses("discriminator", batch, memory).values()).backward()
-    assert all(each.grad is not None for each in module.discriminator.parameters())
-
-
-def overfitted(module, steps: int, rate: float) -> float:
-    """The mean error of the joints in hip heights on one batch, after so many steps on it."""
-    config = TrainingConfig(steps=steps, batch=4, window=30, rate=rate, schedule="cosine")
-    batch = smrm_material.batch(module, 4)
-    (turn,) = optimiser_phases(module, config, torch.device("cpu"))
-    still(module)
-    for step in range(steps):
-        turn(batch, {}, config.rate_at(step, step / steps))
-    source = batch["source"]
-    with torch.no_grad():
-        there = _carried(module, source["positions"], source["moves"], batch["target"])
-        back = _carried(module, there.positions, there.moves, batch["body"])
-        paths = [module.features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
-    apart = back.positions - source["positions"] + (paths[0] - paths[1]).unsqueeze(2)
-    return float(apart.norm(dim=-1).mean())
-
-
-def one_percent_of_height() -> float:
-    """In hip heights, of the body where that is least."""
-    return 0.01 * min(body.height / body.measures.hip_height for body in smrm_material.BODIES.values())
-
-
-def test_overfits_one_batch():
-    module = smrm_material.training_module(hidden=64, window=5, adversarial=0.0)
-    assert overfitted(module, 180, 5e-3) < one_percent_of_height()
-
-
-@pytest.mark.slow
-def test_overfits_one_batch_at_full_size():
-    module = smrm_material.training_module(hidden=512, window=10, adversarial=0.0)
-    assert overfitted(module, 400, 1e-3) < one_percent_of_height()
-
-
-def test_same_seed_same_weights():
-    def trained():
-        module = smrm_material.training_module()
-        config = TrainingConfig(steps=3, batch=4, window=30, rate=1e-2)
-        both = optimiser_phases(module, config, torch.device("cpu"))
-        for step in range(3):
-            torch.manual_seed(step)
-            batch, memory = smrm_material.batch(module, seed=step), {}
-            for turn in both:
-                turn(batch, memory, 1e-2)
-        return module.export()
-
-    one, other = trained(), trained()
-    assert all(torch.equal(tensor, other[name]) for name, tensor in one.items())
-
-
-def test_exported_weights_are_taken_over_and_others_refused():
-    one, other = smrm_material.training_module(), smrm_material.training_module()
-    with torch.no_grad():
-        one.generator.turns.weight.add_(1.0)
-    other.load(one.export())
-    assert torch.equal(other.generator.turns.weight, one.generator.turns.weight)
-    with pytest.raises(BenchError, match="of another structure"):
-        smrm_material.training_module(hidden=32).load(one.export())
-
-
-def test_one_character_is_not_enough():
-    method = SMRM(hidden=16)
-    whole = smrm_material.training_data(method)
-    alone = TrainingData({"one": whole.characters["one"]}, {"one": whole.clips["one"]})
-    with pytest.raises(NotSupported, match="at least two characters"):
-        method.training_module(alone, TrainingConfig(steps=1, batch=2, window=30, rate=1e-3))
-
-
 def test_statistics_are_of_the_clips():
     module = smrm_material.training_module()
     flat = module.training_data.stacked("positions").reshape(-1, 66)
@@ -334,12 +245,6 @@ def test_batches_move_to_a_device_as_they_are():
         "same",
         "real",
     }
-
-
-@pytest.mark.parametrize("odd", [{"context": 1}, {"hidden": 0}, {"same": 1.5}, {"smooth": -1.0}])
-def test_parameters_that_cannot_be_are_refused(odd):
-    with pytest.raises(BenchError, match="smrm"):
-        SMRM(**odd)
 
 
 def test_the_discriminator_sees_velocities_per_second():

@@ -1,6 +1,6 @@
 """The shipped feature networks notice what such networks are known to miss.
 
-Numbers of all structures, and of more motion: ``tests/benchmarks/fid_sensitivity.py``.
+Numbers of all structures, and of more motion: ``benchmarks/fid_sensitivity.py``.
 """
 
 from __future__ import annotations

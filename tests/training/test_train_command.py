@@ -54,15 +54,6 @@ def test_without_a_method_it_asks_for_one(bench):
     assert "say which METHOD to train, or --resume --out DIR" in err
 
 
-def test_the_precision_is_an_option(bench, tmp_path):
-    words = ("toy_trainee", "-d", "toy_walks", "--preset", "quick", "--out", str(tmp_path / "run"))
-    assert bench(*words, "--precision", "bfloat16")[0] == 0
-    card = json.loads((tmp_path / "run" / "weights.json").read_text())
-    assert card["recipe"]["precision"] == "bfloat16"
-    status, _, err = bench(*words, "--precision", "float16")
-    assert (status, "'float32', 'bfloat16'" in err) == (2, True)
-
-
 def test_a_mistake_is_one_sentence_and_no_traceback(bench, tmp_path):
     status, _, err = bench(
         "toy_trainee", "-d", "toy_walks", "--out", str(tmp_path / "run"), "--preset", "no"

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.plugins import registry
@@ -94,37 +93,6 @@ def test_progress_is_told(tmp_path):
 
 
 # ---------------------------------------------------------------------------------------------- windows
-def test_windows_are_cut_from_clips_of_their_characters(training_data):
-    numbers = np.random.default_rng(3)
-    cast = training_data.cast(numbers, 200)
-    windows = training_data.draw(numbers, cast, 5)
-    assert windows.characters == tuple(cast)
-    assert windows.arrays["root"].shape == (200, 5, 3)
-    assert np.array_equal(windows.mask.sum(axis=1), windows.lengths)
-    for name, row, length in zip(cast, windows.arrays["root"], windows.lengths, strict=True):
-        whole = [clip.arrays["root"] for clip in training_data.clips[name]]
-        cuts = [each[k : k + 5] for each in whole for k in range(max(len(each) - 4, 1))]
-        assert any(len(cut) == length and np.array_equal(cut, row[:length]) for cut in cuts)
-        assert not row[length:].any()
-
-
-def test_every_start_of_every_clip_is_as_likely_as_any_other(training_data):
-    """Of anna 2 starts in the long clip and the short one as it is; chi square against equal shares."""
-    numbers = np.random.default_rng(0)
-    root = training_data.draw(numbers, ["anna"] * 3000, 5).arrays["root"]
-    _, counts = np.unique(root[:, 0, :2], axis=0, return_counts=True)
-    assert len(counts) == 3
-    assert stats.chisquare(counts).pvalue > 1e-3
-
-
-def test_the_same_numbers_give_the_same_batch(training_data):
-    first, again, other = (
-        training_data.draw(np.random.default_rng(seed), ["anna", "bert"] * 20, 4) for seed in (1, 1, 2)
-    )
-    assert np.array_equal(first.arrays["root"], again.arrays["root"])
-    assert not np.array_equal(first.arrays["root"], other.arrays["root"])
-
-
 def test_statistics_are_over_every_frame_once(training_data):
     stacked = training_data.stacked("root", ["anna"])
     assert len(stacked) == 6 + 4

@@ -23,8 +23,7 @@ PEOPLE = {
 }
 """Sex, age in years, and which draw under the name. Among people who are built alike copying is an answer,
 so out of 200 draws under every name those were taken that make people most unlike in build
-(``corpus/families.py``), all within the ellipsoid that holds 95 % of people:
-``tests/benchmarks/puppets_people.py``."""
+(``corpus/families.py``), all within the ellipsoid that holds 95 % of people."""
 
 
 MIDDLING_DOG: Mapping[str, float] = _TABLES["middling_dog"]

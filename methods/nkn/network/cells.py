@@ -153,8 +153,8 @@ class _Unrolled(torch.autograd.Function):
     """A layer over known inputs, with its gradient.
 
     With the plain loop in its place a whole training step of nkn takes 1.15 to 1.2 times as long (16 rows
-    of 60 frames, hidden 512, one thread; tests/benchmarks/recurrent_speed.py); with ``cell=torch`` 0.95
-    to 1.05, with hidden 256 as long. Two series of rounds each, on a busy machine.
+    of 60 frames, hidden 512, one thread); with ``cell=torch`` 0.95 to 1.05, with hidden 256 as long. Two
+    series of rounds each, on a busy machine.
     """
 
     @staticmethod

@@ -177,8 +177,7 @@ def mlp(
 
     Rows go through all layers a cacheful at a time, and once more for the gradient: keeping what is hidden
     would take as long, and much memory. Its own backward pass makes a whole training step 1.43 times as
-    fast as the plain form (default preset; ``released`` with 32 rows: 1.25 times): see
-    ``tests/benchmarks/backward_passes.py``.
+    fast as the plain form (default preset; ``released`` with 32 rows: 1.25 times).
 
     values: ``(rows, inputs)``; the result is ``(rows, outputs)``.
     """

@@ -1,0 +1,238 @@
+"""The methods that papers compare with each other, under one protocol, with shipped weights.
+
+    python benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs --fold RUNS
+
+Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md``. --pairs: a
+folder with ``pair.txt``, whose lines name a source and the file of its answer by an animator's tool.
+--fold: a folder with a training run for each learned method, named after it, on the part for training of a
+fold of the Mixamo clips: ``bench train METHOD -d 'mixamo[protocol=folds,root=...]' --init puppets --out
+RUNS/METHOD``; those that know the structures of their training alone begin without --init.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import retarget_bench as rb
+from retarget_bench import defaults
+from retarget_bench.files import write_text
+from retarget_bench.plugins import registry
+
+PROJECT = Path(__file__).parents[1]
+PEERS = {
+    "nkn": "NKN",
+    "nkn_cross": "NKN\\*",
+    "pmnet": "PMnet",
+    "pmnet_cross": "PMnet\\*",
+    "san": "SAN",
+    "r2et": "R2ET",
+    "smrm": "SMRM",
+    "pan": "PAN",
+    "humot": "HuMoT",
+    "same": "SAME",
+    "copy_rotations": "copied rotations",
+    "ik": "ik",
+}
+"""Our plug-in -> what papers call it; a star: with networks for each structure, as in PAN's tables."""
+FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
+"""They know the structures of their training alone: others are shown beside them on the same cases."""
+MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "contact_recall"
+METRICS = ("position", "contact")
+SPLITS = {
+    "puppets": ("self", "intra", "cross"),
+    "mixamo": ("intra", "cross"),
+    "fold": ("intra", "cross"),
+    "pairs": ("cross",),
+}
+
+
+def training(method: str, fold: Path | None = None) -> str:
+    """What shipped weights, or those of a fold's run, cost: minutes of the last run, hours of motion."""
+    shipped = PROJECT / "methods" / method / "weights" / "puppets.json"
+    if not shipped.exists():
+        return "none"
+    path = shipped if fold is None else fold / method / "weights.json"
+    card = json.loads(path.read_text(encoding="utf-8"))
+    begun = " + earlier" if card.get("init") else ""
+    return f"{card['seconds'] / 60:.0f} min{begun}, {card['data']['hours']:.3g} h"
+
+
+def same_cases(frame: Any, title: str) -> Any:
+    """The rows of a table. Raises SystemExit where they are not over the same cases in each column."""
+    for (split, value), rows in frame.groupby(["split", "value_id"]):
+        if rows.cases.nunique() > 1:
+            counts = ", ".join(f"{row.method} {row.cases:g}" for row in rows.itertuples())
+            raise SystemExit(f"{title}, {split}, {value}: over different cases ({counts})")
+    return frame
+
+
+def table(
+    title: str, about: str, results: rb.Results, methods: Iterable[str], fold: Path | None = None
+) -> Iterator[str]:
+    """Lines of Markdown: MPJPE, root-aligned and contact recall by split, with intervals."""
+    frame = same_cases(results.table([MPJPE, ALIGNED, RECALL]).frame, title)
+    rows = {(plain(row.method), row.split, row.value_id): row for row in frame.itertuples()}
+    splits = list(dict.fromkeys(row.split for row in frame.itertuples()))
+    sizes = {
+        row.split: f"{row.split} {row.cases:g} cases of {row.clips:g} clips" for row in frame.itertuples()
+    }
+    columns = [
+        (split, value)
+        for split in splits
+        for value in (MPJPE, ALIGNED, RECALL)
+        if any((method, split, value) in rows for method in methods)
+    ]
+    names = {MPJPE: "MPJPE", ALIGNED: "root-aligned", RECALL: "contact recall"}
+    yield from ("", f"## {title}", "", f"{about} {'; '.join(sizes.values())}.", "")
+    yield f"| method | trained | {' | '.join(f'{split}, {names[value]}' for split, value in columns)} |"
+    yield "|---|---|" + "---:|" * len(columns)
+    for method in methods:
+        if any((method, split, MPJPE) in rows for split in splits):
+            cells = " | ".join(_cell(rows.get((method, *column))) for column in columns)
+            yield f"| {PEERS.get(method, method)} | {training(method, fold)} | {cells} |"
+
+
+def _cell(row: Any) -> str:
+    if row is None or row.value != row.value:
+        return "n/a"
+    told = row.low is not None and row.low == row.low
+    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if told else "")
+
+
+def plain(label: str) -> str:
+    """The method of a row, without its weights."""
+    return label.partition("[")[0]
+
+
+Beside = dict[tuple[str, str], tuple[float, str, int]]
+"""Method and split -> MPJPE, how far it is from SAN's, number of cases."""
+
+
+def on_few(results: rb.Results, mine: str = FEW_STRUCTURES[-1]) -> Beside:
+    """Every method on the cases that ``mine`` answered, which the others of few structures answer too."""
+    found: Beside = {}
+    for method in PEERS:
+        for split in results.compare(method, mine, MPJPE).found if method != mine else ():
+            (one,) = split.differences
+            ends = f" [{one.interval.low:+.2f}, {one.interval.high:+.2f}]" if one.interval else ""
+            found[method, split.split] = one.first, f"{one.first - one.second:+.2f}{ends}", one.cases
+            found[mine, split.split] = one.second, "", one.cases
+    return found
+
+
+def beside_few(found: Beside) -> Iterator[str]:
+    """Lines of Markdown."""
+    splits = SPLITS["puppets"]
+    sizes = "; ".join(
+        f"{split} {' or '.join(str(n) for n in sorted({found[m, split][2] for m in PEERS}))} cases"
+        for split in splits
+    )
+    yield from ("", "## Puppets of the structures that NKN\\*, PMnet\\* and SAN know", "")
+    yield f"MPJPE on the cases that SAN answered ({sizes}), and below zero where it is less than SAN's."
+    heads = " | ".join(f"{split} | minus SAN" for split in splits)
+    yield from ("", f"| method | trained | {heads} |", "|---|---|" + "---:|" * (2 * len(splits)))
+    for method, label in PEERS.items():
+        cells = " | ".join(f"{found[method, s][0]:.2f} | {found[method, s][1]}" for s in splits)
+        yield f"| {label} | {training(method)} | {cells} |"
+
+
+def paired_folder(pairs: Path, folder: Path) -> Path:
+    """The pairs as ``source-k/k.bvh`` and ``answer-k/k.bvh``."""
+    for number, line in enumerate((pairs / "pair.txt").read_text().splitlines()):
+        *_, source, answer = (part.strip() for part in line.split(","))
+        for name, file in (("source", source), ("answer", answer)):
+            there = pairs / file.removeprefix("sample/motion/bvh/")
+            place = folder / f"{name}-{number}" / f"{number}.bvh"
+            place.parent.mkdir(parents=True)
+            shutil.copyfile(there, place)
+    return folder
+
+
+def page(results: dict[str, rb.Results], few: rb.Results, fold: Path) -> str:
+    every = [name for name in PEERS if name not in FEW_STRUCTURES]
+    out = [
+        "# Who compared with whom, under one protocol",
+        "",
+        "    python benchmarks/peers.py --mixamo DIR --pairs DIR --fold DIR",
+        "",
+        "The methods of the papers' tables, each rebuilt here and trained on motion of puppets and of CMU "
+        "(none of the pairs, and none of Mixamo but for the table of a fold), as shipped: "
+        "`bench info METHOD` shows the cards of the weights. MPJPE and root-aligned MPJPE in % of height, "
+        "contact recall as a share; 95 % intervals over clips in brackets, where there are ten clips. Each "
+        "table is over the same cases for all its rows. *Trained*: time of the last run on one core, and "
+        "amount of motion. NKN\\*, PMnet\\* and SAN have networks for each structure and know those of "
+        "their training alone: elsewhere they have tables of their own, or no number. None of these "
+        "numbers says how good a method of a paper is at its best.",
+    ]
+    out += table("Puppets", "Held-out bodies and clips;", results["puppets"], every)
+    out += beside_few(on_few(few))
+    out += table("Mixamo", "Characters and clips that none of them has seen;", results["mixamo"], every)
+    out += table(
+        "Mixamo, a fold of five, trained on the others",
+        "Weights from minutes on the clips of the other folds, which are not shipped (*+ earlier*: they "
+        "began as the shipped ones); clips that training lacks;",
+        results["fold"],
+        PEERS,
+        fold,
+    )
+    out += table(
+        "SAME's pairs",
+        "References by MotionBuilder on random skeletons, no copied rotations; each pair both ways;",
+        results["pairs"],
+        every,
+    )
+    return "\n".join(out) + "\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--mixamo", required=True, metavar="DIR", help="folder of the Mixamo clips")
+    parser.add_argument("--pairs", required=True, metavar="DIR", help="folder with pair.txt")
+    parser.add_argument("--fold", required=True, metavar="RUNS", type=Path, help="folder of training runs")
+    parser.add_argument("--out", default="runs/peers", metavar="DIR", help="folder of results")
+    parser.add_argument("--jobs", type=int, metavar="N", help="number of processes")
+    given = parser.parse_args()
+    common = {"metrics": METRICS, "out": given.out, "workers": given.jobs, "timed": False}
+    every = [name for name in PEERS if name not in FEW_STRUCTURES]
+    _trained(PEERS)
+    with TemporaryDirectory() as temporary:
+        sets = {
+            "puppets": {"dataset": defaults.DATASET},
+            "mixamo": {"dataset": "mixamo", "root": given.mixamo},
+            "fold": {"dataset": "mixamo[protocol=folds]", "root": given.mixamo},
+            "pairs": {"dataset": "folder", "root": str(paired_folder(Path(given.pairs), Path(temporary)))},
+        }
+        methods = {"fold": [of_fold(name, given.fold) for name in PEERS]}
+        results = {
+            name: rb.run(methods.get(name, every), splits=splits, **sets[name], **common)
+            for name, splits in SPLITS.items()
+        }
+        few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
+    write_text(PROJECT / "results" / "peers.md", text := page(results, few, given.fold))
+    print(text)
+
+
+def of_fold(method: str, runs: Path) -> str:
+    """The method with the weights of a fold's run. Raises SystemExit for a learned one without a run."""
+    if training(method) == "none":
+        return method
+    if not (runs / method / "weights.json").exists():
+        raise SystemExit(f"{runs / method}: no training run of {method} there; see --help")
+    return f"{method}[weights={runs / method}]"
+
+
+def _trained(methods: Iterable[str]) -> None:
+    """Raises SystemExit for a method without weights: the page would lack it."""
+    for name in methods:
+        if reason := getattr(registry.create("methods", name), "untrained", ""):
+            raise SystemExit(reason)
+
+
+if __name__ == "__main__":
+    main()

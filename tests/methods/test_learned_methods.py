@@ -1,0 +1,323 @@
+"""What all learned methods have in common: drawing, learning, weights, and answers of any shape."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from learned_methods import LEARNED, Learned
+from method_bodies import dance
+from torch.utils._pytree import tree_leaves
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.plugins import registry
+from retarget_bench.training import weights
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import NORM, OptimiserPhase, optimiser_phases, to_device
+
+CPU = torch.device("cpu")
+POSITIONS = ("nkn", "nkn_cross", "pmnet", "pmnet_cross", "smrm", "humot")
+"""Methods for which a source's joint positions are enough."""
+BATCHES = ("pan", "pan[parts=three]", "san", *POSITIONS)
+"""Methods that answer batches."""
+ANSWERING = {
+    "pan": {"target_stats", "tips"},
+    "san": {"target_stats", "tips"},
+    "nkn": {"clean", "path", "yaw"},
+    "nkn_cross": {"clean", "path", "yaw"},
+    "pmnet": {"clean", "path", "yaw"},
+    "pmnet_cross": {"clean", "path", "yaw"},
+    "smrm": {"noise", "path", "variant"},
+    "r2et": {"size"},
+    "humot": {"root_rule", "windows"},
+    "same": {"path"},
+    "skr": {"points", "views"},
+    "skin": {"skr"},
+    "npt": set(),
+    "paired": {"feet"},
+}
+"""Parameters that weights do not depend on."""
+PIECES = {
+    "pan": "training.layers.skeletal.inference.PIECE",
+    "san": "training.layers.skeletal.inference.PIECE",
+    "nkn": "methods.nkn.inference.CHUNK",
+    "same": "methods.same.inference.CHUNK",
+    "paired": "methods.paired.inference.CHUNK",
+}
+"""How many frames of a clip go through the networks at once."""
+of_each = pytest.mark.parametrize("learned", LEARNED.values(), ids=list(LEARNED))
+PLAIN = {name: each for name, each in LEARNED.items() if "[" not in name or "parts" in name}
+of_plain = pytest.mark.parametrize("learned", PLAIN.values(), ids=list(PLAIN))
+"""Without the variants, whose networks are made and asked in the same way."""
+ODD = [
+    ("pan", {"dropout": 1.0}, "dropout of pan is a share below 1"),
+    ("pan", {"dropout": float("nan")}, "dropout of pan is a share below 1"),
+    ("pan", {"kinematic": float("inf")}, "finite"),
+    ("pan", {"facing": float("nan")}, "finite"),
+    ("pan", {"target_stats": "own"}, "needs statistics=character"),
+    ("pan", {"velocity": 1.0, "root": "position"}, "root=position does not say it"),
+    ("pan", {"parts": "three", "root": "position"}, "root=position does not say it"),
+    ("nkn", {"hidden": 0}, "hidden is at least 1, same between 0 and 1"),
+    ("nkn", {"same": 1.5}, "hidden is at least 1, same between 0 and 1"),
+    ("nkn", {"facing": -1.0}, "hidden is at least 1, same between 0 and 1"),
+    ("nkn", {"drift": -0.1}, "hidden is at least 1, same between 0 and 1"),
+    ("pmnet", {"hidden": 0}, "hidden is at least 1, same between 0 and 1"),
+    ("pmnet", {"same": 1.5}, "hidden is at least 1, same between 0 and 1"),
+    ("pmnet", {"facing": -1.0}, "hidden is at least 1, same between 0 and 1"),
+    ("smrm", {"context": 1}, "smrm"),
+    ("smrm", {"hidden": 0}, "smrm"),
+    ("smrm", {"same": 1.5}, "smrm"),
+    ("smrm", {"smooth": -1.0}, "smrm"),
+    ("r2et", {"facing": -1.0}, "facing of r2et is not negative, and dropout a share"),
+    ("r2et", {"dropout": 1.0}, "facing of r2et is not negative, and dropout a share"),
+    ("humot", {"consistency": -1.0}, "consistency is a weight"),
+    ("humot", {"hop": 0}, "hop is a number of frames"),
+    ("skr", {"network": "big"}, "skr"),
+    ("skr", {"dropout": 1.0}, "skr"),
+    ("skr", {"fewest": 9, "most": 8}, "skr"),
+    ("skr", {"direction": "up"}, "skr"),
+    ("skr", {"stretched": 1.5}, "skr"),
+    ("skr", {"views": 3}, "skr"),
+    ("skin", {"inputs": "angles"}, "skin"),
+    ("skin", {"dropout": -1}, "skin"),
+    ("skin", {"joints": "mine"}, "skin"),
+    ("npt", {"width": 0}, "npt"),
+    ("npt", {"points": 1}, "npt"),
+    ("npt", {"pooling": "mean"}, "npt"),
+]
+"""Parameters that cannot be, and words of the sentence that says so."""
+
+
+def drawn(module: Any, seed: int = 0, rows: int = 6) -> Any:
+    return to_device(module.draw(np.random.default_rng(seed), rows), CPU)
+
+
+def phases_of(module: Any) -> list[OptimiserPhase]:
+    return optimiser_phases(module, TrainingConfig(steps=1, batch=6, window=16, rate=1e-3), CPU)
+
+
+def step(module: Any, phases: list[OptimiserPhase], seed: int) -> None:
+    """A step as the training loop does it: its batch and its dropout are those of the seed."""
+    torch.manual_seed(seed)
+    batch, memory = drawn(module, seed), {}
+    for phase in phases:
+        phase(batch, memory, 1e-3)
+
+
+def equal(one: Any, other: Any) -> bool:
+    """Whether nested batches or tensors by name hold the same numbers."""
+    leaves = [tree_leaves(dict(each)) for each in (one, other)]
+    return len(leaves[0]) == len(leaves[1]) and all(map(np.array_equal, *leaves))
+
+
+def answer(method: Any, source: Any, target: Any) -> Any:
+    return method.retarget(source, target, context=Context(seed=3))
+
+
+def places(answered: Any) -> np.ndarray:
+    """The joints, or the vertices, of an answer."""
+    return answered.vertices if hasattr(answered, "vertices") else answered.positions
+
+
+# --------------------------------------------------------------------------------------------- training
+@of_plain
+def test_a_batch_depends_on_its_numbers_alone(learned: Learned) -> None:
+    module = learned.module()
+    one, same, other = (drawn(module, seed) for seed in (3, 3, 4))
+    assert equal(one, same)
+    assert not equal(one, other)
+
+
+@of_each
+def test_gradients_reach_every_parameter(learned: Learned) -> None:
+    module, reached = learned.moved(), dict[str, bool]()
+    for seed in range(learned.seeds):
+        batch, memory = drawn(module, seed), dict[str, Any]()
+        for phase in module.phases:
+            module.modules.zero_grad(set_to_none=True)
+            torch.stack(list(module.losses(phase.name, batch, memory).values())).sum().backward()
+            for part in phase.modules:
+                for name, each in module.modules[part].named_parameters():
+                    moved = each.grad is not None and bool(each.grad.abs().max() > 0)
+                    assert not moved or torch.isfinite(each.grad).all(), name
+                    reached[f"{part}.{name}"] = reached.get(f"{part}.{name}", False) or moved
+    missed = [name for name, there in reached.items() if not there]
+    assert [name for name in missed if not any(part in name for part in learned.resting)] == []
+
+
+@of_plain
+def test_training_repeats_itself_and_depends_on_its_seed(learned: Learned) -> None:
+    found = []
+    for first in (0, 0, 5):
+        module = learned.module()
+        phases = phases_of(module)
+        for number in range(2):
+            step(module, phases, first + number)
+        found.append(module.export())
+    assert equal(found[0], found[1])
+    assert not equal(found[0], found[2])
+
+
+@of_plain
+def test_interrupted_training_goes_on_as_if_it_had_not_been(learned: Learned) -> None:
+    """What a checkpoint holds is all that a step depends on."""
+    module = learned.module()
+    phases = phases_of(module)
+    for seed in range(2):
+        step(module, phases, seed)
+    again = learned.module()
+    again.modules.load_state_dict(deepcopy(module.modules.state_dict()))
+    later = phases_of(again)
+    for phase, before in zip(later, phases, strict=True):
+        phase.restore(deepcopy(before.state()))
+    for each, its in ((module, phases), (again, later)):
+        step(each, its, 2)
+    assert equal(module.export(), again.export())
+
+
+@of_plain
+def test_training_lowers_the_loss(learned: Learned) -> None:
+    module = learned.module()
+    (phase, *_), batch, losses = phases_of(module), drawn(module), []
+    for number in range(15):
+        torch.manual_seed(number)
+        terms = phase(batch, {}, learned.rate)
+        losses.append(sum(float(each) for name, each in terms.items() if not name.endswith(NORM)))
+    assert np.mean(losses[-3:]) < 0.95 * losses[0]
+
+
+@pytest.mark.parametrize("name", [name for name in ANSWERING if name not in ("humot", "skr", "skin")])
+def test_one_character_is_not_enough(name: str) -> None:
+    learned, method = LEARNED[name], registry.load("methods", name)()
+    body = learned.names[0][0]
+    arrays = {key: np.float32(each) for key, each in method.prepare(dance(learned.body(body), 70)).items()}
+    alone = TrainingData({body: learned.body(body)}, {body: [ClipArrays(body, "dance", arrays)]})
+    with pytest.raises(NotSupported, match=r"two characters|by two bodies"):
+        method.training_module(alone, TrainingConfig(steps=1, batch=4, window=32, rate=1e-3))
+
+
+# ---------------------------------------------------------------------------------------------- weights
+@of_plain
+def test_weights_come_back_from_their_files(learned: Learned, tmp_path: Any) -> None:
+    method = learned.method()
+    card = {"method": method.card.name, "version": method.card.version, "facts": dict(method.facts())}
+    stored = weights.write(tmp_path, "weights", method.tensors, card, exact=list(method.tensors))
+    again = type(method)(**method.facts(), weights=str(tmp_path))
+    assert again.facts() == method.facts()
+    assert again.weights_hash == stored.hash
+    source, target = learned.cases()[0]
+    np.testing.assert_array_equal(*(places(answer(each, source, target)) for each in (method, again)))
+
+
+@of_plain
+def test_training_begins_with_given_weights_of_the_same_shapes_only(learned: Learned) -> None:
+    tensors = learned.moved().export()
+    module = learned.module()
+    assert not equal(module.export(), tensors)
+    module.load({name: each.clone() for name, each in tensors.items()})
+    assert equal(module.export(), tensors)
+    name = max(tensors, key=lambda each: tensors[each].numel())
+    for odd in (
+        {**tensors, name: tensors[name][..., :-1]},
+        {key: tensors[key] for key in tensors if key != name},
+    ):
+        with pytest.raises(BenchError):
+            module.load(odd)
+
+
+@of_plain
+def test_without_weights_it_says_what_makes_some(learned: Learned, monkeypatch: Any) -> None:
+    method = learned.method()
+    monkeypatch.setattr(type(method), "shipped", classmethod(lambda cls: {}))
+    source, target = learned.cases()[0]
+    untrained = type(method)(**method.facts())
+    assert f"bench train {method.card.name}" in untrained.supports(source.character, target)
+
+
+@pytest.mark.parametrize("name", ANSWERING)
+def test_weights_know_all_parameters_that_they_depend_on(name: str) -> None:
+    method = registry.load("methods", name)()
+    assert set(method.facts()) | ANSWERING[name] | {"weights"} == set(method.card.parameters)
+
+
+@pytest.mark.parametrize(("name", "parameters", "words"), ODD)
+def test_parameters_that_cannot_be_are_refused(name: str, parameters: Any, words: str) -> None:
+    with pytest.raises(BenchError, match=words):
+        registry.load("methods", name)(**parameters)
+
+
+# ---------------------------------------------------------------------------------------------- answers
+@of_each
+def test_any_length_and_rate(learned: Learned) -> None:
+    method = learned.method()
+    for (name, _, other), (frames, fps) in product(learned.names[:2], ((1, 30.0), (2, 60.0), (31, 24.0))):
+        source = learned.source(replace(dance(learned.body(name), frames), fps=fps))
+        target = learned.body(other)
+        assert method.supports(source.character, target) is None
+        found = answer(method, source, target)
+        assert (found.frames, found.fps) == (frames, fps)
+        assert found.character is target
+        assert np.isfinite(places(found)).all()
+        if hasattr(found, "rotations"):
+            np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("name", "constant"), PIECES.items())
+def test_long_clips_go_through_in_pieces(name: str, constant: str, monkeypatch: Any) -> None:
+    learned = LEARNED[name]
+    method, target = learned.method(), learned.body(learned.names[0][2])
+    source = learned.source(dance(learned.body(learned.names[0][0]), 300))
+    whole = places(answer(method, source, target))
+    monkeypatch.setattr(f"retarget_bench.{constant}", 64)
+    assert np.abs(places(answer(method, source, target)) - whole).max() < 1e-5 * target.height
+
+
+@pytest.mark.parametrize("name", BATCHES)
+def test_a_batch_in_any_order_and_on_any_threads_gives_what_its_rows_give_alone(name: str) -> None:
+    method, cases = LEARNED[name].method(), LEARNED[name].cases()
+    assert method.retarget_batch([], [], contexts=[]) == []
+    threads = torch.get_num_threads()
+    try:
+        torch.set_num_threads(1)
+        alone = [answer(method, *case) for case in cases]
+        torch.set_num_threads(2)
+        for order in (list(range(len(cases))), list(range(len(cases)))[::-1]):
+            sources, targets = zip(*(cases[number] for number in order), strict=True)
+            found = method.retarget_batch(sources, targets, contexts=[Context(seed=3)] * len(cases))
+            for number, each in zip(order, found, strict=True):
+                one = alone[number]
+                assert (each.frames, each.fps, each.character) == (one.frames, one.fps, cases[number][1])
+                assert np.abs(places(each) - places(one)).max() < 1e-5 * one.character.height
+    finally:
+        torch.set_num_threads(threads)
+
+
+@of_plain
+def test_answers_depend_on_source_and_target(learned: Learned) -> None:
+    method, (source, target) = learned.method(), learned.cases()[0]
+    other = learned.source(dance(learned.body(learned.names[0][0]), source.frames, 17))
+    one, two = (places(answer(method, each, target)) for each in (source, other))
+    assert np.abs(one - two).max() > 1e-3 * target.height
+
+
+@pytest.mark.parametrize("name", [name for name in PLAIN if name != "npt"])
+def test_joint_positions_are_answered_like_their_motion_or_refused(name: str) -> None:
+    learned = LEARNED[name]
+    method = learned.method()
+    source = dance(learned.body(learned.names[0][0]), 3)
+    target = learned.body(learned.names[0][2])
+    known = source.character.positions(source.positions, source.fps)
+    assert ("positions" in method.card.accepts) == (name in POSITIONS)
+    if name in POSITIONS:
+        one, other = (places(answer(method, each, target)) for each in (source, known))
+        assert np.abs(one - other).max() < 1e-5 * target.height
+    else:
+        with pytest.raises(NotSupported, match=r"rotations|positions|points"):
+            answer(method, known, target)
