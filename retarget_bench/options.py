@@ -202,6 +202,8 @@ _WORDS = {
     "NoneType": "None",
     "ModuleType": "a module",
     "Callable": "a class or function",
+    "Mapping": "a dictionary",
+    "ndarray": "an array",
 }
 
 

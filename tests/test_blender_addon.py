@@ -19,6 +19,7 @@ import pytest
 from retarget_bench import cli
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from tests.motion.alignment_rigs import performance, t_pose
 from tests.motion.animal_rigs import bird, written
 
@@ -162,24 +163,22 @@ def files(tmp_path) -> tuple[Path, Path]:
 def expected(source: Path, target: Path, method: str = "ik") -> importer.Imported:
     """What ``bench retarget`` makes of the files."""
     out = target.with_name("out.bvh")
-    sides = [f"--{side}{option}" for side in ("", "target-") for option in ("unit=cm", "up=y")]
     with pytest.raises(SystemExit) as stop:
         cli.main(
             [
                 "retarget",
-                str(source),
+                f"{source}[unit=cm,up=y]",
                 "--target",
-                str(target),
+                f"{target}[unit=cm,up=y]",
                 "-o",
                 str(out),
                 "-m",
                 method,
-                *sides,
                 "--quiet",
             ]
         )
     assert not stop.value.code
-    return importer.load(out, unit="cm", up="y")
+    return importer.load(out, Reading(unit="cm", up="y"))
 
 
 def farthest(found: dict, wanted: importer.Imported, moved: tuple[float, float, float]) -> float:
@@ -256,7 +255,7 @@ def test_an_animal_with_tail_and_rolls(run, files, tmp_path):
     hen.write_text(text)
     found = run(hen, hen, method="copy_rotations")
     assert found["done"] == ["FINISHED"], found["said"]
-    assert farthest(found, importer.load(hen, unit="cm", up="y"), (0.0, 0.0, 0.0)) < 1e-3
+    assert farthest(found, importer.load(hen, Reading(unit="cm", up="y")), (0.0, 0.0, 0.0)) < 1e-3
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,6 @@ from retarget_bench.motion import bvh
 from retarget_bench.motion.editing import loops, start
 from tests.motion.editing_bodies import body, fingers, gait
 
-METRES = ("--unit", "m", "--target-unit", "m")
-
 
 @pytest.fixture
 def files(tmp_path, monkeypatch) -> dict[str, Path]:
@@ -35,12 +33,16 @@ def files(tmp_path, monkeypatch) -> dict[str, Path]:
     return written
 
 
+def metres(file: Path) -> str:
+    return f"{file}[unit=m]"
+
+
 def test_a_start_is_said_and_kept_cut_or_eased(bench, files):
-    asked = ("retarget", files["late"], "--target", files["full"], "-m", "copy_rotations", *METRES)
+    asked = ("retarget", metres(files["late"]), "--target", metres(files["full"]), "-m", "copy_rotations")
     code, out, err = bench(*asked, "-o", "kept.bvh")
     assert code == 0, err
     told = (
-        r"late: the first frame is in a T-pose, and joints are 5\.0\d m away a frame later: say --start cut"
+        r"late: the first frame is in a T-pose, and joints are 5\.0\d m away a frame later: say start=cut"
     )
     assert re.search(told, err), err
     assert "41 frames of late" in out
@@ -57,15 +59,15 @@ def test_a_start_is_said_and_kept_cut_or_eased(bench, files):
 
 
 def test_the_doctor_says_it_too(bench, files):
-    _, out, _ = bench("doctor", files["late"], "--unit", "m")
+    _, out, _ = bench("doctor", metres(files["late"]))
     assert "In front of the motion the first frame is in a T-pose, and joints are 5." in out
     assert "--start cut, or --start ease" in out
-    assert "--start" not in bench("doctor", files["walk"], "--unit", "m")[1]
+    assert "--start" not in bench("doctor", metres(files["walk"]))[1]
 
 
 def test_python_takes_and_says_the_same(files):
     late, full = (rb.load_motion(files[name], unit="m") for name in ("late", "full"))
-    with pytest.warns(UserWarning, match='say start="cut" or start="ease"'):
+    with pytest.warns(UserWarning, match="say start=cut or start=ease"):
         kept = rb.retarget(late, full, "copy_rotations")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -80,7 +82,7 @@ def test_python_takes_and_says_the_same(files):
 
 
 def test_paths_of_results(bench, files):
-    asked = ("retarget", files["walk"], "--target", files["full"], *METRES)
+    asked = ("retarget", metres(files["walk"]), "--target", metres(files["full"]))
     for option in ("keep", "in-place", "-x"):
         code, _, err = bench(*asked, "-o", f"{option}.bvh", "--root-motion", option)
         assert code == 0, err
@@ -97,7 +99,7 @@ def test_paths_of_results(bench, files):
 
 
 def test_hands_are_relaxed_unless_told(bench, files):
-    asked = ("retarget", files["walk"], "--target", files["full"], *METRES)
+    asked = ("retarget", metres(files["walk"]), "--target", metres(files["full"]))
     _, out, _ = bench(*asked, "-o", "relaxed.bvh")
     assert "walk shows no fingers: the hands of full are relaxed" in out
     _, out, _ = bench(*asked, "-o", "open.bvh", "--hands", "open")
@@ -110,7 +112,7 @@ def test_hands_are_relaxed_unless_told(bench, files):
 @pytest.mark.parametrize("rate", [(), ("--fps", "24"), ("--fps", "17")])
 def test_loops_stay_loops_in_files_at_every_rate(bench, files, rate):
     code, _, err = bench(
-        "retarget", files["walk"], "--target", files["full"], *METRES, "-o", "out.bvh", *rate
+        "retarget", metres(files["walk"]), "--target", metres(files["full"]), "-o", "out.bvh", *rate
     )
     assert code == 0, err
     found = rb.load_motion("out.bvh", unit="m")

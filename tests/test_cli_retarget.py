@@ -10,6 +10,7 @@ import pytest
 
 from retarget_bench.motion import bvh, files, importer
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.plugins import registry
@@ -37,8 +38,8 @@ def figures(tmp_path) -> dict[str, Path]:
 
 def test_the_small_figures_bow_is_bowed_by_the_large_one(bench, figures):
     done = bench(
-        "retarget", figures["small"], "--target", figures["large"], "-o", "out.bvh", "-m", "copy_rotations",
-        "--unit", "m", "--target-unit", "cm",
+        "retarget", f"{figures['small']}[unit=m]", "--target", f"{figures['large']}[unit=cm]",
+        "-o", "out.bvh", "-m", "copy_rotations",
     )  # fmt: skip
     assert done[0] == 0, done[2]
     assert done[1].splitlines()[1:] == ["nothing to look at"]
@@ -56,25 +57,25 @@ def test_the_default_method_and_another_rate(bench, figures):
     )
     assert code == 0, err
     assert "10 frames of large at 15 per second" in out
-    assert importer.load("out.bvh", unit="m").motion.fps == 15
+    assert importer.load("out.bvh", Reading(unit="m")).motion.fps == 15
 
 
 def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
     for file in figures.values():
         file.write_text(re.sub("Frame Time: .*", "Frame Time: 1.0", file.read_text()))
     small, large = figures["small"], figures["large"]
-    asked = ("retarget", small, "--target", large, "-o", "out.bvh", "-m", "copy_rotations")
-    code, out, err = bench(*asked)
+    asked = ("-o", "out.bvh", "-m", "copy_rotations")
+    code, out, err = bench("retarget", small, "--target", large, *asked)
     assert code == 0, err
-    assert "say the true rate with --rate" in err
-    assert "say the true rate with --target-rate" in err
-    code, out, err = bench(*asked, "--rate", 30, "--target-rate", 30)
+    for file in (small, large):
+        assert re.search(f"{file}: the frame rate is 1 per second, .* say the true rate", err)
+    code, out, err = bench("retarget", f"{small}[rate=30]", "--target", f"{large}[rate=30]", *asked)
     assert (code, "rate" in err) == (0, False), err
     assert "20 frames of small at 30 per second" in out
-    assert importer.load("out.bvh", unit="cm").motion.fps == 30
-    assert "--rate 24" in bench("doctor", small, "--rate", 24)[1]
-    code, out, err = bench(*asked, "--rate", "nan")
-    assert (code, "rate=nan is no frame rate" in err) == (2, True), err
+    assert importer.load("out.bvh", Reading(unit="cm")).motion.fps == 30
+    assert "rate=24]" in bench("doctor", f"{small}[rate=24]")[1]
+    code, out, err = bench("retarget", f"{small}[rate=1e6]", "--target", large, *asked)
+    assert (code, "rate=1e+06 is no frame rate" in err) == (2, True), err
 
 
 def test_an_acclaim_skeleton_lies_beside_its_motion_or_is_named(bench, figures, tmp_path):
@@ -85,15 +86,15 @@ def test_an_acclaim_skeleton_lies_beside_its_motion_or_is_named(bench, figures, 
     code, out, err = bench(*asked)
     assert code == 2
     assert "needs its skeleton, 01_02.asf or 01.asf" in err
-    code, out, err = bench(*asked, "--skeleton", "far/bones.asf")
+    code, out, err = bench("retarget", "01_02.amc[skeleton=far/bones.asf]", *asked[2:])
     assert code == 0, err
     assert "2 frames of 01_02 at 120 per second" in out
-    onto = ("retarget", figures["small"], "--target", "01_02.amc", "-o", "out.bvh", "-m", "copy_rotations")
-    code, out, err = bench(*onto, "--target-skeleton", "far/bones.asf")
+    onto = ("--target", "01_02.amc[skeleton=far/bones.asf]", *asked[4:])
+    code, out, err = bench("retarget", figures["small"], *onto)
     assert code == 0, err
     assert "on the body of 01_02" in out
     assert bench("doctor", "far/bones.asf")[0] == 0
-    code, out, err = bench(*onto, "--skeleton", "far/bones.asf")
+    code, out, err = bench("retarget", f"{figures['small']}[skeleton=far/bones.asf]", *onto)
     assert (code, "is for AMC files" in err) == (2, True), err
 
 
@@ -121,14 +122,15 @@ plugin = Places
 
 def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, figures):
     Path("places.py").write_text(POSITIONS)
-    asked = ("retarget", figures["small"], "--target", figures["large"], "--plugin", "places.py")
-    units = ("--unit", "m", "--target-unit", "cm")
-    code, out, err = bench(*asked, *units, "-o", "fitted.bvh", "-m", "places")
+    source, target = f"{figures['small']}[unit=m]", f"{figures['large']}[unit=cm]"
+    code, out, err = bench("retarget", source, "--target", target, "-o", "fitted.bvh", "-m", "places.py")
     assert code == 0, err
     said, summary, *_ = out.splitlines()
     assert said.startswith("rotations were fitted to positions: 0.0 cm mean, 0.0 cm worst (")
     assert "20 frames of small at 30 per second on the body of large, by places" in summary
-    expected, found = (importer.load(file, unit="cm").motion for file in (figures["large"], "fitted.bvh"))
+    expected, found = (
+        importer.load(file, Reading(unit="cm")).motion for file in (figures["large"], "fitted.bvh")
+    )
     assert np.abs(found.positions - expected.positions).max() < 1e-4
     assert bvh.parse("fitted.bvh").hierarchy.names == bvh.parse(figures["large"]).hierarchy.names
 
@@ -136,11 +138,11 @@ def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, fig
 def test_what_the_fit_leaves_over_is_said(bench, figures):
     Path("places.py").write_text(POSITIONS)
     code, out, err = bench(
-        "retarget", figures["large"], "--target", figures["large"], "--plugin", "places.py",
-        "--unit", "cm", "--target-unit", "cm", "-o", "fitted.bvh", "-m", "places[stretch=1.1]",
+        "retarget", f"{figures['large']}[unit=cm]", "--target", f"{figures['large']}[unit=cm]",
+        "-o", "fitted.bvh", "-m", "places.py[stretch=1.1]",
     )  # fmt: skip
     assert code == 0, err
-    body = importer.load(figures["large"], unit="cm").motion
+    body = importer.load(figures["large"], Reading(unit="cm")).motion
     away = 0.1 * np.linalg.norm(body.positions - body.root[:, None], axis=-1)
     name = body.skeleton.names[int(away.max(axis=0).argmax())]
     assert out.startswith(
@@ -155,7 +157,7 @@ def test_what_is_understood_is_said_with_what_to_override(bench, figures):
     assert out.count("Joints and their roles:") == 2
     for told in ("left_forearm", "cm = 0.01 m", "up axis", "rest pose", "30 per second", "floor"):
         assert told in out
-    told = bench("doctor", figures["large"], "--unit", "m")[1]
+    told = bench("doctor", f"{figures['large']}[unit=m]")[1]
     assert "m = 1 m (as told)" in told
 
 
@@ -184,7 +186,7 @@ def test_files_of_both_formats_mix_and_results_keep_the_target_s_format(bench, f
     for out in ("own.glb", "own.bvh"):
         found = importer.load(out).motion
         np.testing.assert_allclose(found.positions, own.positions, atol=2e-5)
-    done = bench("retarget", glb, "--take", "nod", "--target", glb, "-o", "nod.glb", "-m", "copy_rotations")
+    done = bench("retarget", f"{glb}[take=nod]", "--target", glb, "-o", "nod.glb", "-m", "copy_rotations")
     assert "31 frames of person" in done[1]
     assert "unit cm, y up" in done[1]
     done = bench("retarget", glb, "--target", glb, "-o", "nod.bvh", "-m", "copy_rotations")
@@ -199,14 +201,14 @@ def test_files_of_smpl_go_in_and_out(bench, figures):
     code, out, err = bench("retarget", "joints.npy", "--target", "amass.npz", "-o", "out.npz")
     assert code == 0, err
     assert "22 of 52 joints follow it; unit m, z up" in out
-    assert "joints.npy: the rate is not in the file: 20 frames per second" in err
-    assert "amass.npz: an average skeleton: give --target-body-model for" in err
-    modelled = ("--target", "amass.npz", "--target-body-model", "models", "--quiet")
-    code, out, err = bench("retarget", "joints.npy", "--rate", "30", *modelled, "-o", "out.glb")
+    assert "joints.npy: the rate is not stated: 20 frames per second" in err
+    assert "amass.npz: an average skeleton: say body_model=FILE for" in err
+    modelled = ("--target", "amass.npz[body_model=models]", "--quiet")
+    code, out, err = bench("retarget", "joints.npy[rate=30]", *modelled, "-o", "out.glb")
     assert (code, out, err) == (0, "", "")
     found = importer.load("out.glb").motion
     assert (found.fps, len(found.character.mesh.vertices)) == (30.0, 90)
-    code, out, _ = bench("doctor", "amass.npz", "--body-model", "models")
+    code, out, _ = bench("doctor", "amass.npz[body_model=models]")
     assert code == 0
     for told in (
         "SMPL-H, female, 16 betas",
@@ -219,7 +221,7 @@ def test_files_of_smpl_go_in_and_out(bench, figures):
     assert code == 2
     assert "no.npz: not written: an AMASS file states the joints of SMPL bodies alone, and" in err
     assert not Path("no.npz").exists()
-    assert "a body model is for AMASS files" in bench("doctor", "joints.npy", "--body-model", "models")[2]
+    assert "a body model is for AMASS files" in bench("doctor", "joints.npy[body_model=models]")[2]
 
 
 def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):
@@ -228,8 +230,8 @@ def test_glb_files_are_examined_and_refused_in_sentences(bench, figures):
     assert code == 0
     for told in ("m = 1 m (as stated)", "animation 1 of 1 'act'", "left_forearm", "T-pose"):
         assert told in out
-    assert "no animation 'run'; it has 1 'act'" in bench("doctor", "person.glb", "--take", "run")[2]
-    assert "no body 'Bob'" in bench("doctor", "person.glb", "--body", "Bob")[2]
+    assert "no animation 'run'; it has 1 'act'" in bench("doctor", "person.glb[take=run]")[2]
+    assert "no body 'Bob'" in bench("doctor", "person.glb[body=Bob]")[2]
     asked = ("retarget", figures["small"], "--target", "person.glb", "-o")
     assert "would overwrite person.glb" in bench(*asked, "person.glb")[2]
     assert "ends in .bvh or .glb" in bench(*asked, "out.fbx")[2]
@@ -325,8 +327,8 @@ def test_failures_are_sentences_and_leave_the_files_alone(bench, figures, change
         "unit": "m",
     } | change
     code, out, err = bench(
-        "retarget", given["source"], "--target", given["target"], "-o", given["out"],
-        "-m", given["method"], "--unit", given["unit"],
+        "retarget", f"{given['source']}[unit={given['unit']}]", "--target", given["target"],
+        "-o", given["out"], "-m", given["method"],
     )  # fmt: skip
     assert code == 2
     assert out == ""

@@ -9,6 +9,7 @@ of bones play a part, and scale, rotation and parents of the objects are those t
 answer is turned back into the bones' own axes.
 """
 
+import json
 import os
 import shlex
 import shutil
@@ -339,6 +340,14 @@ def command_line(text: str) -> list[str]:
     return words
 
 
+def as_read(path: Path, roles: str) -> str:
+    """A file that this wrote, as the command takes it. roles: a file of what its bones are; "": none."""
+    said = "unit=m,up=y,root_place=absolute"
+    if roles:
+        said += f",roles={json.dumps(bpy.path.abspath(roles), ensure_ascii=False)}"
+    return f"{path}[{said}]"
+
+
 class Job:
     """One run of the command, in a temporary folder that goes with it. Raises CannotRetarget."""
 
@@ -356,11 +365,9 @@ class Job:
             motion, body = self._at / "source.bvh", self._at / "target.bvh"
             write_bvh(motion, self.source, self.frames, scene)
             write_rest(body, self.target, scene)
-            line = [*words, "retarget", str(motion), "--target", str(body), "-o", str(self._at / "out.bvh")]
-            line += ["-m", asked.method or "ik"]
-            for side, roles in (("", asked.source_roles), ("target-", asked.target_roles)):
-                line += [f"--{side}unit", "m", f"--{side}up", "y", f"--{side}root-place", "absolute"]
-                line += [f"--{side}roles", bpy.path.abspath(roles)] if roles else []
+            line = [*words, "retarget", as_read(motion, asked.source_roles)]
+            line += ["--target", as_read(body, asked.target_roles)]
+            line += ["-o", str(self._at / "out.bvh"), "-m", asked.method or "ik"]
             self._said = (self._at / "said.txt").open("w+b")
             environment = {name: value for name, value in os.environ.items() if name != "PYTHONHOME"}
             self.process = subprocess.Popen(

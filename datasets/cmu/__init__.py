@@ -21,6 +21,7 @@ from retarget_bench.motion.bvh.catalogue import (
     some,
 )
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.motion import Motion, resampled_frames
 from retarget_bench.training.lazy_clips import LazyClips
 
@@ -285,7 +286,7 @@ class Cmu:
         return body.motion(motion.rotations, motion.root, motion.fps)
 
     def _imported(self, take: str) -> Motion:
-        return importer.load(self._files[take], unit=self._unit, fps=FPS).motion
+        return importer.load(self._files[take], Reading(unit=self._unit), fps=FPS).motion
 
 
 class Clips(LazyClips[str]):

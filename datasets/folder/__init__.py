@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Literal
@@ -15,8 +16,9 @@ from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
 from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
 from retarget_bench.motion.character import Character, Motion, resampled_frames
-from retarget_bench.motion.files import format_of, role_file
+from retarget_bench.motion.files import format_of
 from retarget_bench.motion.files.formats import AMASS, BVH
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
@@ -106,7 +108,8 @@ class Folder:
             f"{name}/{clip}": path for name, own in self._found.bodies.items() for clip, path in own.items()
         }
         files = fingerprint({name: self._found.entries[path] for name, path in named.items()})
-        roles = digest(repr(sorted(self._overrides.items()))) if self._overrides else "found"
+        overrides = self._reading.overrides
+        roles = digest(repr(sorted(overrides.items()))) if overrides else "found"
         protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
         how = f"{self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs}"
         how += f", rate {self._rate:g}" if self._rate else ""
@@ -326,21 +329,22 @@ class Folder:
         return character.motion(motion.rotations, motion.root, motion.fps)
 
     def _fresh(self, body: str, path: Path) -> importer.Imported:
-        return importer.load(
-            path,
-            unit=self._unit,
-            up=self._up,
-            roles=self._overrides,
-            fps=self._fps or None,
-            name=body,
-            inner_positions=self._inner,
-            rate=self._rate or None,
-            body_model=(self._body_model or None) if format_of(path) is AMASS else None,
-        )
+        reading = self._reading
+        if format_of(path) is not AMASS:
+            reading = replace(reading, body_model=None)
+        return importer.load(path, reading, name=body, fps=self._fps or None)
 
     @cached_property
-    def _overrides(self) -> Mapping[str, str | None] | None:
-        return role_file.read(existing(Path(self._roles).expanduser())) if self._roles else None
+    def _reading(self) -> Reading:
+        """How all files are read."""
+        return Reading(
+            unit=self._unit,
+            up=self._up,
+            roles=existing(Path(self._roles).expanduser()) if self._roles else None,
+            inner_positions=self._inner,
+            rate=self._rate or None,
+            body_model=self._body_model or None,
+        )
 
 
 def part_of(clip: str, protocol: Protocol) -> str:

@@ -15,6 +15,7 @@ from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.actions import Action, action
 from retarget_bench.motion.bvh.catalogue import bvh_files, contents, existing, some
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.reading import Reading
 
 Part = Literal["train", "validation", "test"]
 Protocol = Literal["auto", "pan", "own"]
@@ -224,7 +225,7 @@ class Motions:
 
 def _imported(path: Path) -> Motion:
     """Both archives are in centimetres, Y up, with the root's place in the world."""
-    return importer.load(path, unit="cm", up="y", root="absolute", fps=FPS).motion
+    return importer.load(path, Reading(unit="cm", up="y", root_place="absolute"), fps=FPS).motion
 
 
 def _named(species: str, found: Character, path: Path) -> Character:

@@ -95,23 +95,23 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Doubtful points, with the option that settles each."""
+        """Doubtful points, and what settles each."""
         out = list(self.doubts)
         if self.missing:
-            out.append(f"no joint is known as {', '.join(self.missing)}: pass a roles file with --roles")
+            out.append(f"no joint is known as {', '.join(self.missing)}: say which are (roles=FILE)")
         if not self.unit_told and self.other_unit and not self._plausible:
             unit, (other, metres) = self.unit[0], self.other_unit
             out.append(
                 f"the unit is a guess: in {unit} the body is {self.tall:.2f} m tall, in {other} "
-                f"{metres:.2f} m; say --unit {unit} or --unit {other}"
+                f"{metres:.2f} m; say unit={unit} or unit={other}"
             )
         if not self.rate_told and self.frames > 1 and not _RATES[0] <= self.fps <= _RATES[1]:
             out.append(
                 f"the frame rate is {self.fps:g} per second, at which nobody records motion: it would last "
-                f"{self.frames / self.fps:.3g} s; say the true rate with --rate"
+                f"{self.frames / self.fps:.3g} s; say the true rate (rate=30)"
             )
         if not (self.up_told or self.up_prescribed) and self.up_sure < 0.5:
-            out.append(f"the up axis is a guess ({self.up}): say --up y or --up z")
+            out.append(f"the up axis is a guess ({self.up}): say up=y or up=z")
         if self.frames > 1 and abs(self.floor) > 0.05 * max(self.height, 0.1):
             where = "above" if self.floor > 0 else "below"
             out.append(f"the feet are mostly {abs(self.floor):.2f} m {where} the floor (y = 0)")
@@ -155,12 +155,14 @@ class Findings:
         ]
         if self.warnings:
             lines += ["\nLook at:", *(f"  - {warning}" for warning in self.warnings)]
+        rate = f",rate={self.fps:g}" if self.rate_told or self.fps_stated is None else ""
         lines += ["\nTo read the file this way whatever is guessed:"]
-        rate = f" --rate {self.fps:g}" if self.rate_told or self.fps_stated is None else ""
-        lines += [f"  --unit {self.unit[0]} --up {self.up}{rate}"]
+        lines += [f"  '{self.path}[unit={self.unit[0]},up={self.up}{rate}]'"]
         if self.missing or self.not_understood:
-            lines += ["\nA roles file to save as roles.toml, correct, and pass with --roles roles.toml:\n"]
-            lines += [self.roles_file()]
+            lines += [
+                "\nbench doctor --save reading.toml writes a table of joints and roles to be corrected:"
+            ]
+            lines += [f"  '{self.path}[reading=reading.toml]'"]
         return "\n".join(lines)
 
     @property
@@ -169,14 +171,6 @@ class Findings:
             return "" if self.fps_stated is not None else " (usual in this format: the file does not say)"
         said = "nothing" if self.fps_stated is None else f"{self.fps_stated:g}"
         return f" (as told; the file says {said})"
-
-    def roles_file(self) -> str:
-        """TOML for the joints that were not understood, to be filled in."""
-        lines = [f"# still wanted: {', '.join(self.missing)}"] if self.missing else []
-        for name in self.not_understood:
-            escaped = name.replace("\\", "\\\\").replace('"', '\\"')
-            lines.append(f'"{escaped}" = "none"')
-        return "\n".join(lines) or '# "joint name" = "role", or "none" for no role'
 
 
 def counted_frames(count: int) -> str:

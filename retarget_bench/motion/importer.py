@@ -1,22 +1,23 @@
 """Any motion file to a motion in metres, Y up: roles, unit and up axis are found, and every guess is told.
 
 ``load`` never asks: what the file does not say is decided from the body and its motion, listed in
-``Imported.findings``, and can be overridden by an option.
+``Imported.findings``, and can be said better by a ``Reading``.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import NotSupported
 from retarget_bench.motion import files, role_checks, rotation, species, up_axis
 from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
+from retarget_bench.motion.files import format_of
+from retarget_bench.motion.files.reading import UNITS, Reading
 from retarget_bench.motion.findings import Findings
 from retarget_bench.motion.fitting.recorded import with_rotations
 from retarget_bench.motion.measures import measure
@@ -28,14 +29,11 @@ from retarget_bench.motion.roles import (
     explain,
     has_level_trunk,
     is_quadruped,
-    load_overrides,
 )
 from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.up_axis import SAMPLE, UP_AXES, Axis
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
-"""Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
 _UNIT_PENALTY = {"m": 0.0, "cm": 0.0, "mm": 0.3, "dm": 0.5, "cmu": 0.7, "inch": 1.1}
 """Added to the logarithm of a size ratio: rarer units have to explain a body so much better."""
 _PRESCRIBED = 2.0
@@ -47,84 +45,71 @@ _TALL = 1.6
 
 _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
-_FASTEST = 1e5
-"""No motion is recorded at more frames per second."""
 
 
 @dataclass(frozen=True, eq=False)
 class Imported:
     """A file's motion and how it was understood.
 
-    reading: what its reader was told.
+    reading: what was said of it.
     places:  ``(frames, joints, 3)`` metres, every joint in its parent's frame, where joints below the root
              move there and these positions are kept (``inner_positions.py``).
     """
 
     motion: Motion
     findings: Findings
-    reading: files.Reading = field(default_factory=files.Reading)
+    reading: Reading = Reading()
     places: np.ndarray | None = None
+
+    @property
+    def settled(self) -> Reading:
+        """What was said and what was found, by which the file is read so whatever is guessed."""
+        found = self.findings
+        body = self.motion.character
+        return replace(
+            self.reading,
+            unit=found.unit[0],
+            up=found.up,
+            rate=found.fps if found.fps_stated is None else self.reading.rate,
+            roles=dict(zip(body.skeleton.names, body.roles, strict=True)),
+        )
 
 
 def load(
     path: str | Path,
+    reading: Reading = Reading(),
     *,
-    unit: str = "auto",
-    up: str = "auto",
-    root: str = "auto",
-    roles: Mapping[str, str | None] | str | Path | None = None,
-    rate: float | None = None,
-    fps: float | None = None,
     name: str | None = None,
-    take: str | None = None,
-    body: str | None = None,
-    inner_positions: str = "auto",
-    skeleton: str | Path | None = None,
-    body_model: str | Path | None = None,
+    fps: float | None = None,
 ) -> Imported:
     """Read a motion file of any format (``motion.files``) as a motion in metres, Y up, facing as recorded.
 
-    unit:  ``auto``, a name of ``UNITS``, or a number: metres of one unit of the file.
-    up:    ``auto``, or ``y``, ``z``, ``x``, with ``-`` in front for the other way.
-    root:  ``auto``, ``absolute`` or ``relative``: how a BVH file states the root's place (``bvh.read``).
-    roles: what joints are, over what their names say: joint name -> role or None, or a file of it.
-    rate:  frames per second that the file truly has, over what it says; its frames stay as they are.
-    fps:   resample to this rate.
-    name:  of the character; the file's name by default.
-    take:  which motion of a file with several, by name or number from 1 on; also after a ``#`` in the path.
-    body:  which body of a file with several, likewise.
-    inner_positions: ``auto``, or ``drop``, ``bake`` or ``keep`` what joints below the root do that bones of
-           constant length cannot (``inner_positions.settled``).
-    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
-    body_model: file or folder of the body models that files of the SMPL family are of.
+    name: of the character; the file's name by default.
+    fps:  resample to this rate.
     Where a file states joint positions alone, rotations are fitted to them, and a note says how well.
-    Raises FileError for files that cannot be read, NotSupported for unknown options, SkeletonError for
-    roles that do not fit.
+    Raises FileError for files that cannot be read, NotSupported for what their format leaves no choice in,
+    SkeletonError for roles that do not fit.
     """
-    scale = _scale(unit)
-    if up != "auto" and up not in UP_AXES:
-        raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
-    inner.check(inner_positions)
-    path, named = files.split_take(path)
-    told = None if rate is None else _checked_rate(rate)
-    if take is not None and named not in (None, take):
-        raise NotSupported(f"{path}#{named} names a take, and take={take!r} is another: give one of them")
-    take = take if take is not None else named
-    reading = files.Reading(root, take, body, _text(skeleton), told, _text(body_model))
-    stated = files.format_of(path).read(path, reading)
-    recording = with_rotations(stated if told is None else replace(stated, fps=told))
-    overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
-    found = find_roles(recording.skeleton, overrides)
-    axis = up_axis.axis(recording, found, up)
+    path, reading = files.with_take(path, reading)
+    return understood(path, format_of(path).read(path, reading), reading, name, fps)
+
+
+def understood(
+    path: Path, stated: Recording, reading: Reading, name: str | None = None, fps: float | None = None
+) -> Imported:
+    """``load`` of what was read already, as the file has it."""
+    recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
+    found = find_roles(recording.skeleton, reading.overrides)
+    axis = up_axis.axis(recording, found, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
     body_found = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
-    size = _size(path, body_found, recording, (unit, scale) if scale else None)
+    size = _size(path, body_found, recording, reading)
     places = None if recording.places is None else recording.places * size.unit[1]
-    settled = inner.settled(_scaled(body_found, upright, size.unit[1]), places, inner_positions)
+    settled = inner.settled(_scaled(body_found, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
-    findings = _findings(path, stated, recording, axis, size, settled, told is not None)
-    if overrides and (doubt := role_checks.doubt(motion, overrides)):
+    findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
+    if reading.overrides and (doubt := role_checks.doubt(motion, reading.overrides)):
         findings = replace(findings, doubts=(*findings.doubts, doubt))
     if fps is not None:
         if places is not None:
@@ -142,7 +127,7 @@ def _findings(
     settled: inner.Settled,
     told: bool,
 ) -> Findings:
-    """All that was found. stated: as the file has it; recording: at the true rate; told: an option says
+    """All that was found. stated: as the file has it; recording: at the true rate; told: the user says
     that."""
     motion = settled.motion
     joints, roles = motion.skeleton, motion.character.roles
@@ -189,31 +174,6 @@ def as_stated(motion: Motion, like: Imported) -> Motion:
     return replace(motion, rotations=rotations, root=root)
 
 
-def _scale(unit: str) -> float | None:
-    """Metres of one unit, None for auto."""
-    if unit == "auto" or unit in UNITS:
-        return UNITS.get(unit)
-    try:
-        metres = float(unit)
-    except ValueError:
-        metres = math.nan
-    if not (math.isfinite(metres) and metres > 0):
-        raise NotSupported(
-            f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
-        )
-    return metres
-
-
-def _text(path: str | Path | None) -> str | None:
-    return None if path is None else str(path)
-
-
-def _checked_rate(rate: float) -> float:
-    if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
-        raise NotSupported(f"rate={rate:g} is no frame rate; it is frames per second, such as 30 or 120")
-    return rate
-
-
 # ------------------------------------------------------------------------------------------------ unit
 @dataclass(frozen=True)
 class _Size:
@@ -227,13 +187,13 @@ class _Size:
     animal: str
 
 
-def _size(path: Path, body: Character, recording: Recording, told: tuple[str, float] | None) -> _Size:
-    """told: the unit that an option names, or None."""
+def _size(path: Path, body: Character, recording: Recording, reading: Reading) -> _Size:
     level = has_level_trunk(body.skeleton, body.roles)
     animal = species.named(path) if level else ""
     tall = body.measures.h4 if level else body.height
     guesses = _units(tall, partial(species.improbable, animal=animal) if level else None, recording.unit)
-    unit = told or (guesses[0], UNITS[guesses[0]])
+    told = reading.metres
+    unit = (guesses[0], UNITS[guesses[0]]) if told is None else (str(reading.unit), told)
     others = [(each, tall * UNITS[each]) for each in guesses if each != unit[0]]
     return _Size(unit, told is not None, others[0] if others else None, level, animal)
 

@@ -8,15 +8,15 @@ keeps them beside the motion for a file of the same body.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion, Positions
 from retarget_bench.motion.fitting import fit
 
-WAYS = ("auto", "drop", "bake", "keep")
+Way = Literal["auto", "drop", "bake", "keep"]
 NOT_KEPT = "positions of inner joints are left out: a new file has bones of constant length"
 _SMALL = 0.03
 """Share of the body's height by which dropped places may move a joint that has a role, unless told."""
@@ -33,12 +33,6 @@ class Settled:
     doubts: tuple[str, ...] = ()
     places: np.ndarray | None = None
     dropped: str = ""
-
-
-def check(way: str) -> None:
-    """Raises NotSupported for an unknown way."""
-    if way not in WAYS:
-        raise NotSupported(f"inner_positions={way!r} is not known; it is one of {', '.join(WAYS)}")
 
 
 def positions(motion: Motion, places: np.ndarray) -> np.ndarray:
@@ -59,8 +53,8 @@ def moving(motion: Motion, places: np.ndarray) -> np.ndarray:
     return np.asarray(away)
 
 
-def settled(motion: Motion, places: np.ndarray | None, way: str) -> Settled:
-    """What becomes of the places of inner joints: see ``WAYS``; ``auto`` drops them.
+def settled(motion: Motion, places: np.ndarray | None, way: Way) -> Settled:
+    """What becomes of the places of inner joints: ``auto`` drops them.
 
     drop: bones keep their length. bake: rotations are fitted to where joints really are, with bones of
     constant length. keep: as drop, and the places go on beside the motion.
@@ -90,4 +84,4 @@ def settled(motion: Motion, places: np.ndarray | None, way: str) -> Settled:
         return Settled(motion, (), (told,), None, told)
     told += f", joints of the body by {100 * share:.0f} % of its height"
     advice = "bake (rotations come as near as they can), keep (in files of this body) or drop"
-    return Settled(motion, (), (f"{told}: choose --inner-positions {advice}",), None, told)
+    return Settled(motion, (), (f"{told}: say inner_positions={advice}",), None, told)

@@ -37,7 +37,7 @@ def doubt(motion: Motion, told: Mapping[str, str | None]) -> str:
     if not found:
         return ""
     more = f"; and {len(found) - _MOST} more" if len(found) > _MOST else ""
-    return f"roles look wrong: {'; '.join(found[:_MOST])}{more}: correct the file of --roles"
+    return f"roles look wrong: {'; '.join(found[:_MOST])}{more}: correct the table of roles"
 
 
 def contradictions(motion: Motion) -> list[Contradiction]:

@@ -9,14 +9,12 @@ their parent. A TOML file of ``"joint name" = "role"`` (``"none"`` for no role) 
 
 import difflib
 import re
-import tomllib
 from collections.abc import Mapping, Sequence, Set
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import FileError, SkeletonError
+from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import role_aliases as aliases
 from retarget_bench.motion.role_aliases import LIMBS, NUMBERED_FINGERS, Name
 from retarget_bench.motion.skeleton import Skeleton
@@ -132,14 +130,15 @@ def _checked(skeleton: Skeleton, overrides: Mapping[str, str | None]) -> dict[in
             near = difflib.get_close_matches(name, skeleton.names, 3) or [*skeleton.names[:8], "..."]
             raise SkeletonError(f"role override: there is no joint {name!r}; try {', '.join(near)}")
         if role is not None and not is_role(role):
-            raise SkeletonError(f"role override of {name!r}: {_no_role(role)}")
+            raise SkeletonError(f"role override of {name!r}: {no_role(role)}")
         if role is not None and role in out.values():
             raise SkeletonError(f"role override: {role!r} is given to two joints")
         out[skeleton.index(name)] = role
     return out
 
 
-def _no_role(word: str) -> str:
+def no_role(word: str) -> str:
+    """A sentence on a word that is no role."""
     near = difflib.get_close_matches(word, sorted(_PLAIN), 3) or sorted(_PLAIN)
     return f"{word!r} is no role; near it: {', '.join(near)}"
 
@@ -367,29 +366,6 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
             known = words & aliases.HELPER_WORDS or (name.side and name.stem in aliases.LIMB_STEMS)
             out.append("helper" if known else "not understood")
     return tuple(out)
-
-
-def load_overrides(path: str | Path) -> dict[str, str | None]:
-    """A role file: TOML lines ``"joint name" = "role"``; ``"none"`` or ``""`` takes a role away.
-
-    Raises FileError when the file cannot be read, is no TOML or says something else.
-    """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror})") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise FileError(
-            path, f'is not a role file of TOML lines "joint name" = "role" ({error})'
-        ) from error
-    out: dict[str, str | None] = {}
-    for name, role in table.items():
-        if not isinstance(role, str):
-            raise FileError(path, f'{name!r}: expected "joint name" = "role", with both in quotes')
-        out[name] = None if role in ("", "none") else role
-        if out[name] is not None and not is_role(role):
-            raise FileError(path, f"{name!r}: {_no_role(role)}")
-    return out
 
 
 def in_order(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:

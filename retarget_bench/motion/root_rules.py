@@ -68,7 +68,7 @@ def _lacking(body: Character) -> str:
     """What a body without feet is told."""
     if any(role.endswith("_foot") for role in body.joint_of):
         return ""
-    return ", since none of its joints is known as a foot; say which are (--roles), if it has any"
+    return ", since none of its joints is known as a foot; say which are (roles=FILE), if it has any"
 
 
 def ratio(rule: str, source: Character, target: Character) -> float:

@@ -51,7 +51,7 @@ def axis(recording: Recording, found: Sequence[str | None], up: str) -> Axis:
     axis = recording.up or stands
     doubts: tuple[str, ...] = ()
     if _contradicts(recording, found, stands, sure):
-        doubts = (f"{axis} is stated to be up, and the body stands along {stands}: say --up {stands}",)
+        doubts = (f"{axis} is stated to be up, and the body stands along {stands}: say up={stands}",)
     return Axis(axis, sure if axis == stands else 1.0, False, doubts)
 
 

@@ -41,6 +41,7 @@ _NUMBER = re.compile(r"[+-]?((0|[1-9][0-9]*)(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]
 _TRUTH = {"true": True, "True": True, "false": False, "False": False}
 _BARE = re.compile(r"[^\s\[\],='\"]([^\[\],='\"]*[^\s\[\],='\"])?")
 _WORD = re.compile(r"[^\s\[\],+='\"]+")
+_WRITTEN = "it is written name[parameter=value,parameter=value], a post-processor behind it as +name[...]"
 _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
 
 
@@ -121,6 +122,12 @@ class Spec:
         return hash(str(self))
 
 
+def read_parameters(text: str, written: str) -> dict[str, Scalar]:
+    """``[key=value,key=value]`` by key. written: how it is written, for errors. Raises BenchError with the
+    place of the mistake."""
+    return _Reader(text, written).parameters()
+
+
 def read_value(text: str) -> Scalar:
     """The value that bare text stands for: a truth value, an integer, a number, else itself."""
     if text in _TRUTH:
@@ -151,9 +158,17 @@ def _quoted(text: str) -> str:
 class _Reader:
     """Reads one spec from left to right."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, written: str = _WRITTEN) -> None:
         self.text = text.strip()
+        self.written = written
         self.at = 0
+
+    def parameters(self) -> dict[str, Scalar]:
+        """All of the text, in brackets."""
+        found = self._parameters() if self._take("[") else {}
+        if self.at < len(self.text):
+            raise self._error("the end" if found else "'['")
+        return found
 
     def spec(self) -> Spec:
         first, posts = self._plugin(), list[Spec]()
@@ -231,5 +246,5 @@ class _Reader:
         found = repr(self.text[self.at]) if self.at < len(self.text) else "the end"
         return BenchError(
             f"{self.text or 'an empty name'}: expected {wanted} at character {self.at + 1}, found {found}; "
-            "it is written name[parameter=value,parameter=value], a post-processor behind it as +name[...]"
+            + self.written
         )

@@ -6,15 +6,17 @@ import inspect
 from collections.abc import Callable
 from functools import cache, wraps
 from types import SimpleNamespace
-from typing import Any, Concatenate, ParamSpec, TypeVar, get_type_hints
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, get_type_hints, overload
 
 from retarget_bench.errors import BenchError
 from retarget_bench.options import declared, fits, shown, words
 
 P = ParamSpec("P")
 O = TypeVar("O")  # noqa: E741
+O_co = TypeVar("O_co", covariant=True)
 S = TypeVar("S")
 T = TypeVar("T")
+U = TypeVar("U")
 
 
 def takes(options: Callable[P, O]) -> Callable[[Callable[[O], T]], Callable[P, T]]:
@@ -30,23 +32,38 @@ def takes(options: Callable[P, O]) -> Callable[[Callable[[O], T]], Callable[P, T
     return with_arguments
 
 
-def takes_after(options: Callable[P, O]) -> Callable[[Callable[[S, O], T]], Callable[Concatenate[S, P], T]]:
-    """``takes`` for a method, or a function whose first argument is none of the options."""
+class _After(Protocol[P, O_co]):
+    """Makes a function of one argument or two, and of ``options``, one of these options by their names."""
 
-    def with_arguments(function: Callable[[S, O], T]) -> Callable[Concatenate[S, P], T]:
+    @overload
+    def __call__(self, function: Callable[[S, O_co], T], /) -> Callable[Concatenate[S, P], T]: ...
+    @overload
+    def __call__(self, function: Callable[[S, U, O_co], T], /) -> Callable[Concatenate[S, U, P], T]: ...
+
+
+def takes_after(options: Callable[P, O]) -> _After[P, O]:
+    """``takes`` for a method, or a function whose first arguments are none of the options."""
+
+    def with_arguments(function: Callable[..., Any]) -> Callable[..., Any]:
+        before = len(inspect.signature(function).parameters) - 1
+
         @wraps(function)
-        def call(first: S, /, *given: P.args, **named: P.kwargs) -> T:
-            return function(first, options(*given, **named))
+        def call(*given: Any, **named: Any) -> Any:
+            return function(*given[:before], options=options(*given[before:], **named))
 
-        return _documented(call, options, 1)
+        return _documented(call, options, before)
 
-    return with_arguments
+    return cast(_After[P, O], with_arguments)
 
 
 def _documented(call: Any, options: Any, before: int) -> Any:
     """The function with the options' signature, and their help below its own text."""
-    mine = list(inspect.signature(inspect.unwrap(call)).parameters.values())[:before]
-    theirs = inspect.signature(options).parameters.values()
+    own = inspect.signature(inspect.unwrap(call)).parameters.values()
+    mine = [each.replace(kind=each.POSITIONAL_ONLY) for each in own][:before]
+    kinds = {name: each.kind for name, each in declared(options).items()}
+    theirs = [
+        each.replace(annotation=kinds[name]) for name, each in inspect.signature(options).parameters.items()
+    ]
     call.__signature__ = inspect.Signature([*mine, *theirs])
     lines = [f"{name}: {each.option.help}" for name, each in declared(options).items()]
     call.__doc__ = "\n\n".join([inspect.cleandoc(call.__doc__ or ""), "Options\n-------", *lines])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, cast, overload
+
+import numpy as np
 
 from retarget_bench import defaults
 from retarget_bench.api import CROSS, Case, CaseInfo, Context
@@ -18,18 +19,28 @@ from retarget_bench.motion import character, files, importer
 from retarget_bench.motion.editing import edits as editing
 from retarget_bench.motion.editing import legs, loops
 from retarget_bench.motion.editing.edits import Edits
-from retarget_bench.motion.files import role_file, writing
+from retarget_bench.motion.files import writing
+from retarget_bench.motion.files.reading import Reading
+from retarget_bench.motion.files.smpl import joint_arrays
+from retarget_bench.motion.files.smpl.arrays import finite
+from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
+from retarget_bench.options import OptionSet, option
 from retarget_bench.plugins import registry
 from retarget_bench.python import known
-from retarget_bench.python.arguments import checked
+from retarget_bench.python.arguments import checked, takes_after
 from retarget_bench.python.plans import Named, method_spec
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from retarget_bench.python.views import Player
+
+Loadable = str | PathLike[str] | np.ndarray
+"""A file, or joint positions ``(frames, joints, 3)``."""
+Source = character.Prediction | Loadable
+_ONE = (str, PathLike, np.ndarray, character.Motion, character.Positions, character.Surface)
+"""What is a source by itself, and no list of them."""
+Target = character.Character | character.Motion | str | PathLike[str]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,112 +124,145 @@ class Motion(character.Motion):
         return Player(scene_builder.of_motions(motions, names), overlay=overlay)
 
 
+class _ArrayOptions(OptionSet):
+    """What an array does not say of itself."""
+
+    joints: Joints | None = option(
+        "Of an array: the skeleton whose joints it has (smpl, smplh, smplx, body, h36m), or their names in "
+        "order, roles or those of SMPL.",
+        default=None,
+        shown="of the SMPL family, by their number",
+        python=True,
+    )
+
+
+class LoadOptions(_ArrayOptions, Reading):
+    """How a motion is loaded."""
+
+    fps: float | None = option("Resample to this rate.", default=None, above=0)
+    name: str | None = option("Name of the character.", default=None, shown="that of the file")
+
+
+class RetargetOptions(_ArrayOptions, Edits):
+    """How a motion is retargeted."""
+
+    method: Named | None = option(
+        "The method, with parameters in brackets, or the file of your own (my_method.py).",
+        default=None,
+        shown=f"{defaults.METHOD}; for scans {defaults.SCAN_METHOD}",
+        letter="m",
+        metavar="METHOD",
+        names=("methods",),
+        kw_only=False,
+    )
+    seed: int = option(
+        "Seed of a method that draws numbers.", default=0, at_least=0, below=2**63, metavar="N"
+    )
+
+
+@takes_after(LoadOptions)
 @checked
-def load_motion(
-    path: str | PathLike[str],
-    *,
-    fps: float | None = None,
-    rate: float | None = None,
-    unit: str = "auto",
-    up: str = "auto",
-    root_place: str = "auto",
-    roles: dict[str, str | None] | str | Path | None = None,
-    name: str | None = None,
-    take: str | None = None,
-    body: str | None = None,
-    inner_positions: str = "auto",
-    skeleton: str | PathLike[str] | None = None,
-    body_model: str | PathLike[str] | None = None,
-) -> Motion:
-    """The motion of a file (BVH, GLB, glTF, FBX, AMC, AMASS ``.npz``, ``.npy``), in metres, Y up.
+def load_motion(path: Loadable, options: LoadOptions) -> Motion:
+    """The motion of a file (BVH, GLB, glTF, FBX, AMC, AMASS ``.npz``, ``.npy``), in metres, Y up; or of an
+    array of joint positions ``(frames, joints, 3)``, to which rotations are fitted.
 
-    What the file does not say (unit, up axis, roles of joints) is found from the body and its motion; a
-    warning names what is doubtful and the argument that settles it.
-
-    fps:   resample to this rate.
-    rate:  frames per second that the file truly has, over what it says.
-    unit:  ``m``, ``cm``, ``mm``, ``inch``, ``cmu``, or metres of one unit, as text.
-    up:    ``y``, ``z``, ``x``, or ``-y``, ...
-    root_place: ``absolute`` or ``relative`` to the root's OFFSET.
-    roles: joint name -> role, over what is found, or a TOML file of it. name: of the character.
-    take:  which motion of a file with several, by name or number from 1 on; or as in ``Fox.glb#Walk``.
-    body:  which body of a file with several, by the name of its root, or number.
-    inner_positions: ``drop``, ``bake`` (into rotations) or ``keep`` (in files of the same body) what joints
-           below the root do that bones of constant length cannot.
-    skeleton: the ASF file of an AMC file's bones; by default the one beside it.
-    body_model: of an AMASS file: an ``.npz`` file of an SMPL body model, or a folder of them.
-    Raises BenchError for files that cannot be read, and for unknown options.
+    A take of a file may stand behind its name, as in ``Fox.glb#Walk``. What the file does not say (unit, up
+    axis, roles of joints) is found from the body and its motion; a warning names what is doubtful and what
+    to say. Raises BenchError for what cannot be read, and for unknown options.
     """
-    asked: dict[str, Any] = {"unit": unit, "up": up, "root": root_place, "roles": roles, "fps": fps}
-    asked |= {"name": name, "take": take, "body": body, "rate": rate, "inner_positions": inner_positions}
-    return _loaded(path, **asked, skeleton=skeleton, body_model=body_model)
+    found, doubts = _loaded(path, options)
+    _warn(doubts)
+    return found
 
 
+@takes_after(LoadOptions)
 @checked
-def load_character(path: str | PathLike[str], **options: Any) -> Character:
-    """The character of a motion file, which may have a single frame; options are those of
-    ``load_motion``."""
-    if "root_place" in options:
-        options["root"] = options.pop("root_place")
-    body = _loaded(path, **options).character
-    assert isinstance(body, Character)
-    return body
+def load_character(path: Loadable, options: LoadOptions) -> Character:
+    """The character of a motion, which may have a single frame, as ``load_motion`` reads it."""
+    found, doubts = _loaded(path, options)
+    _warn(doubts)
+    assert isinstance(found.character, Character)
+    return found.character
 
 
-def _loaded(path: str | PathLike[str], **options: Any) -> Motion:
-    """A file's motion; options are those of ``importer.load``. Warnings point at the caller of its caller,
-    which is ``checked``."""
-    fps, roles = options.pop("fps", None), options.get("roles")
-    if isinstance(roles, str | PathLike):
-        options["roles"] = role_file.read(Path(roles))
-    found = importer.load(Path(path), **options)
-    for warning in found.findings.warnings:
-        warnings.warn(f"{path}: {_in_python(warning)}", stacklevel=4)
-    return imported(found) if fps is None else imported(found).resample(fps)
+def _loaded(given: Loadable, options: LoadOptions) -> tuple[Motion, list[str]]:
+    """A motion, and what is doubtful in its file, in sentences."""
+    reading = Reading(**{each.name: getattr(options, each.name) for each in fields(Reading)})
+    if isinstance(given, np.ndarray):
+        path = Path("array")
+        if given.dtype.kind not in "fiu":
+            raise BenchError(f"an array of {given.dtype} has no joint positions; give one of numbers")
+        numbers = joint_arrays.recorded(path, finite(path, "it", given), reading.rate, options.joints or ())
+        found = importer.understood(path, numbers, reading, options.name)
+        moved = imported(found, of_file=False)
+    elif options.joints is not None:
+        raise BenchError(f"{given}: joints are said of arrays; a file has its own")
+    else:
+        path = Path(given)
+        found = importer.load(path, reading, name=options.name)
+        moved = imported(found)
+    doubts = [f"{path}: {each}" for each in found.findings.warnings]
+    return moved if options.fps is None else moved.resample(options.fps), doubts
 
 
+def _warn(sentences: Iterable[str]) -> None:
+    """Warnings that point at the caller of the interface."""
+    for each in sentences:
+        warnings.warn(each, stacklevel=5)
+
+
+@overload  # a text is a file, and no list of them
+@takes_after(RetargetOptions)
+def retarget(  # type: ignore[overload-overlap]
+    source: Source, target: Target, options: RetargetOptions
+) -> Motion: ...
+@overload
+@takes_after(RetargetOptions)
+def retarget(source: Sequence[Source], target: Target, options: RetargetOptions) -> list[Motion]: ...
+@takes_after(RetargetOptions)
 @checked
 def retarget(
-    source: character.Prediction | str | PathLike[str],
-    target: character.Character | character.Motion | str | PathLike[str],
-    method: Named = defaults.METHOD,
-    *,
-    seed: int = 0,
-    start: str = "keep",
-    root_motion: str = "keep",
-    hands: str = "relaxed",
-) -> Motion:
-    """Retarget a motion to another character: as many frames as the source, at its rate.
+    source: Source | Sequence[Source], target: Target, options: RetargetOptions
+) -> Motion | list[Motion]:
+    """Retarget a motion to another character: as many frames as the source, at its rate. A list of motions
+    gives a list.
 
-    source: a motion, or a file. target: a character, a motion of it, or a file of it.
-    method: a spec such as ``"ik"`` or ``"nkn+footfix"``, or the file of your own method.
-    start:  of a source that begins with a T-pose or elsewhere: ``keep``, ``cut`` (fewer frames), ``ease``.
-    root_motion: ``keep``, ``in-place``, or the axis to travel along: ``x``, ``-x``, ``z``, ``-z``.
-    hands:  ``relaxed`` or ``open``, where the source shows no fingers and the target has them.
+    source: a motion, a file, or an array of joint positions ``(frames, joints, 3)``, as ``load_motion``
+    takes it. target: a character, a motion of it, or a file of it.
     The notes of the result say where rotations were fitted to positions, and what was edited unasked. A
     warning says where the source begins with something else than its motion, and where the method is known
     to be worse than the default one. Raises BenchError with the reason where it gives no answer.
     """
-    wanted = Edits(start, root_motion, hands)
-    moved = _loaded(source) if isinstance(source, str | PathLike) else source
-    named = _loaded(target) if isinstance(target, str | PathLike) else target
-    body = named.character if isinstance(named, character.Motion) else named
-    found = answer(moved, body, method, seed, wanted)
-    for caution in (*cautions(method, moved.character, body), *doubts(moved, wanted)):
-        warnings.warn(_in_python(caution), stacklevel=3)
-    return found
+    body, doubts = _body(target)
+    _warn(doubts)
+    found = []
+    for each in [source] if isinstance(source, _ONE) else source:
+        moved, doubts = _source(each, options)
+        method = options.method or defaults.METHOD
+        found.append(answer(moved, body, method, options.seed, options))
+        _warn((*doubts, *cautions(method, moved.character, body), *editing.doubts(moved, options)))
+    return found[0] if isinstance(source, _ONE) else found
+
+
+def _source(given: Source, options: RetargetOptions) -> tuple[character.Prediction, list[str]]:
+    if isinstance(given, character.Prediction):
+        return given, []
+    return _loaded(given, LoadOptions(joints=options.joints))
+
+
+def _body(given: Target) -> tuple[character.Character, list[str]]:
+    if isinstance(given, character.Character):
+        return given, []
+    if isinstance(given, character.Motion):
+        return given.character, []
+    found, doubts = _loaded(given, LoadOptions())
+    return found.character, doubts
 
 
 def cautions(method: Named, source: character.Character, target: character.Character) -> tuple[str, ...]:
     """Sentences on what not to expect of a method on two bodies."""
     told = known.caution(method_spec(method), source, target)
     return tuple(filter(None, (legs.guess(source, target), told)))
-
-
-def doubts(source: character.Prediction, wanted: Edits) -> tuple[str, ...]:
-    """Sentences on a source that begins with something else than its motion, with the option for it."""
-    found = editing.doubt(source, wanted)
-    return (found,) if found else ()
 
 
 def answer(
@@ -285,11 +329,11 @@ def with_rotations(
     return Motion(body or found.character, found.rotations, found.root, found.fps, notes)
 
 
-def imported(found: Imported) -> Motion:
-    """A file's motion as one that knows its file."""
+def imported(found: Imported, *, of_file: bool = True) -> Motion:
+    """What was read, as a motion that knows its file, where it is of one."""
     moved, body = found.motion, found.motion.character
     known = {each.name: getattr(body, each.name) for each in fields(character.Character)}
-    named = Character(**known, file=found)
+    named = Character(**known, file=found if of_file else None)
     return Motion(named, moved.rotations, moved.root, moved.fps, places=found.places)
 
 
@@ -314,11 +358,3 @@ def check_output(path: Path, *given: Path) -> None:
     for each in (files.split_take(one)[0] for one in given):
         if path.exists() and each.exists() and path.samefile(each):
             raise BenchError(f"{path} would overwrite {each}; choose another name for the result")
-
-
-def _in_python(warning: str) -> str:
-    """A warning of a file's findings with arguments instead of options."""
-    said = re.sub(r"--(unit|up|take|body|start) (\S+)", r'\1="\2"', warning)
-    said = re.sub(r"--rate(?: ([\d.]+))?", r"rate=\1", said)
-    said = said.replace("--inner-positions bake", 'inner_positions="bake"')
-    return said.replace("--body-model", "body_model=").replace("--roles", 'roles="roles.toml"')

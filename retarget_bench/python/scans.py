@@ -12,6 +12,7 @@ from retarget_bench import defaults
 from retarget_bench.api import CROSS, Case, CaseInfo, Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.point_sets import PointSets
 from retarget_bench.motion.scans.importing import load_body, load_scan
 from retarget_bench.motion.scans.reading import SUFFIXES, is_scan
@@ -73,12 +74,11 @@ def retarget_scans(
     ``load_motion``; likewise of the target. Warnings name what is doubtful in the files. Raises BenchError
     for files that cannot be read, and with the reason where the method gives no answer.
     """
-    body = load_body(Path(target), unit=target_unit, up=target_up)
-    scan = load_scan(Path(source), unit=unit, up=up, fps=fps)
-    for findings, prefix in ((scan.findings, ""), (body.findings, "target_")):
+    body = load_body(Path(target), Reading(unit=target_unit, up=target_up))
+    scan = load_scan(Path(source), Reading(unit=unit, up=up), fps=fps)
+    for findings in (scan.findings, body.findings):
         for warning in findings.warnings:
-            said = warning.replace("--unit", f"{prefix}unit=").replace("--up ", f"{prefix}up=")
-            warnings.warn(f"{findings.path}: {said}", stacklevel=3)
+            warnings.warn(f"{findings.path}: {warning}", stacklevel=3)
     return answer(scan.motion, body.character, method, seed, scan.findings.frames)
 
 

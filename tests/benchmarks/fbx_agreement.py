@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.motion import files, kinematics, rotation
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording, reach
 
 BLENDER = """
@@ -77,7 +78,7 @@ def main() -> None:
             begin = time.perf_counter()
             fbx = files.read(made)
             seconds = time.perf_counter() - begin
-            bvh = files.read(path, root="absolute")  # as Blender takes it
+            bvh = files.read(path, Reading(root_place="absolute"))  # as Blender takes it
             away, turned = differences(bvh, fbx)
             counts = (
                 f"{len(bvh.skeleton):6} {len(bvh.root):6} {bvh.fps:7.3f} {fbx.fps:7.3f} {len(fbx.root):6}"

@@ -77,15 +77,11 @@ def main() -> None:
                 bvh.write(source, walked_on(case.source, frames), scale=100.0)
                 words = [
                     "retarget",
-                    str(source),
+                    f"{source}[unit=cm]",
                     "--target",
-                    str(folder / "target.bvh"),
-                    "--target-unit",
-                    "cm",
+                    f"{folder / 'target.bvh'}[unit=cm]",
                     "-m",
                     method,
-                    "--unit",
-                    "cm",
                 ]
                 seconds, megabytes = cost(
                     [*words, "-o", str(folder / "out.bvh")], folder / f"cache-{method}-{minutes}"

@@ -12,6 +12,7 @@ from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.gltf import write_into
 from retarget_bench.motion.files.gltf import writing as gltf
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.motion.skeleton import Skeleton
@@ -184,7 +185,7 @@ def test_broken_files_are_named_and_left_out(loose):
 
 
 def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):
-    body = importer.load(loose / "walk.bvh", unit="cm").motion
+    body = importer.load(loose / "walk.bvh", Reading(unit="cm")).motion
     gltf.write(loose / "again.glb", body)
     like = importer.load(loose / "again.glb")
     write_into.write(loose / "pair.glb", body.resample(15.0), like)

@@ -17,6 +17,7 @@ from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import BenchError
 from retarget_bench.exchange import dataset_export
 from retarget_bench.motion import bvh, importer
+from retarget_bench.motion.files.reading import Reading
 
 
 # --------------------------------------------------------------------------------------------- cache
@@ -187,7 +188,7 @@ def test_an_export_as_glb_has_the_motions_and_the_skins(tmp_path: Path) -> None:
     data = FewBodies()
     row, info = manifest["cases"][0], data.cases("retarget", "self")[0]
     motion = data.load(info).reference
-    back = importer.load(tmp_path / "out" / row["reference_file"], unit="m").motion
+    back = importer.load(tmp_path / "out" / row["reference_file"], Reading(unit="m")).motion
     assert back.skeleton.names == motion.skeleton.names
     assert np.abs(back.positions - motion.positions).max() < 1e-5
     mesh = motion.character.mesh

@@ -271,6 +271,6 @@ def test_retargeting_a_file_imports_none_of_the_puppets(tmp_path: Path) -> None:
     for name, motion in (("source", case.source), ("target", case.reference)):
         assert isinstance(motion, Motion)
         bvh.write(tmp_path / f"{name}.bvh", motion.at(slice(0, 12)), scale=100.0)
-    files = (tmp_path / "source.bvh", "--target", tmp_path / "target.bvh", "-o", tmp_path / "out.bvh")
-    units = ("--unit", "cm", "--target-unit", "cm")
-    assert imported_by(tmp_path, "retarget", *files, *units, "-m", "pan") == set()
+    source, target = (f"{tmp_path / name}.bvh[unit=cm]" for name in ("source", "target"))
+    files = (source, "--target", target, "-o", tmp_path / "out.bvh")
+    assert imported_by(tmp_path, "retarget", *files, "-m", "pan") == set()

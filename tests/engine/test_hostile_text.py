@@ -16,7 +16,7 @@ from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.errors import FileError
 from retarget_bench.exchange import card as submission_card
 from retarget_bench.files import check_ordinary
-from retarget_bench.motion.files import role_file
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins import suite
 from retarget_bench.results import predictions, store
 from retarget_bench.results.header import STATUSES
@@ -37,8 +37,17 @@ def of_submission(path: Path) -> object:
         shutil.move(path.parent / submission_card.CARD, path)
 
 
+def roles(path: Path) -> object:
+    return Reading(roles=path)
+
+
+def reading(path: Path) -> object:
+    return Reading(reading=path)
+
+
 READERS = [
-    *((suite.read, "a.toml"), (role_file.read, "a.toml"), (of_submission, "a.toml")),
+    *((suite.read, "a.toml"), (roles, "a.toml"), (reading, "a.toml")),
+    *((of_submission, "a.toml"),),
     *((card, "a.json"), (store.read_header, "a.json")),
 ]
 

@@ -16,6 +16,7 @@ from retarget_bench.motion import files, importer, kinematics
 from retarget_bench.motion.files import formats
 from retarget_bench.motion.files.acclaim.reading import beside
 from retarget_bench.motion.files.listing import motion_files
+from retarget_bench.motion.files.reading import Reading
 
 ASF = """# a skeleton
 :version 1.10
@@ -183,7 +184,7 @@ def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
     assert beside(amc) == asf
     (tmp_path / "other.ASF").write_text(ASF.replace("length 5", "length 6"))
     assert beside(amc) == asf
-    far = files.read(amc, skeleton=str(tmp_path / "other.ASF"))
+    far = files.read(amc, Reading(skeleton=str(tmp_path / "other.ASF")))
     assert far.skeleton.offsets[2].tolist() == [0, 6, 0]
     asf.unlink()
     assert beside(amc) == tmp_path / "other.ASF"
@@ -191,12 +192,12 @@ def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
     with pytest.raises(FileError, match=r"other.ASF, third.asf\): name it by --skeleton"):
         files.read(amc)
     with pytest.raises(FileError, match=r"gone\.asf: cannot be read"):
-        files.read(amc, skeleton="gone.asf")
+        files.read(amc, Reading(skeleton="gone.asf"))
     (tmp_path / "a.bvh").write_text("HIERARCHY\n")
     with pytest.raises(NotSupported, match="is for AMC files"):
-        files.read(tmp_path / "a.bvh", skeleton="third.asf")
+        files.read(tmp_path / "a.bvh", Reading(skeleton="third.asf"))
     with pytest.raises(NotSupported, match="one motion of one body"):
-        files.read(amc, take="2")
+        files.read(amc, Reading(take="2"))
 
 
 def test_files_are_known_by_what_they_hold(tmp_path, asf, amc):
@@ -215,7 +216,7 @@ def test_the_rate_is_usual_unless_told(amc):
     found = importer.load(amc).findings
     assert (found.fps, found.fps_stated) == (120.0, None)
     assert "usual in this format: the file does not say" in found.text()
-    assert importer.load(amc, rate=60.0).motion.fps == 60.0
+    assert importer.load(amc, Reading(rate=60.0)).motion.fps == 60.0
 
 
 # ----------------------------------------------------------------------------------------------- faults
@@ -312,7 +313,7 @@ def test_takes_of_cmu_are_those_of_another_reader(real_data, take):
 def test_takes_of_cmu_are_those_of_another_rig(real_data, take):
     """Every second frame against the copies at 60 per second; whichever of the two fits."""
     ours = importer.load(real_data / f"cmu_asfamc/02_{take}.amc").motion
-    theirs = importer.load(real_data / f"cmu_iclone/002_{take}.bvh", unit="cm").motion
+    theirs = importer.load(real_data / f"cmu_iclone/002_{take}.bvh", Reading(unit="cm")).motion
     count = min((ours.frames - 1) // 2, theirs.frames)
     limbs = (("up_leg", "leg"), ("leg", "foot"), ("arm", "forearm"), ("forearm", "hand"))
     bones = [(f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in limbs]

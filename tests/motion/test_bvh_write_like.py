@@ -11,6 +11,7 @@ import pytest
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh, importer, rotation
 from retarget_bench.motion.bvh import write_like
+from retarget_bench.motion.files.reading import Reading
 
 BODY = """JOINT Spine
 {{
@@ -131,7 +132,7 @@ DRESSES = {
 def test_the_file_holds_the_motion_and_keeps_its_own_hierarchy(tmp_path, dress, unit, up):
     text, place = DRESSES[dress]
     path = target(tmp_path / "target.bvh", text, place)
-    like = importer.load(path, unit=unit, up=up)
+    like = importer.load(path, Reading(unit=unit, up=up))
     motion = performance(like)
     assert write_like.write(tmp_path / "out.bvh", motion, like) == ()
 
@@ -140,7 +141,7 @@ def test_the_file_holds_the_motion_and_keeps_its_own_hierarchy(tmp_path, dress, 
     assert after.hierarchy.channels == before.hierarchy.channels
     assert np.array_equal(after.hierarchy.offsets, before.hierarchy.offsets)
     reading = "relative" if dress.startswith("relative") else "absolute"
-    back = importer.load(tmp_path / "out.bvh", unit=unit, up=up, root=reading).motion
+    back = importer.load(tmp_path / "out.bvh", Reading(unit=unit, up=up, root_place=reading)).motion
     assert back.fps == 48
     size = motion.character.height
     np.testing.assert_allclose(back.positions, motion.positions, atol=2e-6 * size)
@@ -201,7 +202,7 @@ def test_real_files_keep_their_dress(tmp_path, real_data):
         reading = like.findings
         unit = str(reading.unit[1])
         roots = [
-            importer.load(tmp_path / "out.bvh", unit=unit, up=reading.up, root=root).motion
+            importer.load(tmp_path / "out.bvh", Reading(unit=unit, up=reading.up, root_place=root)).motion
             for root in ("absolute", "relative")
         ]
         off = min(np.abs(back.positions - some.positions).max() for back in roots)

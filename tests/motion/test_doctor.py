@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from alignment_rigs import BONES, performance, t_pose
 
+from retarget_bench.commands import doctor
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
-from retarget_bench.motion.roles import load_overrides
 
 
 @pytest.fixture
@@ -34,10 +35,15 @@ def test_a_file_that_is_understood(file):
     assert found.facing == pytest.approx(0.0, abs=20.0)
     assert (found.frames, found.still) == (60, False)
     text = found.text()
-    for part in ("cm = 0.01 m (guessed)", "up axis    y (guessed)", "left_forearm", "--unit cm --up y"):
+    for part in (
+        "cm = 0.01 m (guessed)",
+        "up axis    y (guessed)",
+        "left_forearm",
+        "body.bvh[unit=cm,up=y]",
+    ):
         assert part in text
-    assert "roles.toml" not in text
-    assert "as told" in load(file, unit="cm").findings.text()
+    assert "reading.toml" not in text
+    assert "as told" in load(file, Reading(unit="cm")).findings.text()
 
 
 def test_feet_off_the_floor_are_reported(file):
@@ -47,7 +53,7 @@ def test_feet_off_the_floor_are_reported(file):
     assert any("above the floor" in warning for warning in found.warnings)
 
 
-def test_the_proposed_role_file_is_the_way_out(file, tmp_path):
+def test_the_saved_reading_is_the_way_out(file, tmp_path):
     """Names that say nothing: the doctor lists them, and its file, corrected, is all it takes."""
     text = file.read_text()
     codes = {name: f"Bone_{number:02}" for number, name in enumerate(BONES)}
@@ -57,16 +63,21 @@ def test_the_proposed_role_file_is_the_way_out(file, tmp_path):
     lost = load(file).findings
     assert "left_arm" in lost.missing
     assert "Bone_05" in lost.not_understood
-    assert any("--roles" in warning for warning in lost.warnings)
-    assert '"Bone_05" = "none"' in lost.text()
+    assert any("say which are (roles=" in warning for warning in lost.warnings)
+    assert "bench doctor --save reading.toml" in lost.text()
 
-    proposal = tmp_path / "roles.toml"
-    proposal.write_text(lost.roles_file())
-    assert set(load_overrides(proposal)) == set(lost.not_understood)
-    known = own_roles()
-    lines = [f'"{codes[name]}" = "{role}"' for name, role in known.items()]
+    proposal = tmp_path / "reading.toml"
+    text = doctor.reading_text(load(file))
+    assert text.count('"none"  # not understood') == len(lost.not_understood)
+    known = {codes[name]: role for name, role in own_roles().items()}
+    lines = [
+        f'"{name}" = "{known[name]}"'
+        if (name := line.partition('"')[2].partition('"')[0]) in known
+        else line
+        for line in text.splitlines()
+    ]
     proposal.write_text("\n".join(lines))
-    cured = load(file, roles=proposal).findings
+    cured = load(file, Reading(reading=proposal)).findings
     assert cured.missing == ()
     assert cured.not_understood == ()
     assert dict(cured.joints)[codes["LeftArm"]] == "left_arm"
@@ -83,10 +94,11 @@ def own_roles() -> dict[str, str]:
 def test_names_that_toml_must_quote_survive(file, tmp_path):
     text = file.read_text()
     file.write_text(text.replace(" LeftHand\n", ' Gizmo\\"one"\n'))
-    found = load(file).findings
-    proposal = tmp_path / "roles.toml"
-    proposal.write_text(found.roles_file())
-    assert list(load_overrides(proposal)) == list(found.not_understood) == ['Gizmo\\"one"']
+    found = load(file)
+    proposal = tmp_path / "reading.toml"
+    proposal.write_text(doctor.reading_text(found))
+    assert Reading(reading=proposal).overrides['Gizmo\\"one"'] is None
+    assert Reading(reading=proposal) == found.settled
 
 
 def test_a_single_pose_and_bones_without_length(file):
@@ -129,20 +141,18 @@ def test_files_that_are_no_motion(tmp_path):
 def test_a_wrong_frame_time_is_doubted_and_told_better(file):
     """The frames stay; only how fast they follow each other is said anew."""
     truth = load(file)
-    assert not any("--rate" in warning for warning in truth.findings.warnings)
+    assert not any("rate=" in warning for warning in truth.findings.warnings)
     file.write_text(re.sub("Frame Time: .*", "Frame Time: 1.0", file.read_text()))
     wrong = load(file)
     assert wrong.motion.fps == 1.0
-    assert any(
-        "frame rate is 1 per second" in each and "--rate" in each for each in wrong.findings.warnings
-    )
-    cured = load(file, rate=30.0)
+    assert any("frame rate is 1 per second" in each and "rate=" in each for each in wrong.findings.warnings)
+    cured = load(file, Reading(rate=30.0))
     assert (cured.motion.fps, cured.findings.fps_stated, cured.findings.rate_told) == (30.0, 1.0, True)
-    assert not any("--rate" in warning for warning in cured.findings.warnings)
+    assert not any("rate=" in warning for warning in cured.findings.warnings)
     assert "at 30 per second (as told; the file says 1)" in cured.findings.text()
-    assert "--rate 30" in cured.findings.text()
+    assert "rate=30" in cured.findings.text()
     np.testing.assert_array_equal(cured.motion.rotations, truth.motion.rotations)
-    resampled = load(file, rate=30.0, fps=15.0)
+    resampled = load(file, Reading(rate=30.0), fps=15.0)
     assert resampled.motion.frames == truth.motion.frames // 2
     np.testing.assert_allclose(resampled.motion.root, truth.motion.root[::2], atol=1e-9)
 
@@ -150,4 +160,4 @@ def test_a_wrong_frame_time_is_doubted_and_told_better(file):
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_what_is_no_rate_is_refused(file, rate):
     with pytest.raises(NotSupported, match="frames per second"):
-        load(file, rate=rate)
+        load(file, Reading(rate=rate))

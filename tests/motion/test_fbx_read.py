@@ -16,6 +16,7 @@ from retarget_bench.motion import bvh, files, importer, kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files import listing
 from retarget_bench.motion.files.fbx import content
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording
 
 pytest.importorskip("ufbx")
@@ -215,11 +216,11 @@ def test_takes_by_name_number_and_default(tmp_path, random):
     assert files.takes(path) == ("still", "act", "nod")
     agrees(files.read(path), made, "act")
     agrees(files.read(f"{path}#nod"), made, "nod")
-    agrees(files.read(path, take="3"), made, "nod")
-    agrees(files.read(path, take="STILL"), made, "still")
+    agrees(files.read(path, Reading(take="3")), made, "nod")
+    agrees(files.read(path, Reading(take="STILL")), made, "still")
     assert list(listing.motions_of(path)) == ["one-still", "one-act", "one-nod"]
     with pytest.raises(NotSupported, match="no take 'run'; it has 1 'still', 2 'act', 3 'nod'"):
-        files.read(path, take="run")
+        files.read(path, Reading(take="run"))
 
 
 def test_a_file_without_takes_is_a_pose(tmp_path, random):
@@ -296,9 +297,9 @@ def test_several_bodies(tmp_path, random):
     recording = files.read(path)
     assert "body 2 of 2, 'b:Hips'" in recording.notes[0]
     agrees(recording, made)
-    agrees(files.read(path, body="Hips"), made)
+    agrees(files.read(path, Reading(body="Hips")), made)
     with pytest.raises(NotSupported, match="no body 'c'; it has 1 'Hips', 2 'b:Hips'"):
-        files.read(path, body="c")
+        files.read(path, Reading(body="c"))
 
 
 def test_a_root_that_only_carries_the_hips_is_folded(tmp_path, random):
@@ -339,7 +340,7 @@ def test_it_is_found_out_by_its_first_bytes(tmp_path, random):
     assert ".fbx" in files.suffixes()
     assert ".fbx" not in files.suffixes(written=True)
     with pytest.raises(NotSupported, match="states where its root is"):
-        files.read(path, root="relative")
+        files.read(path, Reading(root_place="relative"))
 
 
 @pytest.mark.parametrize(

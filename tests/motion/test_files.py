@@ -13,6 +13,7 @@ from retarget_bench.motion import bvh, files, importer
 from retarget_bench.motion.files import formats
 from retarget_bench.motion.files.choice import chosen
 from retarget_bench.motion.files.listing import motion_files, motions_of
+from retarget_bench.motion.files.reading import Reading
 
 
 @pytest.fixture
@@ -35,7 +36,10 @@ def test_the_content_decides_and_the_ending_where_there_is_none(tmp_path, glb, t
         misnamed = tmp_path / f"misnamed{other}"
         misnamed.write_bytes(file.read_bytes())
         assert files.format_of(misnamed) is files.format_of(file)
-        found, expected = importer.load(misnamed, unit="m").motion, importer.load(file, unit="m").motion
+        found, expected = (
+            importer.load(misnamed, Reading(unit="m")).motion,
+            importer.load(file, Reading(unit="m")).motion,
+        )
         np.testing.assert_array_equal(found.rotations, expected.rotations)
     assert files.format_of("gone.gltf") is formats.GLTF
     assert files.format_of("gone") is formats.BVH
@@ -56,9 +60,9 @@ def test_every_format_has_endings_of_its_own_and_one_that_is_written():
 
 def test_options_of_one_format_are_refused_by_another(glb, text):
     with pytest.raises(NotSupported, match="holds one motion of one body: leave out take='2'"):
-        files.read(text, take="2")
-    with pytest.raises(NotSupported, match="root='relative' is for BVH files"):
-        files.read(glb, root="relative")
+        files.read(text, Reading(take="2"))
+    with pytest.raises(NotSupported, match="root_place='relative' is for BVH files"):
+        files.read(glb, Reading(root_place="relative"))
 
 
 def test_one_of_several_by_name_or_number():

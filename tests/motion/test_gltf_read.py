@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer, kinematics
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording
 
 ABOVE = {
@@ -60,7 +61,7 @@ def test_the_surface_moves_as_the_specification_says(tmp_path, random, above):
     made = person(random, above=ABOVE[above])
     recording = files.read(made.save(tmp_path / "a.glb"))
     mesh = recording.skin()
-    body = importer.load(tmp_path / "a.glb", unit="m").motion
+    body = importer.load(tmp_path / "a.glb", Reading(unit="m")).motion
     found = mesh.skinned(body)
     node = len(made.content["nodes"]) - 1
     for frame in (0, 5, 11):
@@ -231,18 +232,18 @@ def two_takes(random: np.random.Generator) -> Made:
 def test_a_take_is_chosen_by_name_by_number_and_in_the_path(tmp_path, random):
     path = two_takes(random).save(tmp_path / "a.glb")
     assert files.takes(path) == ("act", "wave")
-    first, second = files.read(path), files.read(path, take="wave")
+    first, second = files.read(path), files.read(path, Reading(take="wave"))
     assert "animation 1 of 2 'act' (take= chooses another: 2 'wave')" in first.notes[0]
     assert len(second.root) == 31
     for found in (
-        files.read(path, take="2"),
+        files.read(path, Reading(take="2")),
         files.read(f"{path}#wave"),
         files.read(f"{path}#2"),
-        files.read(path, take="WAVE"),
+        files.read(path, Reading(take="WAVE")),
     ):
         np.testing.assert_array_equal(found.root, second.root)
     with pytest.raises(NotSupported, match=r"a\.glb has no animation 'run'; it has 1 'act', 2 'wave'"):
-        files.read(path, take="run")
+        files.read(path, Reading(take="run"))
     (tmp_path / "odd#name.glb").write_bytes(path.read_bytes())
     assert len(files.read(tmp_path / "odd#name.glb").root) == 12
     assert len(files.read(f"{tmp_path}/odd#name.glb#wave").root) == 31
@@ -257,7 +258,7 @@ def test_takes_have_one_body_whatever_moves_in_them(tmp_path, random):
     made.animate("still", {(5, "rotation"): ([0.0, 0.1], [[0, 0, 0, 1], [1, 0, 0, 0]])})
     path = made.save(tmp_path / "a.glb")
     for take in ("act", "still"):
-        recording = files.read(path, take=take)
+        recording = files.read(path, Reading(take=take))
         assert recording.skeleton.names[0] == "Hips"
         assert any("'Bone' only carries 'Hips' and is folded" in note for note in recording.notes)
 
@@ -279,7 +280,7 @@ def test_two_skins_on_one_skeleton_are_one_body_and_apart_two(tmp_path, random):
     path = made.save(tmp_path / "two.glb")
     found = files.read(path)
     assert "body 1 of 2, 'Hips' (body= chooses another: 1 'Hips', 2 'Tail')" in found.notes[0]
-    assert files.read(path, body="Tail").skeleton.names == ("Tail", "Tip")
+    assert files.read(path, Reading(body="Tail")).skeleton.names == ("Tail", "Tip")
     # the scene that the file shows decides, though the other body is larger
     made.content["scenes"].append({"nodes": [other]})
     made.content["scene"] = 1
@@ -332,13 +333,13 @@ def test_what_a_skeleton_cannot_do_is_a_doubt(tmp_path, random):
         "stretch",
         {(5, "translation"): (times, away), (9, "scale"): (times, 1 + times[:, None] * [1, 1, 1])},
     )
-    found = importer.load(made.save(tmp_path / "a.glb"), take="stretch").findings
+    found = importer.load(made.save(tmp_path / "a.glb"), Reading(take="stretch")).findings
     assert any(
         "'LeftArm' moves by up to 0.29" in each and "bones keep their length" in each
         for each in found.warnings
     )
     assert any("changes the size of 'RightForeArm'" in each for each in found.warnings)
-    assert not importer.load(tmp_path / "a.glb", take="act").findings.doubts
+    assert not importer.load(tmp_path / "a.glb", Reading(take="act")).findings.doubts
 
 
 # ------------------------------------------------------------------------------------- what is decided
@@ -351,7 +352,7 @@ def test_the_format_says_metres_and_a_file_in_centimetres_is_found_out(tmp_path,
     assert (large.findings.unit[0], large.findings.unit_prescribed) == ("cm", False)
     assert large.motion.character.height == pytest.approx(metres.height, rel=1e-5)
     assert np.ptp(large.motion.character.mesh.vertices, axis=0).max() < 20  # metres, too
-    assert importer.load(tmp_path / "cm.glb", unit="m").findings.height > 100
+    assert importer.load(tmp_path / "cm.glb", Reading(unit="m")).findings.height > 100
 
 
 def test_a_body_that_stands_along_another_axis_is_doubted_and_can_be_turned(tmp_path, random):
@@ -360,9 +361,9 @@ def test_a_body_that_stands_along_another_axis_is_doubted_and_can_be_turned(tmp_
         del node["rotation"]
     path = made.save(tmp_path / "z.glb")
     told = importer.load(path)
-    assert any("the body stands along" in each and "--up" in each for each in told.findings.warnings)
-    axis = told.findings.warnings[0].split("--up ")[1].split()[0]
-    turned = importer.load(path, up=axis)
+    assert any("the body stands along" in each and "up=" in each for each in told.findings.warnings)
+    axis = told.findings.warnings[0].split("up=")[1].split()[0]
+    turned = importer.load(path, Reading(up=axis))
     head, foot = (turned.motion.character.joint_of[role] for role in ("head", "left_foot"))
     assert (turned.motion.positions[:, head, 1] - turned.motion.positions[:, foot, 1]).min() > 1.0
 
@@ -370,4 +371,4 @@ def test_a_body_that_stands_along_another_axis_is_doubted_and_can_be_turned(tmp_
 def test_options_that_mean_nothing_for_a_format_are_refused(tmp_path, random):
     path = person(random).save(tmp_path / "a.glb")
     with pytest.raises(NotSupported, match="is for BVH files"):
-        files.read(path, root="relative")
+        files.read(path, Reading(root_place="relative"))

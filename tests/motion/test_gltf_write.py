@@ -20,6 +20,7 @@ from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.files.gltf import write_into
 from retarget_bench.motion.files.gltf import writing as gltf
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.mesh import Mesh
 
 
@@ -55,12 +56,12 @@ REAL = {
 
 @pytest.mark.parametrize("file", REAL)
 def test_bvh_to_glb_to_bvh(tmp_path, real_data, file):
-    clip = importer.load(real_data / file, unit=REAL[file], up="y").motion
+    clip = importer.load(real_data / file, Reading(unit=REAL[file], up="y")).motion
     clip = clip.at(slice(0, 200))
     writing.write(tmp_path / "a.glb", clip)
-    between = importer.load(tmp_path / "a.glb", unit="m", up="y").motion
+    between = importer.load(tmp_path / "a.glb", Reading(unit="m", up="y")).motion
     writing.write(tmp_path / "a.bvh", between)
-    back = importer.load(tmp_path / "a.bvh", unit="m", up="y", root="absolute").motion
+    back = importer.load(tmp_path / "a.bvh", Reading(unit="m", up="y", root_place="absolute")).motion
     same(between, clip)
     same(back, clip)
     for found in (between, back):
@@ -77,7 +78,7 @@ def test_a_motion_of_ten_minutes_keeps_its_frames(tmp_path, random):
     turned[:, 0] = rotation.about(np.array([0.0, 1.0, 0.0]), np.linspace(0, 300, 18_000))
     clip = body.motion(turned, np.tile([0.0, 1.0, 0.0], (18_000, 1)), 30.0)
     gltf.write(tmp_path / "long.glb", clip)
-    same(importer.load(tmp_path / "long.glb", unit="m").motion, clip)
+    same(importer.load(tmp_path / "long.glb", Reading(unit="m")).motion, clip)
 
 
 def test_a_mesh_comes_back(tmp_path, random):
@@ -92,7 +93,7 @@ def test_a_mesh_comes_back(tmp_path, random):
     body = replace(Character.of("dressed", skeleton), skin=lambda: mesh)
     clip = performance(body, random)
     gltf.write(tmp_path / "b.glb", clip)
-    back = importer.load(tmp_path / "b.glb", unit="m").motion
+    back = importer.load(tmp_path / "b.glb", Reading(unit="m")).motion
     np.testing.assert_array_equal(back.character.mesh.faces, mesh.faces)
     np.testing.assert_allclose(back.character.mesh.weights, weights, atol=1e-6)
     np.testing.assert_allclose(back.character.mesh.skinned(back), mesh.skinned(clip), atol=1e-5)
@@ -117,7 +118,7 @@ def test_the_motion_goes_into_the_target_s_file_and_all_else_stays(tmp_path, ran
     made.animate("other", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])}, "STEP")
     made.content |= {"materials": [{"name": "skin"}], "extras": {"anything": [1, {"a": None}]}}
     path = made.save(tmp_path / "target.glb")
-    like = importer.load(path, up=up)
+    like = importer.load(path, Reading(up=up))
     clip = performance(like.motion.character, random, 40, 24.0)
     assert writing.write(tmp_path / "out.glb", clip, like) == ()
 
@@ -130,9 +131,9 @@ def test_the_motion_goes_into_the_target_s_file_and_all_else_stays(tmp_path, ran
     assert after["bufferViews"][: len(before["bufferViews"])] == before["bufferViews"]
     assert [each["name"] for each in after["animations"]] == ["out", "act", "other"]
     assert after["animations"][1:] == before["animations"]
-    back = importer.load(tmp_path / "out.glb", unit=str(like.findings.unit[1]), up=up)
+    back = importer.load(tmp_path / "out.glb", Reading(unit=str(like.findings.unit[1]), up=up))
     same(back.motion, clip)
-    old = importer.load(tmp_path / "out.glb", take="act", unit=str(like.findings.unit[1]), up=up)
+    old = importer.load(tmp_path / "out.glb", Reading(take="act", unit=str(like.findings.unit[1]), up=up))
     np.testing.assert_array_equal(old.motion.rotations, like.motion.rotations)
 
 
@@ -144,7 +145,7 @@ def test_places_and_sizes_of_the_take_that_was_read_are_stated(tmp_path, random)
         "long", {(6, "translation"): ([0.0, 1.0], [place, place]), (2, "scale"): ([0.0], [[1.1] * 3])}
     )
     path = made.save(tmp_path / "target.glb")
-    like = importer.load(path, take="long")
+    like = importer.load(path, Reading(take="long"))
     plain = importer.load(path)
     assert not like.motion.skeleton.same_as(plain.motion.skeleton, 1e-3)
     clip = performance(like.motion.character, random)
@@ -206,7 +207,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path, random):
         with pytest.raises(FileError, match="frame 4 of the motion holds NaN"):
             writing.write(tmp_path / "out.glb", clip, like_)
     sheared = person(random, above=({"scale": [1, 2, 1]},))
-    like = importer.load(sheared.save(tmp_path / "sheared.glb"), unit="m")
+    like = importer.load(sheared.save(tmp_path / "sheared.glb"), Reading(unit="m"))
     with pytest.raises(FileError, match="cannot state this motion, scaled as they are"):
         writing.write(tmp_path / "out.glb", performance(like.motion.character, random), like)
     with pytest.raises(FileError, match="has no frames"):
@@ -220,7 +221,7 @@ def test_files_of_others_take_a_motion(tmp_path, real_data, random):
         clip = performance(like.motion.character, random, 10)
         writing.write(tmp_path / "out.glb", clip, like)
         unit = str(like.findings.unit[1])
-        same(importer.load(tmp_path / "out.glb", unit=unit).motion, clip)
+        same(importer.load(tmp_path / "out.glb", Reading(unit=unit)).motion, clip)
         before, data = unpacked(real_data / "gltf" / f"{name}.glb")
         after, more = unpacked(tmp_path / "out.glb")
         assert more[: len(data)] == data

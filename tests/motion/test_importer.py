@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from alignment_rigs import performance, t_pose
 
-from retarget_bench.errors import FileError, NotSupported, SkeletonError
+from retarget_bench.errors import BenchError, FileError, NotSupported, SkeletonError
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import UNITS, load
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
@@ -48,7 +49,7 @@ def test_units_are_found_by_the_size_of_the_body(walk, tmp_path, unit):
 
 @pytest.mark.parametrize(("unit", "metres"), [("inch", 0.0254), ("0.3048", 0.3048), ("mm", 0.001)])
 def test_a_unit_can_be_told(walk, tmp_path, unit, metres):
-    found = load(written(walk, tmp_path / "a.bvh", unit=metres), unit=unit)
+    found = load(written(walk, tmp_path / "a.bvh", unit=metres), Reading(unit=unit))
     assert found.findings.unit == (unit, metres)
     assert found.findings.unit_told
     np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-3)
@@ -59,7 +60,7 @@ def test_up_axes_are_found_from_feet_to_head(walk, tmp_path, axis):
     """Written with another axis up and read again: the same motion, exactly where it was."""
     turn = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[axis])))
     path = written(walk, tmp_path / "a.bvh", turn=turn)
-    for found in (load(path), load(path, up=axis)):
+    for found in (load(path), load(path, Reading(up=axis))):
         assert found.findings.up == axis
         np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-5)
         assert found.motion.character.measures.root_offset == pytest.approx(1.0)
@@ -110,22 +111,22 @@ def test_roles_can_be_told_by_a_table_or_a_file(walk, tmp_path):
     roles = tmp_path / "roles.toml"
     roles.write_text('Gizmo = "left_hand"\n')
     for told in ({"Gizmo": "left_hand"}, roles, str(roles)):
-        body = load(path, roles=told).motion.character
+        body = load(path, Reading(roles=told)).motion.character
         assert body.skeleton.names[body.joint_of["left_hand"]] == "Gizmo"
     with pytest.raises(SkeletonError, match="no joint 'Gismo'"):
-        load(path, roles={"Gismo": "left_hand"})
+        load(path, Reading(roles={"Gismo": "left_hand"}))
 
 
 def test_options_that_do_not_exist_are_named(walk, tmp_path):
     path = written(walk, tmp_path / "a.bvh")
     with pytest.raises(NotSupported, match="unit='ell' is not known; it is auto, m, cm"):
-        load(path, unit="ell")
+        load(path, Reading(unit="ell"))
     with pytest.raises(NotSupported, match="unit='-1'"):
-        load(path, unit="-1")
+        load(path, Reading(unit="-1"))
     with pytest.raises(NotSupported, match="up='w' is not known; it is auto, y, z"):
-        load(path, up="w")
-    with pytest.raises(NotSupported, match="root='both'"):
-        load(path, root="both")
+        load(path, Reading(up="w"))
+    with pytest.raises(BenchError, match="root_place: 'both' is not known"):
+        load(path, Reading(root_place="both"))
     with pytest.raises(FileError):
         load(tmp_path / "none.bvh")
 

@@ -14,11 +14,12 @@ from scipy.spatial.transform import Rotation
 import retarget_bench as rb
 from retarget_bench import cli
 from retarget_bench.datasets.folder import Folder
-from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import bvh, importer, recording
 from retarget_bench.motion.bvh.document import POSITIONS
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files import writing
+from retarget_bench.motion.files.reading import Reading
 
 FRAMES = 40
 SWAY = 0.04 * np.sin(np.linspace(0.0, 9.0, FRAMES))
@@ -64,7 +65,7 @@ def places(path: Path, *, relative: bool = False) -> np.ndarray:
 @pytest.mark.parametrize("relative", [False, True])
 def test_small_moves_are_dropped_and_told(tmp_path, relative):
     path = swaying(tmp_path / "a.bvh", relative=relative)
-    found = importer.load(path, unit="m")
+    found = importer.load(path, Reading(unit="m"))
     (warning,) = (each for each in found.findings.warnings if "against its parent" in each)
     assert "'Spine1' moves by up to 0.04 m" in warning
     assert "bones keep their length" in warning
@@ -73,7 +74,7 @@ def test_small_moves_are_dropped_and_told(tmp_path, relative):
     assert f"joints by up to {off.max():.2g} m" in warning
     offsets = bvh.parse(path).hierarchy.offsets
     np.testing.assert_allclose(found.motion.skeleton.offsets[1:], offsets[1:], atol=1e-9)
-    told = importer.load(path, unit="m", inner_positions="drop")
+    told = importer.load(path, Reading(unit="m", inner_positions="drop"))
     assert not any("against" in each for each in told.findings.warnings)
     assert any("against" in each for each in told.findings.notes)
     np.testing.assert_array_equal(told.motion.rotations, found.motion.rotations)
@@ -81,12 +82,12 @@ def test_small_moves_are_dropped_and_told(tmp_path, relative):
 
 def test_large_moves_ask_to_choose(tmp_path):
     path = swaying(tmp_path / "a.bvh", sway=4 * SWAY)
-    warnings = importer.load(path, unit="m").findings.warnings
-    assert any("% of its height: choose --inner-positions bake" in each for each in warnings)
-    with pytest.warns(UserWarning, match='choose inner_positions="bake"'):
+    warnings = importer.load(path, Reading(unit="m")).findings.warnings
+    assert any("% of its height: say inner_positions=bake" in each for each in warnings)
+    with pytest.warns(UserWarning, match="say inner_positions=bake"):
         rb.load_motion(path, unit="m")
-    with pytest.raises(NotSupported, match="inner_positions='melt' is not known"):
-        importer.load(path, inner_positions="melt")
+    with pytest.raises(BenchError, match="inner_positions: 'melt' is not known"):
+        importer.load(path, Reading(inner_positions="melt"))
     with pytest.raises(FileError, match="which only the root may do"):
         bvh.read(path)
 
@@ -94,7 +95,9 @@ def test_large_moves_ask_to_choose(tmp_path):
 def test_baked_rotations_come_nearer_to_where_joints_are(tmp_path):
     path = swaying(tmp_path / "a.bvh")
     truth = places(path)
-    dropped, baked = (importer.load(path, unit="m", inner_positions=way) for way in ("drop", "bake"))
+    dropped, baked = (
+        importer.load(path, Reading(unit="m", inner_positions=way)) for way in ("drop", "bake")
+    )
     np.testing.assert_array_equal(baked.motion.skeleton.offsets, dropped.motion.skeleton.offsets)
     before, after = (np.linalg.norm(each.motion.positions - truth, axis=2) for each in (dropped, baked))
     assert after.mean() < 0.3 * before.mean()
@@ -104,17 +107,17 @@ def test_baked_rotations_come_nearer_to_where_joints_are(tmp_path):
 @pytest.mark.parametrize("relative", [False, True])
 def test_kept_positions_are_written_back(tmp_path, relative):
     path = swaying(tmp_path / "a.bvh", relative=relative)
-    kept = importer.load(path, unit="m", inner_positions="keep")
+    kept = importer.load(path, Reading(unit="m", inner_positions="keep"))
     assert writing.write(tmp_path / "b.bvh", kept.motion, kept, kept.places) == ()
     np.testing.assert_allclose(
         places(tmp_path / "b.bvh", relative=relative), places(path, relative=relative), atol=1e-5
     )
-    dropped = importer.load(path, unit="m")
+    dropped = importer.load(path, Reading(unit="m"))
     assert dropped.places is None
     writing.write(tmp_path / "c.bvh", dropped.motion, dropped)
     found = places(tmp_path / "c.bvh", relative=relative)
     np.testing.assert_allclose(found, dropped.motion.positions, atol=1e-5)
-    halved = importer.load(path, unit="m", inner_positions="keep", fps=15.0)
+    halved = importer.load(path, Reading(unit="m", inner_positions="keep"), fps=15.0)
     np.testing.assert_allclose(halved.places, kept.places[::2])
 
 
@@ -143,11 +146,11 @@ def test_glb_files_go_the_same_way(tmp_path):
     away = place + 0.03 * np.sin(times[:, None] * 9) * [1, 0, 0]
     made.animate("stretch", {(5, "translation"): (times, away)})
     path = made.save(tmp_path / "a.glb")
-    found = importer.load(path, take="stretch")
+    found = importer.load(path, Reading(take="stretch"))
     assert any("'LeftArm' moves by up to 0.029" in each for each in found.findings.warnings)
-    kept = importer.load(path, take="stretch", inner_positions="keep")
+    kept = importer.load(path, Reading(take="stretch", inner_positions="keep"))
     writing.write(tmp_path / "b.glb", kept.motion, kept, kept.places)
-    again = importer.load(tmp_path / "b.glb", inner_positions="keep")
+    again = importer.load(tmp_path / "b.glb", Reading(inner_positions="keep"))
     np.testing.assert_allclose(again.places, kept.places, atol=1e-6)
     joint = kept.motion.skeleton.index("LeftArm")
     swing = kept.places[:, joint] - kept.places[:1, joint]
@@ -165,16 +168,15 @@ def test_bones_keep_what_is_stated_only_where_it_is_meant():
 
 def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_path, capsys):
     path, still = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "still.bvh", sway=0 * SWAY)
-    asked = ["retarget", str(path), "--unit", "m", "--target-unit", "m", "-m", "copy_rotations"]
-    asked += ["--inner-positions", "keep"]
+    asked = ["retarget", f"{path}[unit=m,inner_positions=keep]", "-m", "copy_rotations"]
     with pytest.raises(SystemExit) as stop:
-        cli.main([*asked, "--target", str(still), "-o", str(tmp_path / "b.bvh")])
+        cli.main([*asked, "--target", f"{still}[unit=m]", "-o", str(tmp_path / "b.bvh")])
     assert not stop.value.code, capsys.readouterr()
     np.testing.assert_allclose(places(tmp_path / "b.bvh"), places(path), atol=1e-5)
     plain = tmp_path / "plain.bvh"
-    bvh.write(plain, importer.load(still, unit="m").motion)  # position channels of the root alone
+    bvh.write(plain, importer.load(still, Reading(unit="m")).motion)  # position channels of the root alone
     with pytest.raises(SystemExit) as stop:
-        cli.main([*asked, "--target", str(plain), "-o", str(tmp_path / "c.bvh")])
+        cli.main([*asked, "--target", f"{plain}[unit=m]", "-o", str(tmp_path / "c.bvh")])
     assert not stop.value.code
     told = capsys.readouterr().err.replace("\n", " ")
     assert "no position channels in the target's file, so positions are left out: Spine1" in told
@@ -184,18 +186,17 @@ def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_pa
 def test_nothing_is_said_of_what_the_targets_own_motion_does(tmp_path, capsys, way):
     """Of a target only its body is used, so that its motion needs no choice."""
     path, target = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "target.bvh", sway=3 * SWAY)
-    asked = ["retarget", str(path), "--unit", "m", "--target-unit", "m", "-m", "copy_rotations"]
-    asked += ["--target", str(target), "-o", str(tmp_path / "b.bvh"), "--inner-positions", way]
+    asked = ["retarget", f"{path}[unit=m,inner_positions={way}]", "-m", "copy_rotations"]
+    asked += ["--target", f"{target}[unit=m]", "-o", str(tmp_path / "b.bvh")]
     with pytest.raises(SystemExit) as stop:
         cli.main(asked)
     told = capsys.readouterr()
     assert not stop.value.code, told
-    assert "--target-inner-positions" not in told.err
     assert "target.bvh: 'Spine1'" not in told.err
     assert ("a.bvh: 'Spine1' moves" in told.err) == (way == "auto")
     with pytest.raises(SystemExit):
-        cli.main(["doctor", str(target), "--unit", "m"])
-    assert "choose --inner-positions" in capsys.readouterr().out, "where it is asked for, it is told"
+        cli.main(["doctor", f"{target}[unit=m]"])
+    assert "say inner_positions=" in capsys.readouterr().out, "where it is asked for, it is told"
 
 
 def test_the_folder_data_set_says_once_for_each_body_what_it_drops(tmp_path):

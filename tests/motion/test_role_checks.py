@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,7 @@ from retarget_bench import cli
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.role_checks import contradictions, doubt
 from tests.examples import examples
@@ -82,11 +84,11 @@ def saved(path: Path, roles: Mapping[str, str]) -> Path:
 def test_a_wrong_map_is_told_in_a_line_and_used(file: Path, tmp_path: Path, kind: str) -> None:
     wrong: Callable[[], dict[str, str]] = WRONG[kind][0]
     roles = saved(tmp_path / "roles.toml", wrong())
-    found = load(file, roles=roles).findings
+    found = load(file, Reading(roles=roles)).findings
     told = [each for each in found.doubts if each.startswith("roles look wrong: ")]
     assert len(told) == 1
     assert "\n" not in told[0]
-    assert told[0].endswith("correct the file of --roles")
+    assert told[0].endswith("correct the table of roles")
     for word in WRONG[kind][1]:
         assert word in told[0]
     for name, role in wrong().items():
@@ -100,17 +102,18 @@ def test_the_commands_say_so(file: Path, tmp_path: Path, capsys: pytest.CaptureF
         return "".join(capsys.readouterr())
 
     roles, out = saved(tmp_path / "roles.toml", exchanged("left", "right")), tmp_path / "out.bvh"
-    told = run("doctor", file, "--roles", roles)
+    source = shutil.copy(file, tmp_path / "source.bvh")
+    told = run("doctor", f"{file}[roles={roles}]")
     assert "roles look wrong: left_arm and right_arm are on the other side" in told
-    told = run("retarget", file, "--target", file, "--target-roles", roles, "-o", out)
+    told = run("retarget", source, "--target", f"{file}[roles={roles}]", "-o", out)
     assert told.count("roles look wrong") == 1
-    assert "correct the file of --target-roles" in told
+    assert f"{file}: roles look wrong" in told, "the file is named whose roles are wrong"
     assert out.exists(), "nothing is refused because of it"
 
 
 def test_right_maps_are_not_doubted(file: Path, tmp_path: Path) -> None:
     for roles in (ROLES, {"Head": "head"}, {"LeftToe_End": "none"}):
-        found = load(file, roles=saved(tmp_path / "roles.toml", roles)).findings
+        found = load(file, Reading(roles=saved(tmp_path / "roles.toml", roles))).findings
         assert not [each for each in found.doubts if "roles" in each]
 
 

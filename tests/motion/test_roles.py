@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from retarget_bench.errors import FileError, SkeletonError
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.roles import (
     body_part,
     chain,
@@ -14,7 +15,6 @@ from retarget_bench.motion.roles import (
     is_body,
     is_finger,
     is_quadruped,
-    load_overrides,
 )
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -233,7 +233,7 @@ def test_overrides_that_do_not_fit_are_explained():
 def test_role_files(tmp_path):
     file = tmp_path / "roles.toml"
     file.write_text('"Bone 1" = "left_arm"\nHat = "none"\nBeard = ""\n', encoding="utf-8")
-    assert load_overrides(file) == {"Bone 1": "left_arm", "Hat": None, "Beard": None}
+    assert Reading(roles=file).overrides == {"Bone 1": "left_arm", "Hat": None, "Beard": None}
     for text, problem in (
         ("Bone 1 = left_arm", "TOML"),
         ("Bone = 3", "in quotes"),
@@ -241,9 +241,9 @@ def test_role_files(tmp_path):
     ):
         file.write_text(text, encoding="utf-8")
         with pytest.raises(FileError, match=problem):
-            load_overrides(file)
+            Reading(roles=file)
     with pytest.raises(FileError, match="cannot be read"):
-        load_overrides(tmp_path / "none.toml")
+        Reading(roles=tmp_path / "none.toml")
 
 
 def test_explanations_of_joints_without_a_role():

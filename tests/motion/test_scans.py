@@ -10,6 +10,7 @@ import pytest
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.motion import rotation
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.scans import load_body, load_scan, write_frames
@@ -48,8 +49,8 @@ def off_surface(points: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> 
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb", ".stl", ".off"])
 def test_every_format_gives_the_same_points_and_body(tmp_path, mesh, suffix):
     path = written(tmp_path / f"ada{suffix}", mesh.vertices, mesh.faces)
-    scan = load_scan(path, name="who")
-    assert (scan.motion.frames, scan.motion.fps, scan.motion.character.name) == (1, 30.0, "who")
+    scan = load_scan(path)
+    assert (scan.motion.frames, scan.motion.fps, scan.motion.character.name) == (1, 30.0, "ada")
     assert scan.findings.notes == ()
     assert off_surface(scan.motion.points[0], mesh.vertices, mesh.faces) < 1e-5
     body = load_body(path).character
@@ -136,14 +137,14 @@ def test_the_up_axis_of_all_kinds_of_people(tmp_path, name):
 
 def test_what_the_user_says_stands(tmp_path, mesh):
     path = written(tmp_path / "body.ply", mesh.vertices, mesh.faces)
-    found = load_body(path, unit="0.5", up="z")
+    found = load_body(path, Reading(unit="0.5", up="z"))
     np.testing.assert_allclose(
         found.character.mesh.vertices, 0.5 * mesh.vertices[:, [0, 2, 1]] * (1, 1, -1), atol=1e-6
     )
     assert found.findings.warnings == ()
     for wrong in ({"unit": "foot"}, {"unit": "-1"}, {"up": "w"}):
         with pytest.raises(NotSupported, match="is not known; it is auto"):
-            load_scan(path, **wrong)
+            load_scan(path, Reading(**wrong))
 
 
 def test_a_doubtful_size_is_told(tmp_path, mesh):
@@ -181,7 +182,7 @@ def test_frames_may_differ_and_what_is_told_is_told_once(tmp_path, mesh):
         (tmp_path / f"{number}.ply").write_bytes(ply(mesh.vertices, mesh.faces[number:]))
     coarse = trimesh.creation.capsule(0.7, 0.3).apply_translation((0, 0, 0.5))
     written(tmp_path / "3.ply", coarse.vertices[:, [1, 2, 0]], coarse.faces)
-    (note,) = load_scan(tmp_path, up="y", unit="m").findings.notes
+    (note,) = load_scan(tmp_path, Reading(up="y", unit="m")).findings.notes
     assert (
         note == "the mesh of 2 of 4 frames is open: 3 edges have a face on one side only, the first being 1"
     )
@@ -267,8 +268,6 @@ def test_a_folder_of_scans_is_retargeted_to_a_mesh(tmp_path, capsys, walk, mesh)
         "--target",
         body,
         "-m",
-        "rest_skin",
-        "--plugin",
         toy,
         "-o",
         tmp_path / "out",
@@ -277,7 +276,7 @@ def test_a_folder_of_scans_is_retargeted_to_a_mesh(tmp_path, capsys, walk, mesh)
     assert code == 0, told
     assert "4 frames of scans at 30 per second on the mesh of body.obj" in told
     assert "body.obj: the unit is a guess" in told
-    assert "say --target-unit" in told
+    assert "say unit=" in told
     found = list(frames_of(tmp_path / "out"))
     assert [frame.name for frame in found] == ["0000", "0001", "0002", "0003"]
     scan = load_scan(scans)

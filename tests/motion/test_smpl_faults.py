@@ -18,6 +18,7 @@ from smpl_files import archive, danced, features, model, parameters
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import files, importer
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 
@@ -154,7 +155,7 @@ def importer_said(path: Path, model: Path | None = None) -> str:
     """The sentence about a file, "" where it is read; whatever else is raised."""
     sentence = ""
     try:
-        found = importer.load(path, body_model=model).motion
+        found = importer.load(path, Reading(body_model=model)).motion
         assert np.isfinite(found.positions).all()
         assert model is None or np.isfinite(found.character.mesh.vertices).all()
     except BenchError as error:

@@ -13,6 +13,7 @@ from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer, kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.listing import motion_files
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average, joint_arrays
 from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
 from retarget_bench.motion.roles import find
@@ -36,11 +37,11 @@ def places(recording) -> np.ndarray:
 def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, family):
     content, body = parameters(random, family), model(random, family, vertices=60 + 2 * len(family))
     file = archive(tmp_path / "a.npz", content)
-    recording = files.read(file, body_model=str(archive(tmp_path / "model.npz", body)))
+    recording = files.read(file, Reading(body_model=str(archive(tmp_path / "model.npz", body))))
     joints, vertices = forward(body, family, content)
     np.testing.assert_allclose(places(recording), joints, atol=1e-12)
     assert recording.fps == 120.0
-    found = importer.load(file, body_model=tmp_path / "model.npz").motion
+    found = importer.load(file, Reading(body_model=tmp_path / "model.npz")).motion
     turn = rotation.from_rotation_vector(np.array(UP_AXES["z"]))  # Y up, from the file's Z up
     np.testing.assert_allclose(found.positions, rotation.rotate(turn, joints), atol=1e-12)
     skinned = found.character.mesh.skinned(found)
@@ -78,7 +79,7 @@ def test_turns_are_rotation_vectors_about_joints_of_the_average_skeleton(tmp_pat
     turned = Rotation.from_quat(recording.rotations.reshape(-1, 4)[:, [1, 2, 3, 0]])
     assert (wanted.inv() * turned).magnitude().max() < 1e-12
     np.testing.assert_array_equal(recording.root, content["trans"])
-    assert "an average skeleton: give --body-model" in recording.doubts[0]
+    assert "an average skeleton: say body_model=FILE" in recording.doubts[0]
     found = importer.load(tmp_path / "a.npz")
     assert found.findings.rest_pose == "T-pose"
     assert found.findings.up == "z"
@@ -99,9 +100,9 @@ def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
     assert found.skeleton.names == BODY.joints
     np.testing.assert_array_equal(found.rotations, whole.rotations[:, :22])
     assert found.fps == 30.0
-    assert any("mocap_framerate" in each and "--rate" in each for each in found.doubts)
+    assert any("mocap_framerate" in each and "rate=" in each for each in found.doubts)
     body = archive(tmp_path / "model.npz", model(random, SMPLX, 170))
-    dressed = files.read(tmp_path / "few.npz", body_model=str(body))
+    dressed = files.read(tmp_path / "few.npz", Reading(body_model=str(body)))
     assert dressed.skeleton.names == SMPLX.joints
     expected, _ = forward(
         dict(np.load(body, allow_pickle=True)),
@@ -134,15 +135,15 @@ def test_the_rate_is_the_file_s_unless_it_is_told(tmp_path, random):
     del content["mocap_framerate"]
     file = archive(tmp_path / "a.npz", content | {"mocap_frame_rate": np.array(59.94)})
     assert importer.load(file).motion.fps == 59.94
-    assert importer.load(file, rate=50).motion.fps == 50.0
-    half = importer.load(file, rate=60, fps=30).motion
+    assert importer.load(file, Reading(rate=50)).motion.fps == 50.0
+    half = importer.load(file, Reading(rate=60), fps=30).motion
     assert (half.fps, half.frames) == (30.0, 6)
     with pytest.raises(NotSupported, match="is no frame rate"):
-        importer.load(file, rate=-1)
+        importer.load(file, Reading(rate=-1))
     broken = archive(tmp_path / "b.npz", content | {"mocap_framerate": np.array(0.0)})
     with pytest.raises(FileError, match=r"'mocap_framerate' = 0, which is no frame rate"):
         importer.load(broken)
-    assert importer.load(broken, rate=30).motion.fps == 30.0
+    assert importer.load(broken, Reading(rate=30)).motion.fps == 30.0
 
 
 # ----------------------------------------------------------------------------------------- body models
@@ -163,10 +164,12 @@ def test_a_folder_of_body_models_is_searched_for_family_and_gender(tmp_path, ran
     archive(folder / name, wanted)
     for other in ("dmpls/female/model.npz", "SMPLX_MALE.npz", "smplh/male/model.npz", "SMPL_NEUTRAL.npz"):
         archive(folder / other, {"eigvec": np.zeros(3)})
-    found = files.read(archive(tmp_path / "a.npz", content), body_model=str(folder))
+    found = files.read(archive(tmp_path / "a.npz", content), Reading(body_model=str(folder)))
     np.testing.assert_allclose(places(found), forward(wanted, family, content)[0], atol=1e-12)
     with pytest.raises(FileError, match="has no male"):
-        files.read(archive(tmp_path / "b.npz", content | {"gender": b"male"}), body_model=str(folder))
+        files.read(
+            archive(tmp_path / "b.npz", content | {"gender": b"male"}), Reading(body_model=str(folder))
+        )
 
 
 def test_pickled_models_are_never_opened(tmp_path, random):
@@ -178,7 +181,7 @@ def test_pickled_models_are_never_opened(tmp_path, random):
         with pytest.raises(
             FileError, match=r"SMPLH_FEMALE\.pkl: is a pickle, .* is never loaded: take the"
         ):
-            files.read(file, body_model=str(place))
+            files.read(file, Reading(body_model=str(place)))
 
 
 @pytest.mark.parametrize(
@@ -203,19 +206,19 @@ def test_what_is_wrong_with_a_body_model_is_said(tmp_path, random, change, sente
     content = {name: each for name, each in (model(random) | change).items() if each is not None}
     file, place = archive(tmp_path / "a.npz", parameters(random)), archive(tmp_path / "m.npz", content)
     with pytest.raises(FileError, match=rf"m\.npz: .*{sentence}"):
-        files.read(file, body_model=str(place)).skin()
+        files.read(file, Reading(body_model=str(place))).skin()
 
 
 def test_a_body_model_of_another_family_or_for_another_format_is_refused(tmp_path, random):
     body = archive(tmp_path / "m.npz", model(random, SMPLX, 170))
     with pytest.raises(FileError, match="is a model of SMPL-X, and the motion is of SMPL-H"):
-        files.read(archive(tmp_path / "a.npz", parameters(random)), body_model=str(body))
+        files.read(archive(tmp_path / "a.npz", parameters(random)), Reading(body_model=str(body)))
     np.save(tmp_path / "a.npy", np.zeros((3, 22, 3)))
     with pytest.raises(NotSupported, match="a body model is for AMASS files"):
-        files.read(tmp_path / "a.npy", body_model=str(body))
+        files.read(tmp_path / "a.npy", Reading(body_model=str(body)))
     (tmp_path / "m.txt").write_text("x")
     with pytest.raises(FileError, match=r"is no \.npz file; a body model is one"):
-        files.read(tmp_path / "a.npz", body_model=str(tmp_path / "m.txt"))
+        files.read(tmp_path / "a.npz", Reading(body_model=str(tmp_path / "m.txt")))
 
 
 # ---------------------------------------------------------------------------------------- joint arrays
@@ -233,10 +236,10 @@ def test_rotations_are_fitted_to_joint_positions(tmp_path, joints):
     assert any(
         each.startswith("rotations were fitted to joint positions: less") for each in found.findings.notes
     )
-    assert any("say --rate 30 for Motion-X" in each for each in found.findings.warnings)
-    told = importer.load(tmp_path / "a.npy", rate=30)
+    assert any("say rate=30 for Motion-X" in each for each in found.findings.warnings)
+    told = importer.load(tmp_path / "a.npy", Reading(rate=30))
     assert told.motion.fps == 30.0
-    assert not any("--rate" in each for each in told.findings.warnings)
+    assert not any("rate=" in each for each in told.findings.warnings)
 
 
 @pytest.mark.parametrize("unit", [1.0, 100.0])
@@ -277,7 +280,7 @@ def test_features_are_read_as_the_motion_that_they_were_made_of(tmp_path, joints
     headings = np.cumsum(np.full(200, 0.03))
     made = features(joints, headings)
     np.save(tmp_path / "a.npy", made)
-    found = importer.load(tmp_path / "a.npy", rate=20)
+    found = importer.load(tmp_path / "a.npy", Reading(rate=20))
     assert found.findings.up_prescribed
     assert found.findings.warnings == ()
     heading = Rotation.from_euler("y", -headings[0])

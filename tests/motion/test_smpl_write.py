@@ -12,6 +12,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import importer, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files import writing
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY, SMPL, SMPLH, SMPLX
 from retarget_bench.motion.skeleton import Skeleton
@@ -38,7 +39,7 @@ def test_an_archive_in_and_out_is_the_same(tmp_path, random, family, modelled):
     content["poses"][:, 9:12] = [[3.0, 2.0, 1.0]]  # beyond half a turn
     file = archive(tmp_path / "a.npz", content)
     place = archive(tmp_path / "model.npz", model(random, family, 170)) if modelled else None
-    found = importer.load(file, body_model=place)
+    found = importer.load(file, Reading(body_model=place))
     assert writing.write(tmp_path / "b.npz", found.motion, found) == ()
     written = np.load(tmp_path / "b.npz", allow_pickle=False)
     assert differ(written["poses"], content["poses"]) < DEGREES
@@ -46,7 +47,7 @@ def test_an_archive_in_and_out_is_the_same(tmp_path, random, family, modelled):
     for name in ("betas", "gender", "surface_model_type"):
         np.testing.assert_array_equal(written[name], content[name])
     assert written["mocap_framerate"] == written["mocap_frame_rate"] == 120
-    again = importer.load(tmp_path / "b.npz", body_model=place).motion
+    again = importer.load(tmp_path / "b.npz", Reading(body_model=place)).motion
     np.testing.assert_allclose(again.positions, found.motion.positions, atol=METRES)
     if family is SMPLX:
         names = ("root_orient", "pose_body", "pose_jaw", "pose_eye", "pose_hand")
@@ -58,7 +59,7 @@ def test_a_lying_body_is_read_again_as_it_was_written(tmp_path, random):
     """The file says which axis is up, so that nothing has to be guessed from the body."""
     content = parameters(random)
     content["poses"][:, :3] = [0.1, 0.2, 0.3]
-    found = importer.load(archive(tmp_path / "a.npz", content), up="z")
+    found = importer.load(archive(tmp_path / "a.npz", content), Reading(up="z"))
     writing.write(tmp_path / "b.npz", found.motion, found)
     again = importer.load(tmp_path / "b.npz")
     assert (again.findings.up, again.findings.up_prescribed) == ("z", True)
@@ -96,7 +97,7 @@ def test_joints_of_other_names_are_found_by_role(tmp_path):
     names = [*words.split(), "LeftHand", "RightHand", "LeftProp", "RightProp"]
     other = Character.of("you", Skeleton(tuple(names), skeleton.parents, skeleton.offsets))
     writing.write(tmp_path / "a.npz", other.motion(motion.rotations, motion.root, 30.0))
-    again = importer.load(tmp_path / "a.npz", up="z").motion
+    again = importer.load(tmp_path / "a.npz", Reading(up="z")).motion
     np.testing.assert_allclose(again.positions[:, :22], motion.positions[:, :22], atol=METRES)
 
 
@@ -126,7 +127,7 @@ def test_from_any_format_to_an_archive_and_back(tmp_path, random):
     np.testing.assert_allclose(again.positions, made.positions, atol=METRES)
     for ending in (".bvh", ".glb"):
         made.save(tmp_path / f"out{ending}")
-        other = importer.load(tmp_path / f"out{ending}", unit="m").motion
+        other = importer.load(tmp_path / f"out{ending}", Reading(unit="m")).motion
         order = [other.skeleton.index(name) for name in made.skeleton.names]  # BVH goes limb by limb
         np.testing.assert_allclose(other.positions[:, order], made.positions, atol=1e-4)
     with pytest.raises(BenchError, match="would overwrite"):

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from retarget_bench import files
 from retarget_bench.commands.retargeting.job import Job, retarget
+from retarget_bench.commands.retargeting.options import Options
 from retarget_bench.commands.retargeting.records import Record, Records, file_hash, key
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
@@ -33,7 +34,6 @@ class Order:
 
     job: Job
     made: str
-    quiet: bool
     plugins: tuple[tuple[str, registry.Kind], ...]
 
 
@@ -58,47 +58,46 @@ def work(order: Order) -> Answer:
         if now == order.made:
             return Answer("current", now)
         with redirect_stdout(said), redirect_stderr(warned):
-            found = retarget(order.job, order.quiet)
+            found = retarget(order.job)
     except BenchError as error:
         return Answer("failed", warned=warned.getvalue(), error=str(error))
     if found is None:
         return Answer("done", now, None, said.getvalue(), warned.getvalue())
     lines = "".join(f"{line}\n" for line in (*found.lines, found.summary))
-    followers = f"{order.job.target.name}: {found.followers}\n" if found.undriven else ""
+    followers = f"{order.job.target.path.name}: {found.followers}\n" if found.undriven else ""
     verdict = found.as_dict()
     return Answer("done", now, verdict, said.getvalue() + lines, warned.getvalue() + followers)
 
 
-def retarget_all(
-    jobs: Sequence[Job], folder: Path, workers: int, *, overwrite: bool = False, quiet: bool = False
-) -> list[Answer]:
+def retarget_all(jobs: Sequence[Job], folder: Path, options: Options) -> list[Answer]:
     """Carry out all jobs that are not done yet; an answer for each, those done before with their verdict.
 
-    overwrite: also those that are done. Prints lines as results are finished, and failures and a summary at
+    Prints lines as results are finished, and failures and a summary at
     the end. A run that was killed goes on where it was. Raises BenchError where the folder cannot be used.
     """
     busy = f"{folder}: another bench retarget is writing into this folder; wait for it"
     with files.locked(folder / files.LOCK, busy):
         _clear(jobs)
         records = Records(folder)
-        made = [_made(job, records, overwrite) for job in jobs]
-        orders = [Order(job, old, quiet, registry.files()) for job, old in zip(jobs, made, strict=True)]
-        answers = dict(_answers(jobs, orders, records, workers, quiet))
+        made = [_made(job, records, options.overwrite) for job in jobs]
+        orders = [Order(job, old, registry.files()) for job, old in zip(jobs, made, strict=True)]
+        answers = dict(_answers(jobs, orders, records, options))
         records.tidy()
     found = [answers[number] for number in range(len(jobs))]
     _say_failures(jobs, found)
-    if not quiet:
+    if not options.quiet:
         _summarise(jobs, found)
     return found
 
 
 def _answers(
-    jobs: Sequence[Job], orders: Sequence[Order], records: Records, workers: int, quiet: bool
+    jobs: Sequence[Job], orders: Sequence[Order], records: Records, options: Options
 ) -> Iterator[tuple[int, Answer]]:
     """Number of a job and its answer, as they come, recorded and printed."""
     warned: set[str] = set()
+    quiet = options.quiet
     with progress_bar("retarget", "files tried", not quiet) as progress:
-        for count, done in enumerate(carried_out(work, orders, workers), 1):
+        for count, done in enumerate(carried_out(work, orders, options.jobs), 1):
             job = jobs[done.number]
             answer = done.result or Answer("failed", error=done.error)
             if answer.status == "done":

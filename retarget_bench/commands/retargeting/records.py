@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -18,15 +18,17 @@ from retarget_bench.commands.retargeting.job import Job
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import check_ordinary, write_text
 from retarget_bench.motion import files as formats
+from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.files.formats import BVH
 from retarget_bench.motion.files.listing import facts
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.python.plans import method_spec
 
 NAME = "retarget.jsonl"
-FILES = ("roles", "target_roles", "skeleton", "target_skeleton")
-"""Options that name files, whose content counts."""
+_DECIDE = ("seed", "fps", *(each.name for each in fields(Edits)))
+"""Options that decide a result, beside the method."""
 
 
 @dataclass(frozen=True)
@@ -88,33 +90,30 @@ def _read(path: Path) -> dict[str, Record]:
 
 
 def key(job: Job) -> str:
-    """A hash of all that decides a result: both files, the method with its code and weights, all options.
+    """A hash of all that decides a result: both files and how they are read, the method with its code and
+    weights, what is edited.
 
     Raises BenchError where a file or the method cannot be read.
     """
-    method = registry.canonical("methods", method_spec(job.method or defaults.METHOD))
-    options = {
-        name: file_hash(Path(value)) if value and (name in FILES or _is_model(name, value)) else value
-        for name, value in job.options.items()
-    }
+    method = registry.canonical("methods", method_spec(job.options.method or defaults.METHOD))
     said = {
         "version": __version__,
-        "source": _content(job.source),
-        "target": _content(job.target),
+        "source": [_content(job.source.path), _facts(job.source.reading)],
+        "target": [_content(job.target.path), _facts(job.target.reading)],
         "method": str(bound.method(method).known_as),
         "code": bound.method(method).code,
         "edits": code_hash(package_code("motion.editing")),
-        "seed": job.seed,
-        "fps": job.fps,
-        "options": options,
+        "options": {name: getattr(job.options, name) for name in _DECIDE},
     }
-    text = json.dumps(said, sort_keys=True, default=str)
+    text = json.dumps(said, sort_keys=True)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
-def _is_model(name: str, value: Any) -> bool:
-    """Whether an option names the file of a body model; a folder of them counts by its name."""
-    return name.endswith("body_model") and Path(value).is_file()
+def _facts(reading: Reading) -> dict[str, Any]:
+    """What is said of a file. The content of files that it names counts; a folder counts by its name."""
+    return reading.stated | {
+        name: file_hash(path) if path.is_file() else str(path) for name, path in reading.files.items()
+    }
 
 
 def _content(path: Path) -> str:

@@ -1,39 +1,37 @@
 """What is edited around a method, and the order of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
-from typing import cast, get_args
+from dataclasses import replace
+from typing import cast
 
-from retarget_bench.errors import NotSupported
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character, Motion, Prediction
-from retarget_bench.motion.editing import fingers, floor, legs, loops, path, start, twists
+from retarget_bench.motion.editing import fingers, floor, legs, loops, path, twists
+from retarget_bench.motion.editing import start as starts
+from retarget_bench.motion.editing.fingers import Hands
+from retarget_bench.motion.editing.path import RootMotion
+from retarget_bench.motion.editing.start import Starts
+from retarget_bench.options import OptionSet, option
 
 Answering = Callable[[Prediction, Character], Motion]
 """A method: the motion of a character for a source."""
 
-_CHOICES = {"start": start.Starts, "root_motion": path.RootMotion, "hands": fingers.Hands}
 
+class Edits(OptionSet):
+    """What a user chooses; the defaults leave start and path as they are. Raises BenchError for others."""
 
-@dataclass(frozen=True)
-class Edits:
-    """What a user chooses; the defaults leave start and path as they are. Raises NotSupported for others.
-
-    start:       of a source that begins with a T-pose or elsewhere: ``keep`` it, ``cut`` it off, or
-                 ``ease`` it into the motion.
-    root_motion: ``keep``, ``in-place``, or the axis to travel along: ``x``, ``-x``, ``z``, ``-z``.
-    hands:       ``relaxed`` or ``open``, where the source tells nothing of the fingers of the target.
-    """
-
-    start: str = "keep"
-    root_motion: str = "keep"
-    hands: str = "relaxed"
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            value, known = getattr(self, each.name), get_args(_CHOICES[each.name])
-            if value not in known:
-                raise NotSupported(f"{each.name}={value!r} is not known; it is one of {', '.join(known)}")
+    start: Starts = option(
+        "Of a source that begins with a T-pose or elsewhere: keep it, cut it off (fewer frames), or ease "
+        "it into the motion.",
+        default="keep",
+    )
+    root_motion: RootMotion = option(
+        "keep, in-place, or the axis to travel along: x, -x, z, -z.", default="keep", metavar="PATH"
+    )
+    hands: Hands = option(
+        "Where the source shows no fingers and the target has them: relaxed, or open (as they rest).",
+        default="relaxed",
+    )
 
 
 USUAL = Edits()
@@ -41,9 +39,9 @@ USUAL = Edits()
 
 def begun(source: Prediction, edits: Edits) -> Prediction:
     """The source with the start that is wanted."""
-    if edits.start == "keep" or (found := start.find(source)) is None:
+    if edits.start == "keep" or (found := starts.find(source)) is None:
         return source
-    return start.cut(source, found) if edits.start == "cut" else start.eased(source, found)
+    return starts.cut(source, found) if edits.start == "cut" else starts.eased(source, found)
 
 
 def compared(source: Motion, edits: Edits) -> Motion:
@@ -51,11 +49,10 @@ def compared(source: Motion, edits: Edits) -> Motion:
     return path.edited(cast(Motion, begun(source, edits)), edits.root_motion)
 
 
-def doubt(source: Prediction, edits: Edits) -> str:
-    """A sentence on a start that was kept and does not belong to the motion, with the options for it; ""
-    where there is none."""
-    found = start.find(source) if edits.start == "keep" else None
-    return f"{source.character.name}: {found}: say {' or '.join(found.options)}" if found else ""
+def doubts(source: Prediction, edits: Edits) -> tuple[str, ...]:
+    """Sentences on a start that was kept and does not belong to the motion, and what to say for another."""
+    found = starts.find(source) if edits.start == "keep" else None
+    return (f"{source.character.name}: {found}: say {' or '.join(found.options)}",) if found else ()
 
 
 def edited(

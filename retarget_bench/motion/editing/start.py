@@ -67,7 +67,7 @@ class Start:
     @property
     def options(self) -> tuple[str, ...]:
         """What to say for another start: a pose that is left smoothly can only be cut off."""
-        return ("--start cut", "--start ease") if self.cuts else ("--start cut",)
+        return ("start=cut", "start=ease") if self.cuts else ("start=cut",)
 
 
 def _frames(count: int) -> str:

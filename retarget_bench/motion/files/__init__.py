@@ -7,14 +7,26 @@ unsaid, for every format alike. Formats are listed in ``formats.py``. Of a file 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.files import LARGEST, check_ordinary
-from retarget_bench.motion.files.formats import BVH, FORMATS, UNREADABLE, Format, Reading
+from retarget_bench.motion.files.formats import BVH, FORMATS, UNREADABLE, Format
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording
 
-__all__ = ["FORMATS", "Format", "Reading", "format_of", "read", "split_take", "suffixes", "takes"]
+__all__ = [
+    "FORMATS",
+    "Format",
+    "Reading",
+    "format_of",
+    "read",
+    "split_take",
+    "suffixes",
+    "takes",
+    "with_take",
+]
 
 _SNIFFED = 4096
 
@@ -46,26 +58,13 @@ def format_of(path: str | Path) -> Format:
     return next((form for form in FORMATS if form.recognises(head)), by_name)
 
 
-def read(
-    path: str | Path,
-    *,
-    root: str = "auto",
-    take: str | None = None,
-    body: str | None = None,
-    skeleton: str | None = None,
-    body_model: str | None = None,
-) -> Recording:
-    """The motion of a file, in its own axes and unit.
+def read(path: str | Path, reading: Reading = Reading()) -> Recording:
+    """The motion of a file, in its own axes and unit. Of the reading only what readers need counts.
 
-    root: how the root's place is stated, where the format leaves that open (see ``bvh.read``).
-    take: which of several motions, by name or number from 1 on; body: which of several bodies.
-    skeleton: the file of the bones, where the format keeps them apart from the motion.
-    body_model: see ``Reading``.
     Raises FileError for what cannot be read, NotSupported where the file has no such take or body.
     """
-    path, named = split_take(path)
-    take = take if take is not None else named
-    return format_of(path).read(path, Reading(root, take, body, skeleton, body_model=body_model))
+    path, reading = with_take(path, reading)
+    return format_of(path).read(path, reading)
 
 
 def takes(path: str | Path) -> tuple[str, ...]:
@@ -84,3 +83,16 @@ def split_take(path: str | Path) -> tuple[Path, str | None]:
         if Path(text[:place]).is_file():
             return Path(text[:place]), text[place + 1 :] or None
     return path, None
+
+
+def with_take(path: str | Path, reading: Reading) -> tuple[Path, Reading]:
+    """A path without the take that stands behind a ``#``, and the reading with it. Raises NotSupported
+    where the reading has another."""
+    path, named = split_take(path)
+    if named is None:
+        return path, reading
+    if reading.take not in (None, named):
+        raise NotSupported(
+            f"{path}#{named} names a take, and take={reading.take!r} is another: give one of them"
+        )
+    return path, replace(reading, take=named)

@@ -16,31 +16,12 @@ from retarget_bench.motion.files.fbx import content as fbx_content
 from retarget_bench.motion.files.fbx import reading as fbx
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.gltf.document import MAGIC
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import amass, joint_arrays
 from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive
 from retarget_bench.motion.recording import Recording
 
 _BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
-
-
-@dataclass(frozen=True)
-class Reading:
-    """What a reader may be told.
-
-    root: how the root's place is stated (``bvh.read``), where the format leaves that open.
-    take: which of several motions of a file, by name or number from 1 on.
-    body: which of several bodies, likewise.
-    skeleton: the file of the bones, where a format keeps them apart from the motion.
-    rate: frames per second, told in place of what the file says: what it says may then be missing or wrong.
-    body_model: file or folder of the body models that files of the SMPL family are of.
-    """
-
-    root: str = "auto"
-    take: str | None = None
-    body: str | None = None
-    skeleton: str | None = None
-    rate: float | None = None
-    body_model: str | None = None
 
 
 @dataclass(frozen=True)
@@ -71,7 +52,7 @@ class Format:
 
 
 _UNTOLD = {
-    "root": "root={value!r} is for BVH files; {path} states where its root is",
+    "root_place": "root_place={value!r} is for BVH files; {path} states where its root is",
     "take": "{path} holds one motion of one body: leave out take={value!r}",
     "body": "{path} holds one motion of one body: leave out body={value!r}",
     "skeleton": "skeleton={value!r} is for AMC files; {path} holds its own bones",
@@ -84,37 +65,37 @@ def _refuse(path: Path, reading: Reading, *names: str) -> None:
     """Raise NotSupported where a reader is told something that its format leaves no choice in."""
     for name in names:
         value = getattr(reading, name)
-        if value is not None and not (name == "root" and value in ("auto", "absolute")):
+        if value is not None and not (name == "root_place" and value in ("auto", "absolute")):
             raise NotSupported(_UNTOLD[name].format(path=path, value=value))
 
 
 def _read_bvh(path: Path, reading: Reading) -> Recording:
     _refuse(path, reading, "take", "body", "skeleton", "body_model")
-    return bvh.read(path, root=reading.root, inner=True)
+    return bvh.read(path, root=reading.root_place, inner=True)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
-    _refuse(path, reading, "root", "skeleton", "body_model")
+    _refuse(path, reading, "root_place", "skeleton", "body_model")
     return gltf.read(path, reading.take, reading.body)
 
 
 def _read_fbx(path: Path, reading: Reading) -> Recording:
-    _refuse(path, reading, "root", "skeleton", "body_model")
+    _refuse(path, reading, "root_place", "skeleton", "body_model")
     return fbx.read(path, reading.take, reading.body)
 
 
 def _read_acclaim(path: Path, reading: Reading) -> Recording:
-    _refuse(path, reading, "take", "body", "root", "body_model")
+    _refuse(path, reading, "take", "body", "root_place", "body_model")
     return acclaim.read(path, reading.skeleton)
 
 
 def _read_amass(path: Path, reading: Reading) -> Recording:
-    _refuse(path, reading, "take", "body", "root", "skeleton")
+    _refuse(path, reading, "take", "body", "root_place", "skeleton")
     return amass.read(path, reading.body_model, reading.rate)
 
 
 def _read_joint_array(path: Path, reading: Reading) -> Recording:
-    _refuse(path, reading, "take", "body", "root", "skeleton", "body_model")
+    _refuse(path, reading, "take", "body", "root_place", "skeleton", "body_model")
     return joint_arrays.read(path, reading.rate)
 
 

@@ -37,7 +37,7 @@ def write(
     if like is not None and format_of(like.findings.path) is not wanted:
         like = None
     if like is not None and wanted is BVH:
-        return write_like.write(path, motion, like, root=like.reading.root, places=places)
+        return write_like.write(path, motion, like, root=like.reading.root_place, places=places)
     if like is not None and wanted is GLTF:
         return write_into.write(path, motion, like, places=places)
     lost = () if places is None else (inner_positions.NOT_KEPT,)

@@ -6,16 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.errors import FileError
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.importer import UNITS
+from retarget_bench.motion.files.reading import UNITS, Reading
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.point_sets import PointSets, unknown_body
 from retarget_bench.motion.scans.checks import check_numbers, topology
-from retarget_bench.motion.scans.orientation import metres, unit_of, up_axis, upright
+from retarget_bench.motion.scans.orientation import unit_of, up_axis, upright
 from retarget_bench.motion.scans.reading import Frame, files_of, frames_of
 from retarget_bench.motion.surface_sampling import sampled, uniform
-from retarget_bench.motion.up_axis import UP_AXES
 
 POINTS = 2048
 """Points that are drawn on the mesh of a frame, or taken of its vertices where it has no faces."""
@@ -44,14 +43,14 @@ class ScanFindings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Doubtful points, with the option that settles each."""
+        """Doubtful points, and what settles each."""
         said = list(self.notes)
         if not self.unit_told and not 1.1 <= self.height <= 2.6:
             said.append(
-                f"the unit is a guess: in {self.unit[0]} the body is {self.height:.2f} m tall; say --unit"
+                f"the unit is a guess: in {self.unit[0]} the body is {self.height:.2f} m tall; say unit=..."
             )
         if not self.up_told and not self.up_clear:
-            said.append(f"the up axis is a guess ({self.up}): say --up y or --up z")
+            said.append(f"the up axis is a guess ({self.up}): say up=y or up=z")
         return tuple(said)
 
 
@@ -76,16 +75,14 @@ class ImportedBody:
 
 def load_scan(
     path: str | Path,
+    reading: Reading = Reading(),
     *,
-    unit: str = "auto",
-    up: str = "auto",
     fps: float = 30.0,
-    name: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ImportedScan:
     """A mesh file, or a folder with one for each frame, as points that are drawn on its surfaces.
 
-    unit, up: as of a BVH file (``importer.load``). fps: frames per second, which such files do not say.
+    reading: its unit and up axis. fps: frames per second, which such files do not say.
     progress: is told how many files are read, and how many there are.
     Meshes may be open, not manifold, in parts, or without faces, and differ in their numbers of vertices:
     that is told. Raises FileError for a frame with vertices that are not finite or with two bodies, and
@@ -105,15 +102,13 @@ def load_scan(
         if progress is not None:
             progress(min(number + 1, files), files)
     told = [_of_frames(note, where, len(drawn)) for note, where in _alike(notes).items()]
-    findings = _findings(path, drawn, unit, up, names, told)
+    findings = _findings(path, drawn, reading, names, told)
     moved = [upright(each, findings.up, findings.unit[1]).astype(np.float32) for each in drawn]
-    return ImportedScan(PointSets(unknown_body(name or path.stem), tuple(moved), fps), findings)
+    return ImportedScan(PointSets(unknown_body(path.stem), tuple(moved), fps), findings)
 
 
-def load_body(
-    path: str | Path, *, unit: str = "auto", up: str = "auto", name: str | None = None
-) -> ImportedBody:
-    """A mesh file as a character that motion can be retargeted to.
+def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:
+    """A mesh file as a character that motion can be retargeted to. reading: its unit and up axis.
 
     An open mesh, one that is not manifold, and loose parts such as eyes are told. Raises FileError for a
     file without faces, with vertices that are not finite, with two bodies or several frames; NotSupported
@@ -129,10 +124,10 @@ def load_body(
         raise FileError(path, "has no faces; a target needs a surface")
     points, notes = _points(first, 0)
     told = [f"the mesh {note}" for note in notes]
-    findings = _findings(path, [points], unit, up, [first.name], told)
+    findings = _findings(path, [points], reading, [first.name], told)
     vertices = upright(first.vertices, findings.up, findings.unit[1])
     mesh = Mesh(vertices, first.faces, np.ones((len(vertices), 1)))
-    body = unknown_body(name or path.stem)
+    body = unknown_body(path.stem)
     tall = replace(body.measures, height=float(np.ptp(vertices[:, 1])))
     return ImportedBody(replace(body, measures=tall, skin=lambda: mesh), findings)
 
@@ -164,21 +159,20 @@ def _of_frames(note: str, where: Sequence[str], frames: int) -> str:
 
 
 def _findings(
-    path: Path, frames: list[np.ndarray], unit: str, up: str, names: Sequence[str], notes: Sequence[str]
+    path: Path, frames: list[np.ndarray], reading: Reading, names: Sequence[str], notes: Sequence[str]
 ) -> ScanFindings:
-    if up != "auto" and up not in UP_AXES:
-        raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     some = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))]
-    axis, clear = up_axis(some) if up == "auto" else (up, True)
+    axis, clear = up_axis(some) if reading.up == "auto" else (reading.up, True)
     height = float(np.median([np.ptp(each["xyz".index(axis[-1])]) for each in (each.T for each in some)]))
-    chosen = unit_of(height) if unit == "auto" else unit
-    scale = UNITS[chosen] if unit == "auto" else metres(unit)
+    told = reading.metres
+    chosen = unit_of(height) if told is None else str(reading.unit)
+    scale = UNITS[chosen] if told is None else told
     return ScanFindings(
         path=path,
         unit=(chosen, scale),
-        unit_told=unit != "auto",
+        unit_told=told is not None,
         up=axis,
-        up_told=up != "auto",
+        up_told=reading.up != "auto",
         up_clear=clear,
         height=height * scale,
         frames=tuple(names),

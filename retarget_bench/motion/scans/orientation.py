@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 
-from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rotation
-from retarget_bench.motion.importer import UNITS
+from retarget_bench.motion.files.reading import UNITS
 from retarget_bench.motion.up_axis import UP_AXES
 
 _TALL = 1.7
@@ -31,19 +30,6 @@ def unit_of(height: float) -> str:
         for unit, extra in _LIKELY.items()
     }
     return min(cost, key=cost.__getitem__)
-
-
-def metres(unit: str) -> float:
-    """Metres of a unit that the user named, or gave as a number. Raises NotSupported."""
-    try:
-        found = UNITS[unit] if unit in UNITS else float(unit)
-    except ValueError:
-        found = math.nan
-    if not (math.isfinite(found) and found > 0):
-        raise NotSupported(
-            f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
-        )
-    return found
 
 
 def up_axis(frames: list[np.ndarray]) -> tuple[str, bool]:

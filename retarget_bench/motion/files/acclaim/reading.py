@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ def recognises(head: bytes) -> bool:
     return _MOTION.search(head) is not None or _SKELETON.search(head) is not None
 
 
-def read(path: Path, skeleton: str | Path | None = None) -> Recording:
+def read(path: Path, skeleton: str | PathLike[str] | None = None) -> Recording:
     """The motion of an AMC file on its skeleton, or the one pose of an ASF file, in the skeleton's unit.
 
     skeleton: the ASF file of an AMC file; None: the one beside it (``beside``).
@@ -84,8 +85,7 @@ def beside(path: Path) -> Path:
     wanted = " or ".join(dict.fromkeys(f"{stem}{_SUFFIX}" for stem in (stems[0], stems[-1])))
     raise FileError(
         path,
-        f"needs its skeleton, {wanted} in its folder ({there}): name it by --skeleton, for a target "
-        "--target-skeleton (in Python skeleton=)",
+        f"needs its skeleton, {wanted} in its folder ({there}): say skeleton=FILE",
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +72,7 @@ def _is_motion(names: Iterable[str]) -> bool:
     return "poses" in names or bool(names & set(_ROOT) and names & set(_TRUNK))
 
 
-def read(path: Path, model: str | None = None, rate: float | None = None) -> Recording:
+def read(path: Path, model: str | PathLike[str] | None = None, rate: float | None = None) -> Recording:
     """The motion of an archive, in metres, on the joints of a body model or on an average skeleton.
 
     model: file or folder of body models. rate: frames per second, where they are told: the file's own may
@@ -82,7 +83,7 @@ def read(path: Path, model: str | None = None, rate: float | None = None) -> Rec
     notes, doubts = list(found.notes), list(found.doubts)
     skeleton, skin = average.skeleton(found.family), None
     if model is None:
-        doubts.append("an average skeleton: give --body-model for this person's joints")
+        doubts.append("an average skeleton: say body_model=FILE for this person's joints")
     else:
         shaped = body_model.load(Path(model).expanduser(), found.family, found.gender, found.betas)
         skeleton, skin = _shaped_skeleton(shaped), shaped.skin
@@ -136,7 +137,7 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
     betas, notes = _betas(archive, frames)
     fps, stated = _rate(archive, rate)
     if not stated and rate is None:
-        doubts.append(f"states no mocap_framerate: {_DEFAULT_RATE:g} frames per second; else say --rate")
+        doubts.append(f"states no mocap_framerate: {_DEFAULT_RATE:g} frames per second; else say rate=...")
     gender = archive.text("gender").lower() if "gender" in archive.names else ""
     gender = gender.removeprefix("b'").removesuffix("'")  # bytes that somebody took for text
     if gender not in ("male", "female", "neutral"):
@@ -224,7 +225,7 @@ def _rate(archive: Archive, told: float | None) -> tuple[float, bool]:
         return told, False
     text = f"{float(found.reshape(-1)[0]):g}" if found.size == 1 else shape_text(found.shape)
     raise FileError(
-        archive.path, f"has {name!r} = {text}, which is no frame rate: say the true one with --rate"
+        archive.path, f"has {name!r} = {text}, which is no frame rate: say the true one: rate=..."
     )
 
 

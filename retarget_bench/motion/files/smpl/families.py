@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 _TRUNK = (
@@ -52,10 +53,24 @@ class Family:
         return len(self.joints)
 
 
+ABOVE = {joint: above for part in (_TRUNK, _STUMPS, _FACE, _HANDS) for joint, above in part}
+"""Joint of any of them -> the one above it, "" above the pelvis."""
+
+
 def _family(name: str, word: str, *parts: tuple[tuple[str, str], ...]) -> Family:
-    pairs = [pair for part in parts for pair in part]
-    joints = tuple(joint for joint, _ in pairs)
-    return Family(name, word, joints, tuple(joints.index(above) if above else -1 for _, above in pairs))
+    return of_joints(name, [joint for part in parts for joint, _ in part], word)
+
+
+def of_joints(name: str, joints: Sequence[str], word: str = "") -> Family:
+    """A skeleton of some of these joints, each below the next one above it that is among them."""
+    return Family(name, word, tuple(joints), tuple(_above(each, joints) for each in joints))
+
+
+def _above(joint: str, joints: Sequence[str]) -> int:
+    while joint := ABOVE[joint]:
+        if joint in joints:
+            return joints.index(joint)
+    return -1
 
 
 BODY = _family("SMPL body", "", _TRUNK)
@@ -63,5 +78,14 @@ BODY = _family("SMPL body", "", _TRUNK)
 SMPL = _family("SMPL", "smpl", _TRUNK, _STUMPS)
 SMPLH = _family("SMPL-H", "smplh", _TRUNK, _HANDS)
 SMPLX = _family("SMPL-X", "smplx", _TRUNK, _FACE, _HANDS)
+H36M = of_joints(
+    "Human3.6M",
+    (
+        *("pelvis", "right_hip", "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle"),
+        *("spine1", "spine3", "neck", "head", "left_shoulder", "left_elbow", "left_wrist"),
+        *("right_shoulder", "right_elbow", "right_wrist"),
+    ),
+)
+"""The 17 joints of Human3.6M, as papers on pose estimation state them, in SMPL's names."""
 FAMILIES = (BODY, SMPL, SMPLH, SMPLX)
 BY_JOINTS = {len(family): family for family in FAMILIES}

@@ -8,17 +8,36 @@ known not to fit the joints.
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import rotation
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.arrays import read_array, shape_text
-from retarget_bench.motion.files.smpl.families import BODY, BY_JOINTS, Family
+from retarget_bench.motion.files.smpl.families import (
+    ABOVE,
+    BODY,
+    BY_JOINTS,
+    FAMILIES,
+    H36M,
+    SMPL,
+    SMPLH,
+    SMPLX,
+    Family,
+    of_joints,
+)
 from retarget_bench.motion.recording import Recording, of_positions
 
+Joints = str | Sequence[str]
+"""A skeleton's name, or names of joints."""
+NAMED = {"body": BODY, "smpl": SMPL, "smplh": SMPLH, "smplx": SMPLX, "h36m": H36M}
+"""Skeletons whose joints are known by a name."""
 FEATURES = 263
 RATE = 20.0
 """Frames per second of HumanML3D."""
@@ -33,14 +52,21 @@ def read(path: Path, rate: float | None = None) -> Recording:
     rate: frames per second, where they are told: the file does not say them.
     Raises FileError for other arrays.
     """
-    array = read_array(path)
+    return recorded(path, read_array(path), rate)
+
+
+def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: Joints = ()) -> Recording:
+    """``read`` of an array of finite numbers. path: what errors call it. joints: see ``named``; none: what
+    its shape says."""
     if not len(array.shape) or not len(array):
         raise FileError(path, "has no frames")
     if np.abs(array).max(initial=0.0) > _FARTHEST:
         raise FileError(path, f"holds numbers above {_FARTHEST:g}: it is damaged")
     features = array.ndim == 2 and array.shape[1] == FEATURES
-    family, positions = (BODY, from_features(array)) if features else (_family(path, array), array)
+    family, positions = (BODY, from_features(array)) if features else (_family(path, array, joints), array)
     skeleton = average.fitted_to(family, positions)
+    if family not in FAMILIES:  # without a collar bone SMPL's left_shoulder would be taken for one
+        skeleton = replace(skeleton, names=tuple(_roles()[name] for name in family.joints))
     if float(np.abs(skeleton.offsets).max()) < 1e-9:
         raise FileError(path, "has all joints in one place: it holds no body")
     doubts = []
@@ -51,8 +77,7 @@ def read(path: Path, rate: float | None = None) -> Recording:
         )
     if rate is None:
         doubts.append(
-            f"the rate is not in the file: {RATE:g} frames per second as in HumanML3D; say --rate 30 for "
-            "Motion-X"
+            f"the rate is not stated: {RATE:g} frames per second as in HumanML3D; say rate=30 for Motion-X"
         )
     what = (
         f"features of HumanML3D, {FEATURES} a frame" if features else f"positions of {len(family)} joints"
@@ -69,15 +94,47 @@ def read(path: Path, rate: float | None = None) -> Recording:
     )
 
 
-def _family(path: Path, array: np.ndarray) -> Family:
-    if array.ndim == 3 and array.shape[2] == 3 and array.shape[1] in BY_JOINTS:
-        return BY_JOINTS[array.shape[1]]
-    joints = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
-    raise FileError(
-        path,
-        f"is of shape {shape_text(array.shape)}; joint positions of the SMPL family are {joints}, and "
-        f"features of HumanML3D (frames, {FEATURES})",
-    )
+def _family(path: Path, array: np.ndarray, joints: Joints) -> Family:
+    family = named(joints) if joints else BY_JOINTS.get(array.shape[1] if array.ndim == 3 else 0)
+    if family and array.ndim == 3 and array.shape[1:] == (len(family), 3):
+        return family
+    if family and joints:
+        wanted = f"positions of these joints are (frames, {len(family)}, 3)"
+    else:
+        shapes = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
+        wanted = (
+            f"positions of the SMPL family are {shapes}, and features of HumanML3D (frames, {FEATURES})"
+        )
+    raise FileError(path, f"is of shape {shape_text(array.shape)}; {wanted}")
+
+
+def named(joints: Joints) -> Family:
+    """A skeleton by its name, or of joints by their names, all roles or all SMPL's. Raises BenchError for
+    others."""
+    if isinstance(joints, str):
+        if (family := NAMED.get(joints.casefold().replace("-", ""))) is None:
+            raise BenchError(f"no skeleton is known as {joints!r}; there are {', '.join(NAMED)}")
+        return family
+    roles = {role: name for name, role in _roles().items()}
+    known = roles if "hips" in joints else {name: name for name in ABOVE}
+    if unknown := [each for each in joints if each not in known]:
+        near = difflib.get_close_matches(unknown[0], known, 3) or list(known)[:3]
+        raise BenchError(
+            f"{unknown[0]!r} is no joint that is known; joints are named by their roles (hips, ...) or as "
+            f"in SMPL (pelvis, ...), such as {', '.join(near)}"
+        )
+    names = [known[each] for each in joints]
+    if names.count("pelvis") != 1 or len(set(names)) < len(names):
+        raise BenchError("joints: each is named once, and the hips (in SMPL pelvis) are among them")
+    same = (family for family in FAMILIES if family.joints == tuple(names))
+    return next(same, of_joints("the joints named", names))
+
+
+def _roles() -> dict[str, str]:
+    """Joint of the SMPL family -> its role; one without a role -> a name that is none."""
+    body = Character.of("body", average.skeleton(SMPLX))
+    found = zip(SMPLX.joints, body.roles, strict=True)
+    return {name: f"{name}_end" for name in ABOVE} | {name: role or name for name, role in found}
 
 
 def from_features(features: np.ndarray) -> np.ndarray:
