@@ -25,7 +25,7 @@ from tests.motion.gltf_files import person
 
 @pytest.fixture(autouse=True)
 def files(tmp_path, monkeypatch) -> None:
-    """``bow.bvh`` in a unit of its own, ``anna.glb`` with two takes, ``joints.npy``, which states no rate."""
+    """``bow.bvh`` in a unit of its own, ``anna.glb`` with two takes, ``amass.npz``."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(registry, "_FILES", {})
     bvh.write(Path("bow.bvh"), bowing(tmp_path)["large"], scale=17.0)

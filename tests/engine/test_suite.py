@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from retarget_bench.commands import suite
 from retarget_bench.commands.run import command
 from retarget_bench.errors import FileError
-from retarget_bench.plugins import suite
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -16,27 +16,18 @@ TOYS = Path(__file__).parent / "toys"
 
 def test_the_same_words_as_the_command_line(tmp_path):
     file = tmp_path / "suite.toml"
-    file.write_text('methods = "ik"\ndataset = "mixamo[fps=60]"\nroot = "x"\nsplit = ["intra"]\njobs = 2\n')
+    file.write_text('methods = "ik"\ndataset = "mixamo[fps=60]"\nroot = "x"\nsplits = ["intra"]\njobs = 2\n')
     assert suite.read(file) == {
-        "methods": ["ik"], "dataset": "mixamo[fps=60]", "root": "x", "split": ["intra"], "jobs": 2,
+        "methods": ["ik"], "dataset": "mixamo[fps=60]", "root": "x", "splits": ["intra"], "jobs": 2,
     }  # fmt: skip
-
-
-@pytest.mark.parametrize("word", ["overwrite", "redo"])
-def test_the_former_word_for_overwriting_is_accepted(tmp_path, word):
-    file = tmp_path / "suite.toml"
-    file.write_text(f'{word} = "always"\n')
-    assert suite.read(file) == {"overwrite": "always"}
-    command_line = CliRunner().invoke(command, [f"--{word}", "sometimes"])
-    assert "'sometimes' is not one of 'never', 'missing', 'failed', 'always'" in command_line.output
 
 
 def test_every_mistake_is_listed_with_its_place(tmp_path):
     file = tmp_path / "suite.toml"
-    file.write_text('jobs = "two"\nsplits = ["intra"]\nmethods = ["a", 3]\nredo = "often"\n')
+    file.write_text('jobs = "two"\nsplit = ["intra"]\nmethods = ["a", 3]\noverwrite = "often"\nlimit = 0\n')
     with pytest.raises(FileError) as caught:
         suite.read(file)
-    for words in ("jobs:", "splits:", "methods.1:", "redo:", "it may set methods, dataset"):
+    for words in ("jobs is", "split: there is no", "methods is", "overwrite", "limit is 0", "it may set task"):
         assert words in str(caught.value)
 
 
@@ -50,10 +41,9 @@ def test_what_is_not_toml_is_refused(tmp_path, text):
 
 def test_flags_win(tmp_path):
     file = tmp_path / "suite.toml"
-    plugins = [str(path) for path in sorted(TOYS.glob("*.py"))]
     file.write_text(
-        f'methods = ["toy_method"]\ndataset = "toy_cases[clips=1]"\nsplit = "intra"\n'
-        f'metrics = ["position"]\nplugin = {plugins}\nout = "{tmp_path}/from_suite"\njobs = 1\n'
+        f'methods = ["{TOYS}/toy_method.py"]\ndataset = "{TOYS}/toy_cases.py[clips=1]"\nsplits = "intra"\n'
+        f'metrics = ["position"]\nout = "{tmp_path}/from_suite"\njobs = 1\n'
     )
     from_suite = CliRunner().invoke(command, ["--suite", str(file)], catch_exceptions=False)
     assert from_suite.exit_code == 0

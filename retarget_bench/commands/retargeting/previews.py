@@ -13,8 +13,8 @@ from retarget_bench.verification.verdict import Verdict
 from retarget_bench.viewer import clips, drawing, scene_builder
 from retarget_bench.viewer.renderer import DrawingStyle
 
-COLUMNS, OF_VERDICT = 8, 4
-"""Moments of a picture, and how many of them at most are those of the verdict."""
+OF_VERDICT = 4
+"""Moments of a picture, at most, that are those of the verdict."""
 SIZE = (1280, 720)
 
 
@@ -44,9 +44,9 @@ def write(path: Path, source: Motion, result: Motion, verdict: Verdict | None) -
     title = f"{source.character.name} to {result.character.name}"
     scene = replace(scene, title=title)
     style = DrawingStyle(SIZE, skin=True)
-    frames = render.chosen(scene, 0.0, None, None, None)
+    frames = render.chosen(scene, 0.0, None, None)
     if clips.ending(path) == clips.STILL:
-        render.write_sheet(path, scene, style, _moments(frames, verdict), COLUMNS, None)
+        render.write_sheet(path, scene, style, _moments(frames, verdict), None)
     else:
         render.write_clip(path, scene, style, frames, min(scene.fps, render.FASTEST))
 
@@ -55,4 +55,4 @@ def _moments(frames: Sequence[int], verdict: Verdict | None) -> list[int]:
     """The worst frames of the verdict, and others evenly spread."""
     worst = dict.fromkeys(each.worst for each in (verdict.defects if verdict else ()))
     chosen = list(worst)[:OF_VERDICT]
-    return sorted({*chosen, *drawing.moments(frames, COLUMNS - len(chosen))})
+    return sorted({*chosen, *drawing.moments(frames, render.MOMENTS - len(chosen))})
