@@ -108,7 +108,7 @@ def _indexed(matrix: ResultMatrix, index: str, what: str) -> dict[str, DeclaredV
         if each.index == index
     }
     if not found:
-        raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench score computes them")
+        raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench run computes them")
     return found
 
 
@@ -127,8 +127,8 @@ def _part_of(row: MethodRow) -> NameOf:
     parts = case_metadata.read_parts(row.paths)
     if parts is None:
         raise BenchError(
-            f"{row.paths.folder} lacks the body parts of the joints; bench score, or bench run --overwrite "
-            "always, writes them"
+            f"{row.paths.folder} lacks the body parts of the joints; bench run --overwrite always writes "
+            "them"
         )
     return lambda target, joint: parts.get((target, joint), UNKNOWN)
 
@@ -201,7 +201,7 @@ def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:
     curves = {key for key, value in matrix.values.items() if value.index == "second"}
     if not curves:
         raise BenchError(
-            f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench score adds them "
+            f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench run adds them "
             "(growth.world)"
         )
     kept = np.zeros(len(matrix.cases), dtype=bool)

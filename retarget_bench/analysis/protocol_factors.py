@@ -88,7 +88,7 @@ def explain(results: Results, selves: Results | None = None, dataset: str = "") 
     if not known:
         raise BenchError(
             f"the results of {label} declare no position protocols (they are old, or have no position "
-            "metrics); score them again: bench score"
+            "metrics); score them again: bench run"
         )
     readings = []
     for id_, value in known.items():

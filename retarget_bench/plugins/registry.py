@@ -3,8 +3,8 @@
 A plug-in comes from one of three places: a file or folder in ``methods/``, ``metrics/``,
 ``datasets/`` and ``methods/posts/``, whose name is the plug-in's name; an entry point of an installed
 distribution, in the groups ``retarget_bench.methods``, ``.metrics``, ``.datasets`` and ``.posts``; a file
-that is named where a plug-in is (``my_method.py``). Whatever goes wrong inside a plug-in becomes a BenchError that
-names it and its origin.
+that is named where a plug-in is (``my_method.py``). Whatever goes wrong inside a plug-in becomes a
+BenchError that names it and its origin.
 """
 
 from __future__ import annotations

@@ -369,7 +369,7 @@ def read_npz(path: Path, problem: str, most: float = math.inf) -> dict[str, np.n
 def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:
     """Every result of a task under a results root, complete or not, sorted.
 
-    task: ``retarget``, a derived one (with any parameters), or ``probe``: what ``bench test --probes`` wrote.
+    task: ``retarget``, a derived one (with any parameters), or ``probe``, of ``bench test --probes``.
     """
     changed = f"{task}-{8 * '[0-9a-f]'}"  # see Spec.slug
     folders = [f"*/{name}/*/*.{end}" for name in (task, changed) for end in ("json", "begun")]
