@@ -346,8 +346,8 @@ def _notes(found: Sequence[SplitSummary], known: compatibility.Newest) -> list[s
                 fresh.append(score.header)
     if other := compatibility.other_code(fresh):
         notes.append(
-            f"Some rows were scored by other code under the same version: {', '.join(other)}. Run bench "
-            "score to bring them together."
+            f"Some rows were scored by other code under the same version: {', '.join(other)}; bench run "
+            "brings them together."
         )
     return list(dict.fromkeys(notes))
 

@@ -116,7 +116,7 @@ def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
     assert found["code"][0].value == found["new"][0].value == 1.0
     notes = " ".join(found["table"].notes)
     assert "c0" in notes
-    assert "mpjpe_h. Run bench score" in notes  # other code under the same version is told
+    assert "mpjpe_h; bench run brings" in notes  # other code under the same version is told
 
 
 def test_values_that_pool_self_pairs_say_why_they_are_missing(tmp_path):
