@@ -1,7 +1,7 @@
 """How the defaults of the tasks' baselines were chosen: error on validation data over their parameters.
 
     python tests/benchmarks/task_baselines.py denoise
-    python tests/benchmarks/task_baselines.py upsample
+    python tests/benchmarks/task_baselines.py joint-completion
 
 Validation data share no clip with the test. Each number is the mean over cases of the error in cm at a
 level; the last column, the mean over levels, chooses.
@@ -30,12 +30,12 @@ CANDIDATES = {
         *(f"savitzky_golay[window={window},order=1]" for window in (5, 7, 9, 11)),
         *(f"savitzky_golay[window={window},order=2]" for window in (13, 15, 17, 19, 21, 23)),
     ],
-    "upsample": [
+    "joint-completion": [
         *(f"linear_joints[ridge={ridge}]" for ridge in (1e-5, 1e-3, 1e-2, 1e-1)),
         *(f"nearest_pose[neighbours={count}]" for count in (1, 4, 8, 16, 32)),
     ],
 }
-LEVELS = {"denoise": "0,1,2,3,4,5,6,8,10", "upsample": "0.1,0.3,0.5,0.7,0.9,major"}
+LEVELS = {"denoise": "0,1,2,3,4,5,6,8,10", "joint-completion": "0.1,0.3,0.5,0.7,0.9,major"}
 
 
 def errors(name: str, task: str, data: Spec) -> dict[str, float]:
