@@ -36,7 +36,7 @@ ONLY_PARSED = {
     "hours of making data": r"size=(default|large)",
     "other machines, programs or environments": r"--executor|^bench work|docker|uv run|@|\./answer",
     "it would replace the golden rows of this package": r"^bench check --accept",
-    "a placeholder": r"^bench submit DIR|\bFILE\b",
+    "a placeholder": r"^bench (submit|score) DIR|\bFILE\b",
 }
 """Why commands are not run -> what they have in them."""
 STAND_IN = {"METHOD": "correspondence_free", "METRIC": "position", "NAME": "ik"}
@@ -168,7 +168,7 @@ def _make_plug_ins() -> None:
 
 def _make_results() -> None:
     methods = ("copy_rotations", "ik", "pan", "nkn", "nkn+footlock", "my_method.py", "reference")
-    assert exit_status(["run", *methods]) == 0
+    assert exit_status(["run", *methods, "--metrics", "default,my_metric.py"]) == 0
     for task in ("denoise", "joint-completion"):
         assert exit_status(["run", "--task", task, "--limit", "1"]) == 0
     assert exit_status(["run", "ik", "-o", "other/runs", "--limit", "1"]) == 0

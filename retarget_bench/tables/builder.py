@@ -31,7 +31,7 @@ DEFAULT_COLUMNS = (
 colours of methods."""
 OVERVIEW_COLUMNS = ("mpjpe_h.world", "contact_recall", "fid")
 """Of the table of all splits side by side."""
-LISTED = "bench info --protocols (in Python rb.metrics()) lists all"
+LISTED = "bench info protocols (in Python rb.metrics()) lists all"
 """The end of messages about values, of which there are too many to name."""
 HARDEST_FIRST = (CROSS, INTRA, SELF)
 """The usual splits as tables show them: in the last one copying is exact."""
