@@ -214,6 +214,9 @@ def ran(line: str, tmp_path: Path) -> int:
         words += ["--limit", "1", *(() if "score" in words else ("-o", "short"))]
     for name in ("out", "result"):
         shutil.rmtree(name, ignore_errors=True)
+    if words[0] == "score":  # answers of a program of the reader's
+        for answer in Path("runs/puppets/retarget/cross/ik").glob("*.npz"):
+            shutil.copy(answer, words[1])
     if words[0] == "new":
         os.chdir(tmp_path)
     return exit_status(words)
