@@ -101,6 +101,11 @@ class Revision:
             (folder / "whole").touch()
         return folder
 
+    @property
+    def twenty_commands(self) -> bool:
+        """True from when tasks are options of ``bench run`` and plug-ins are named by their files."""
+        return (self.tree / "retarget_bench" / "options.py").exists()
+
     @cached_property
     def main_job(self) -> Path:
         return self.run("main")
@@ -116,7 +121,7 @@ def rows(name: str, folder: Path) -> Facts:
     for path in sorted(folder.glob("*/*/*/*.json")):
         split, method = path.parent.name, path.stem
         header = json.loads(path.read_text("utf-8"))
-        head = ("rows", name, path.parent.parent.name, split, method)
+        head = ("rows", name, _task(path), split, method)
         yield (*head, "label"), str(header["method"]["label"])
         yield (*head, "counts"), json.dumps(header["counts"], sort_keys=True)
         yield (*head, "problems"), json.dumps(header["problems"], sort_keys=True)
@@ -127,7 +132,7 @@ def rows(name: str, folder: Path) -> Facts:
             for column in ("n", "clips", "value", "low", "high", "floor", "real", "reason"):
                 yield (*head, f"set {row['structure']}", row["value_id"], column), row[column]
     for path in sorted(folder.glob("*/*/*/*.journal")):
-        head = ("rows", name, path.parent.parent.name, path.parent.name, path.stem)
+        head = ("rows", name, _task(path), path.parent.name, path.stem)
         for line in path.read_text("utf-8").splitlines()[1:]:
             entry = json.loads(line)
             yield (*head, entry["case"], "status"), f"{entry['status']} {entry['message']}"
@@ -140,8 +145,12 @@ def cases(name: str, folder: Path) -> Facts:
     """The case lists of a results folder, in their order."""
     for path in sorted(folder.glob("*/*/*/cases.csv")):
         for number, row in enumerate(_csv(path)):
-            fact = ("cases", name, path.parent.parent.name, path.parent.name, str(number))
-            yield fact, " ".join(row.values())
+            yield ("cases", name, _task(path), path.parent.name, str(number)), " ".join(row.values())
+
+
+def _task(path: Path) -> str:
+    """The task of a file of results, without the hash of its parameters."""
+    return re.sub("-[0-9a-f]{8}$", "", path.parent.parent.name)
 
 
 def table(head: tuple[str, ...], text: str, keys: tuple[str, ...]) -> Facts:
@@ -205,7 +214,10 @@ def tasks(revision: Revision) -> Facts:
     """Rows of the derived tasks, of sources that are points, and of people with dogs; eight motions
     each."""
     for task in ("reconstruct", "denoise", "joint-completion"):
-        folder = revision.run(task, "--motions", "8", command=("task", task))
+        if revision.twenty_commands:
+            folder = revision.run(task, "--task", f"{task}[motions=8]")
+        else:
+            folder = revision.run(task, "--motions", "8", command=("task", task))
         yield from rows(task, folder)
     yield from rows("points", revision.run("points", "--task", "points", "--limit", "8"))
     if revision.data is not None:
@@ -223,7 +235,8 @@ def papers(revision: Revision) -> Facts:
         )
     for folder in folders:
         for paper in PAPERS:
-            text = revision.bench("table", folder, "--paper", paper, "-f", "csv", fails=True)
+            where = ("-r", folder) if revision.twenty_commands else (folder,)
+            text = revision.bench("table", *where, "--paper", paper, "-f", "csv", fails=True)
             head = ("paper", folder.name, paper)
             if text.startswith(("dataset", '"dataset"')):
                 yield from table(head, text, ("dataset", "split", "method", "not_ranked"))
@@ -236,9 +249,13 @@ def ablations(revision: Revision) -> Facts:
     for method, name in ABLATIONS:
         out = revision.scratch / f"ablate-{method}-{name}"
         words = ("--preset", "quick", "--budget", "2it", "--out", out, "-j", "1", "--device", "cpu")
-        text = revision.bench("ablate", method, name, "-d", "puppets", "-f", "csv", *words)
-        start = text.index('"dataset"')
-        yield from table(("ablation", method, name), text[start:], ("dataset", "split", "method"))
+        if revision.twenty_commands:
+            revision.bench("ablate", method, name, "-d", "puppets", *words)
+            text = (out / f"{method}-{name}.csv").read_text("utf-8")
+        else:
+            text = revision.bench("ablate", method, name, "-d", "puppets", "-f", "csv", *words)
+            text = text[text.index('"dataset"') :]
+        yield from table(("ablation", method, name), text, ("dataset", "split", "method"))
 
 
 def seeds(revision: Revision) -> Facts:
@@ -246,8 +263,12 @@ def seeds(revision: Revision) -> Facts:
     plugin = revision.scratch / "seed_told.py"
     revision.scratch.mkdir(parents=True, exist_ok=True)
     plugin.write_text(SEEDS)
-    words = ("-s", "cross", "--seeds", "2", "-m", "position", "--plugin", plugin)
-    yield from rows("seeds", revision.run("seeds", "seed_told", *words))
+    words = ("-s", "cross", "--seeds", "2")
+    if revision.twenty_commands:
+        folder = revision.run("seeds", plugin, *words, "--metrics", "position")
+    else:
+        folder = revision.run("seeds", "seed_told", *words, "-m", "position", "--plugin", plugin)
+    yield from rows("seeds", folder)
 
 
 def training(revision: Revision) -> Facts:

@@ -18,8 +18,8 @@ from retarget_bench.results.predictions import read_prediction
 
 
 class External:
-    """Answers of ``command FOLDER``. The folder has the form of ``bench export-cases``: sources, bodies of
-    targets, and a manifest that says how the answers are to be named (docs/plugins.md).
+    """Answers of ``command FOLDER``. The folder has the form of ``bench export --questions``: sources,
+    bodies of targets, and a manifest that says how the answers are to be named (docs/plugins.md).
 
     The program is started once for several questions. Results are known by the contents of the files that
     the command names; where it names none, by ``version``.

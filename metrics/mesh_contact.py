@@ -1,7 +1,7 @@
 """Contacts of the skin: hands on the body, soles on the ground, anything below it.
 
 Of no plain run of the main task: it takes some 90 ms a clip of three seconds, beside the skinning, and all
-values of joints together 2 to 7. ``bench score -m mesh_contact`` computes it from stored predictions.
+values of joints together 2 to 7. ``bench run --metrics mesh_contact`` computes it.
 """
 
 from collections.abc import Mapping, Sequence

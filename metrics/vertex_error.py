@@ -1,8 +1,7 @@
 """Vertex errors: distances between the surfaces of a prediction and of its reference, vertex by vertex.
 
 Of no plain run of the main task: comparing 2,000 vertices takes some 110 ms a clip of three seconds, and
-all values of joints together 2 to 7. ``bench score -m vertex_error`` computes them from stored
-predictions.
+all values of joints together 2 to 7. ``bench run --metrics vertex_error`` computes them.
 """
 
 from collections.abc import Mapping

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import shlex
 import signal
 import subprocess
 import sys
@@ -90,7 +89,6 @@ def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
     ],
 )
 def test_splits_may_be_repeated_or_listed(given, expected):
-    import click
 
     seen = []
     command = click.command()(options.split_option(lambda splits: seen.append(splits)))
@@ -353,75 +351,6 @@ def test_a_method_has_a_name_already(bench):
 
 
 # ------------------------------------------------------------------------------------------------ docs
-PAGES = [
-    path
-    for pattern in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "docs/*.md")
-    for path in sorted(ROOT.glob(pattern))
-    if path.name != "protocols.md"
-]
-
-
-def lines_of(page: Path) -> list[str]:
-    """The ``bench`` commands of a page's blocks, without what stands about them behind three blanks."""
-    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
-    found = re.findall(r"^(?: {4}|```sh\n)(?:parallel )?(bench [^\n]+)", text, re.MULTILINE)
-    return [re.split(r" {3,}", line)[0] for line in found]
-
-
-def mentions_of(page: Path) -> list[str]:
-    """The ``bench`` commands within a page's sentences, whose arguments may be left out."""
-    return re.findall(r"`(bench [a-z][^`]+)`", page.read_text(encoding="utf-8"))
-
-
-def command_of(words: list[str]) -> tuple[click.Command, list[str]]:
-    """A command, and the words behind it."""
-    command = cli.LazyGroup("bench").get_command(None, words[1])
-    assert command is not None, f"there is no bench {words[1]}"
-    if isinstance(command, click.Group) and len(words) > 2:
-        return command.get_command(None, words[2]), words[3:]
-    return command, words[2:]
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_click_takes_every_command_that_a_page_shows(page):
-    for plan in ("3f9c2a71d04e", "ID"):
-        Path("runs", ".shards", plan).mkdir(parents=True)
-    for line in lines_of(page):
-        shown = line.replace("{} -j 1 ::: $(seq 0 41)", "0")
-        command, words = command_of(shlex.split(shown, comments=True))
-        while "--plugin" in words:  # a file of the reader's
-            assert any("--plugin" in each.opts for each in command.params), line
-            at = words.index("--plugin")
-            del words[at : at + 2]
-        command.make_context(line, words)  # raises click's error of words that it does not take
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_commands_within_sentences_have_these_options(page):
-    for line in mentions_of(page):
-        command, rest = command_of(shlex.split(line))
-        flags = {flag for each in command.params for flag in (*each.opts, *each.secondary_opts)}
-        asked = {word.partition("=")[0].rstrip(",") for word in rest if word.startswith("-")}
-        assert asked <= flags, line
-
-
-def test_every_command_is_shown_on_some_page():
-    shown = {shlex.split(line, comments=True)[1] for page in PAGES for line in lines_of(page)}
-    assert set(cli.COMMANDS) - shown <= {"explain", "predict"}  # within sentences
-    assert set(cli.COMMANDS) <= shown | {line.split()[1] for page in PAGES for line in mentions_of(page)}
-
-
-def test_plug_ins_on_pages_take_the_parameters_that_stand_there():
-    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
-    specs = set(re.findall(r"\b[a-z_0-9]+\[[a-z_]+=[^\]\n|]*\]", text)) - {"mixamo[protocol=folds,fold=K]"}
-    entries = [entry for kind in ("methods", "datasets", "posts") for entry in registry.names(kind)]
-    kinds = {entry.name: entry.kind for entry in entries}
-    known = [(kinds[name], spec) for spec in specs if (name := spec.partition("[")[0]) in kinds]
-    assert len(known) > 30
-    for kind, spec in known:
-        registry.canonical(kind, spec)  # raises what is wrong with a name or value
-
-
 def test_the_documented_test_command_is_what_ci_runs():
     readme, ci = ((ROOT / name).read_text() for name in ("README.md", ".ci/run"))
     assert "```sh\nmake test\n```" in readme

@@ -21,7 +21,7 @@ def built_in() -> list[MetricCard]:
 
 def test_the_committed_page_is_up_to_date() -> None:
     assert PAGE.read_text(encoding="utf-8") == protocols.render(built_in()), (
-        "a metric card has changed: write the page again with bench info --protocols > docs/protocols.md"
+        "a metric card has changed: write the page again with bench info protocols > docs/protocols.md"
     )
 
 

@@ -184,9 +184,9 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
         (lambda r: rb.run("ik", clips=3), "clips is 3, of type int; it takes text"),
         (lambda r: rb.run("ik", clips=["walk", " , "]), "' , ' names no clip; leave it out for all"),
         (lambda r: rb.load_results("a", 2), "load_results: folders is 2"),
-        (lambda r: r.compare(1, 2), "compare: first is 1, of type int; it takes text"),
-        (lambda r: r.table(by="colour"), "table: by is 'colour'"),
-        (lambda r: r.table([1]), "table: columns is .* a list of text"),
+        (lambda r: r.compare(1, 2), "first is 1, of type int; it takes text"),
+        (lambda r: r.table(by="colour"), "by: 'colour' is not known"),
+        (lambda r: r.table([1]), "columns is .* a list of text"),
         (lambda r: r.table().save(1), "save: path is 1"),
         (lambda r: r.worst("toy_method", n="3"), "worst: n is '3', of type str; it takes a whole number"),
     ],
@@ -279,7 +279,7 @@ def test_an_empty_list_of_methods_is_not_all_of_them():
 
 
 def test_folders_without_results_are_told():
-    with pytest.raises(rb.BenchError, match=r"in nowhere; the command bench task joint-completion"):
+    with pytest.raises(rb.BenchError, match=r"in nowhere; rb.run\\(..., task='joint-completion'"):
         rb.load_results("nowhere", task="joint-completion")
     with pytest.raises(rb.BenchError, match=r"no results in nowhere; rb.run.*out='nowhere'.* makes some"):
         rb.load_results("nowhere")

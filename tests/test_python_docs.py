@@ -159,7 +159,8 @@ def test_a_player_of_the_notebook_plays(shown, open_page, tmp_path):
 
 def test_the_examples_of_the_page_run(shown, folder, capsys):
     results = rb.load_results()
-    results.motion(CASE, "source").save("walk.bvh")
+    for name in ("walk", "run"):
+        results.motion(CASE, "source").save(f"{name}.bvh")
     results.motion(CASE).at(slice(1)).save("me.bvh")
     blocks = re.findall(r"```python\n(.*?)```", (DOCS / "python.md").read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) > 8

@@ -140,7 +140,7 @@ def command(
         )
         verdicts.append(trained(asked, where, 4 if tiny else CASES))
     click.echo(summary(verdicts))
-    found = run([*only, "copy_rotations"] if only else (), out=out / "results", workers=jobs)
+    found = run([*only, "copy_rotations"] if only else (), out=out / "results", jobs=jobs)
     write_tables(out / "tables.md", found)
     write_text(out / "summary.md", summary(verdicts))
     click.echo(f"{out / 'tables.md'} has the results of the shipped weights.")

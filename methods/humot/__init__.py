@@ -45,8 +45,8 @@ ABLATIONS = {
             "Printed are the paper's means over pairs (overall); ours are over all pairs of the data.",
             "The paper has neither the usual size nor varied bodies: humot[sized=false,varied=false].",
             "Printed numbers are on Mixamo's test clips, after fine-tuning on others of Mixamo.",
-            "The paper's Table 2 has the same rows by reconstruction: bench task reconstruct with the "
-            "weights that this command leaves in its folder, then bench table --paper humot-table2.",
+            "The paper's Table 2 has the same rows by reconstruction: bench run --task reconstruct with "
+            "the weights that this command leaves in its folder, then bench table --paper humot-table2.",
         ),
     )
 }

@@ -1,7 +1,7 @@
 """Self-penetration: share of the limbs' surface that lies inside the rest of the body.
 
 Of no plain run of the main task: it takes some 170 ms a clip of three seconds, beside the skinning, and all
-values of joints together 2 to 7. ``bench score -m self_penetration`` computes it from stored predictions.
+values of joints together 2 to 7. ``bench run --metrics self_penetration`` computes it.
 
 Winding numbers are our own, in NumPy. On puppets libigl's exact ones agree to 1e-9 and are slower where few
 points are asked about, which boxes see to; its fast ones were off by up to 0.003. Both need the cuts closed

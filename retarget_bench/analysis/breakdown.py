@@ -72,7 +72,7 @@ def _levels(matrix: ResultMatrix) -> dict[str, str]:
     }
     if not conditions:
         raise BenchError(
-            f"{matrix.dataset}, {matrix.split}: these cases have no levels; those of bench task "
+            f"{matrix.dataset}, {matrix.split}: these cases have no levels; those of the tasks "
             "denoise and joint-completion do"
         )
     ordered = sorted(matrix.cases, key=lambda info: definitions.level_order(conditions.get(info.id, {})))
@@ -106,7 +106,7 @@ def _indexed(matrix: ResultMatrix, index: str, what: str) -> dict[str, DeclaredV
         if each.index == index
     }
     if not found:
-        raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench score computes them")
+        raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench run computes them")
     return found
 
 
@@ -125,8 +125,8 @@ def _part_of(row: MethodRow) -> NameOf:
     parts = case_metadata.read(row.paths).parts
     if not parts:
         raise BenchError(
-            f"{row.paths.folder} lacks the body parts of the joints; bench score, or bench run --overwrite "
-            "always, writes them"
+            f"{row.paths.folder} lacks the body parts of the joints; bench run --overwrite always writes "
+            "them"
         )
     return lambda target, joint: parts.get(target, {}).get(joint, UNKNOWN)
 
@@ -195,7 +195,7 @@ def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:
     curves = {key for key, value in matrix.values.items() if value.index == "second"}
     if not curves:
         raise BenchError(
-            f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench score adds them "
+            f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench run adds them "
             "(growth.world)"
         )
     kept = np.zeros(len(matrix.cases), dtype=bool)

@@ -90,7 +90,7 @@ def explain(matrix: ResultMatrix, row: MethodRow, seed: int = 0) -> Explanation:
     if not known:
         raise BenchError(
             f"the results of {label} declare no position protocols (they are old, or have no position "
-            "metrics); score them again: bench score"
+            "metrics); score them again: bench run"
         )
     readings = []
     for key, value in known.items():

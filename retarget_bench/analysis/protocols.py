@@ -18,7 +18,7 @@ PROTOCOL: Mapping[str, str] = {
 
 TITLE = "# Protocols"
 INTRODUCTION = """\
-Definitions of all values. `bench info --protocols` generates this page from the metric cards; do not edit
+Definitions of all values. `bench info protocols` generates this page from the metric cards; do not edit
 it by hand.
 
 Published position errors differ in unit, joint set, height, treatment of the root, squaring, and in whether

@@ -38,7 +38,7 @@ class TrainingPairs(Protocol):
     """Pairs by index, always the same under an index, each made or read when it is asked for.
 
     together: so many pairs in a row share their motions and are made together: who draws at random loses
-    nothing, who makes all beforehand (``bench data prepare``) asks for every ``together``-th.
+    nothing, who makes all beforehand (``bench train --prepare``) asks for every ``together``-th.
     """
 
     @property

@@ -115,7 +115,7 @@ def submit(folder: Path, options: SubmitOptions) -> int:
     if bool(options.make) + options.check + options.board != 1:
         raise BenchError("say one of --make METHOD, --check and --board")
     if options.make:
-        return _make(folder, options.places(), options.make)
+        return _make(folder, options.places(), named.with_names(options.make))
     if options.check:
         return _check(folder, options.root)
     return _board(folder, options.out, options.root)
@@ -137,8 +137,9 @@ def _make(folder: Path, places: list[ResultPaths], name: str) -> int:
         )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BenchError(f"{folder} is not an empty folder; name a new one")
+    text = card.begun(about, timing.rate(timing.read(mine.places[-1])))
     mine.save(folder)
-    card.write(folder, about, timing.rate(timing.read(mine.places[-1])))
+    write_text(folder / card.CARD, text)
     echo(f"wrote {folder}. Fill in {folder / card.CARD}, then: bench submit {folder} --check")
     return 0
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from retarget_bench.api import MethodCard, optional
 from retarget_bench.errors import FileError, mistakes
-from retarget_bench.files import read_toml, write_text
+from retarget_bench.files import read_toml
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.header import MethodInfo
@@ -70,10 +70,11 @@ def read(folder: Path) -> Card:
         raise FileError(path, f"is not the card of a submission: {mistakes(error)}") from error
 
 
-def write(folder: Path, about: MethodInfo, rate: float | None) -> None:
-    """Write a card with what results say of a method; the rest is to be filled in.
+def begun(about: MethodInfo, rate: float | None) -> str:
+    """The text of a card with what results say of a method; the rest is to be filled in.
 
-    rate: frames per second; None where the results have no times.
+    rate: frames per second; None where the results have no times. Raises BenchError for a method that is
+    not here.
     """
     built = None if about.external else bound.method(Spec.parse(about.label).here).built
     said = optional.method_card(built) if built else MethodCard("", "", "")
@@ -90,4 +91,4 @@ def write(folder: Path, about: MethodInfo, rate: float | None) -> None:
         fact = known.get(name) or (FILL_IN if field.is_required() else field.default)
         # JSON's texts, numbers and lists are TOML's, too
         lines.append(f"{name} = {json.dumps(fact, ensure_ascii=False)}\n")
-    write_text(folder / CARD, "".join(lines))
+    return "".join(lines)

@@ -46,7 +46,7 @@ class RunOptions(Settings):
         names=("metrics",),
     )
     clips: Names = option(
-        "Only clips of these names ('walk*,jump'). A later run without it does the rest.",
+        "Only clips of these names ('walk*,jump*'). A later run without it does the rest.",
         default=(),
         metavar="PATTERN",
     )

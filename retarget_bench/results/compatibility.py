@@ -38,7 +38,7 @@ class Newest:
             return ""
         return (
             f"scored by {metric} {had[metric]}, and the newest results here by {metric} "
-            f"{self.metrics[metric]}; bench score brings it up to date"
+            f"{self.metrics[metric]}; bench run brings it up to date"
         )
 
 

@@ -30,7 +30,7 @@ DEFAULT_COLUMNS = (
 colours of methods."""
 OVERVIEW_COLUMNS = ("mpjpe_h.world", "contact_recall", "fid")
 """Of the table of all splits side by side."""
-LISTED = "bench info --protocols (in Python rb.metrics()) lists all"
+LISTED = "bench info protocols (in Python rb.metrics()) lists all"
 """The end of messages about values, of which there are too many to name."""
 HARDEST_FIRST = (CROSS, INTRA, SELF)
 """The usual splits as tables show them: in the last one copying is exact."""
@@ -344,8 +344,8 @@ def _notes(found: Sequence[SplitSummary], known: compatibility.Newest) -> list[s
                 fresh.append(score.header)
     if other := compatibility.other_code(fresh):
         notes.append(
-            f"Some rows were scored by other code under the same version: {', '.join(other)}. Run bench "
-            "score to bring them together."
+            f"Some rows were scored by other code under the same version: {', '.join(other)}; bench run "
+            "brings them together."
         )
     return list(dict.fromkeys(notes))
 

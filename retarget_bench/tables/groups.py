@@ -113,7 +113,7 @@ class GroupBuilder:
         if stale := self.newest.why_value_outdated(score.header, key):
             return self.footnotes.missing(stale, OTHER_VERSION)
         if key not in score.header.set_values:
-            return self.footnotes.missing(f"scored without {key}; bench score adds it", NOT_RUN)
+            return self.footnotes.missing(f"scored without {key}; bench run adds it", NOT_RUN)
         if (value := of_set(score.sets, key, (usual.structure, usual.kind))) is None:
             fault = failed(score.header.set_values[key].metric, [score.header])
             return self.footnotes.missing(fault or "no answer on a body of this structure")
@@ -167,9 +167,9 @@ class GroupBuilder:
             return self.footnotes.missing(stale, OTHER_VERSION)
         computed = metric_versions(header)
         if facts.metric and computed and facts.metric not in computed:
-            reason = f"scored without the metric {facts.metric}; bench score adds it"
+            reason = f"scored without the metric {facts.metric}; bench run adds it"
         elif key not in header.values:
-            reason = "scored before this value existed; bench score adds it"
+            reason = "scored before this value existed; bench run adds it"
         elif facts.with_self and header.split == INTRA:
             reason = f"pools {SELF} pairs with {INTRA}, and there are no results on the {SELF} split"
         elif refused := header.not_applicable.get(key):

@@ -1,4 +1,4 @@
-"""Training motion and pairs of a data set, made beforehand: ``bench data prepare``."""
+"""Training motion and pairs of a data set, made beforehand: ``bench train --prepare``."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -95,8 +95,8 @@ def test_long_clips_alone(results):
     ("changes", "words", "told"),
     [
         ({}, ["--at-least", "13"], "no case lasts 13 s"),
-        ({"values": PLAIN}, ["--at-least", "3"], "the durations of clips are unknown; bench score"),
-        ({"values": PLAIN}, ["--by", "second"], "there is no curve over second; bench score"),
+        ({"values": PLAIN}, ["--at-least", "3"], "the durations of clips are unknown; bench run"),
+        ({"values": PLAIN}, ["--by", "second"], "there is no curve over second; bench run"),
         ({}, ["--at-least", "3", "--paper", "pan-table1"], "--paper has columns and splits of its own"),
     ],
 )

@@ -93,7 +93,7 @@ def test_metrics_that_were_not_computed_are_not_run(tmp_path):
     changed(all_, values=values, metrics={"mpjpe_h": "1+a", "ratio": "1+a"}, date="2026-01-01")
     changed(some, values=less, metrics={"mpjpe_h": "1+a"}, date="2026-01-01")
     cell = cells_of([all_, some], ["mpjpe_h.world", "ratio"])["some"][1]
-    assert (cell.text, "ratio" in cell.reason, "bench score" in cell.reason) == (NOT_RUN, True, True)
+    assert (cell.text, "ratio" in cell.reason, "bench run" in cell.reason) == (NOT_RUN, True, True)
 
 
 def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
@@ -116,7 +116,7 @@ def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
     assert found["code"][0].value == found["new"][0].value == 1.0
     notes = " ".join(found["table"].notes)
     assert "c0" in notes
-    assert "mpjpe_h. Run bench score" in notes  # other code under the same version is told
+    assert "mpjpe_h; bench run brings" in notes  # other code under the same version is told
 
 
 def test_values_that_pool_self_pairs_say_why_they_are_missing(tmp_path):

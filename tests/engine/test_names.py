@@ -120,7 +120,7 @@ def test_an_unknown_name_is_answered_with_close_ones_or_all():
 
 @pytest.mark.parametrize("asked", ["foo", "xyzzy", "zz top"])
 def test_an_unknown_name_is_answered_in_a_line_that_says_how_to_list_all(asked):
-    with pytest.raises(BenchError, match=r"bench info --protocols") as raised:
+    with pytest.raises(BenchError, match=r"bench info protocols") as raised:
         names.value_id(asked, names.installed())
     assert len(str(raised.value)) < 240
 

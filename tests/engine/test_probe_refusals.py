@@ -88,3 +88,17 @@ def test_in_the_table_a_refused_question_is_no_number_and_says_why(
         assert turned.value is not None
         refused = (merged.text, merged.reason) == (NOT_APPLICABLE, ONLY_22)
         assert refused == (merged.value is None) == (row.label == "rest_pose")
+
+
+def test_rows_of_methods_that_were_probed_on_other_cases_go(
+    subjects: list[Subject], tmp_path: Path
+) -> None:
+    mine = [subject for subject in subjects if subject.info.split == subjects[0].info.split]
+    assert len(mine) > 1
+    left = {}
+    for name, asked in (("rest_pose", mine), ("copy_rotations", mine), ("bone_directions", mine[:1])):
+        replies = ask(create("methods", Spec(name)), name, asked, probes=PROBES[:1])
+        report.store(Spec(name), Spec("puppets"), replies, tmp_path)
+        left[name] = sorted(place.method for place in store.find_results(tmp_path, report.TASK))
+    assert left["copy_rotations"] == ["copy_rotations", "rest_pose"]
+    assert left["bone_directions"] == ["bone_directions"]

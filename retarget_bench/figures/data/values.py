@@ -56,10 +56,10 @@ def value_of(matrices: Sequence[ResultMatrix], value: str, index: str = "") -> V
         return Value(value, there[value])
     kind = f"per {index}" if index else "as one number per case"
     if not there:
-        raise NothingToDraw(f"these results know nothing {kind}; bench score computes what metrics give")
+        raise NothingToDraw(f"these results know nothing {kind}; bench run computes what metrics give")
     usual = [key for key in DEFAULT_COLUMNS if key in there]
     near = difflib.get_close_matches(value, there, 3, 0.5) or [*usual, *there][:3]
-    raise NothingToDraw(f"no result has {value} {kind}; choose by --value, for instance {', '.join(near)}")
+    raise NothingToDraw(f"no result has {value} {kind}; choose by --columns, such as {', '.join(near)}")
 
 
 def in_order(matrices: Sequence[ResultMatrix], order: Sequence[str]) -> list[ResultMatrix]:

@@ -1,5 +1,6 @@
 """Results of probing a method: rows in the format of every other result, and sentences."""
 
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -83,7 +84,8 @@ def entries(replies: Sequence[Reply]) -> list[CaseResult]:
 
 
 def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[ResultPaths]:
-    """Write the rows of one method, a result per split; gives their paths."""
+    """Write the rows of one method, a result per split; gives their paths. Rows of methods that were probed
+    on other cases go."""
     plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, out=root)
     written = []
     parts = ("verification.probe", "verification.rewriting")
@@ -101,8 +103,10 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
             metrics={TASK: f"1+{code}"},
             dataset=replace(plain.dataset, label=f"probes on {plain.dataset.label}"),
         )
-        infos = {reply.subject.info.id: reply.subject.info for reply in mine}
-        records.write_results(unit.paths, header, listed, list(infos.values()))
+        infos = list({reply.subject.info.id: reply.subject.info for reply in mine}.values())
+        if not records.lists(unit.paths, infos):
+            shutil.rmtree(unit.paths.cases.parent, ignore_errors=True)
+        records.write_results(unit.paths, header, listed, infos)
         written.append(unit.paths)
     return written
 
