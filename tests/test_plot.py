@@ -193,7 +193,7 @@ def runs(tmp_path_factory) -> Path:
     with without_processes(), pytest.raises(SystemExit) as stop:
         cli.main(
             "run copy_rotations copy_rotations+footfix[steps=2] rest_pose -s intra -d puppets[size=tiny] "
-            f"-m pan_contact -j 1 --out {root}".split()
+            f"--metrics pan_contact -j 1 --out {root}".split()
         )
     assert not stop.value.code
     return root
@@ -201,7 +201,7 @@ def runs(tmp_path_factory) -> Path:
 
 def test_what_is_drawn_is_what_tables_say(runs, tmp_path, bench, figures):
     output = tmp_path / "recall.svg"
-    assert bench("plot", "recall", "-r", str(runs), "-o", str(output), "--by-height")[0] == 0
+    assert bench("plot", "recall", "-r", str(runs), "-o", str(output), "--columns", "pan_recall_h")[0] == 0
     section, *_ = summary.split_summaries(summary_places(runs), select=Selection())
     assert section.bodies == "people"
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}

@@ -279,7 +279,7 @@ def test_an_empty_list_of_methods_is_not_all_of_them():
 
 
 def test_folders_without_results_are_told():
-    with pytest.raises(rb.BenchError, match=r"in nowhere; rb.run\\(..., task='joint-completion'"):
+    with pytest.raises(rb.BenchError, match=r"in nowhere; rb.run\(..., task='joint-completion'"):
         rb.load_results("nowhere", task="joint-completion")
     with pytest.raises(rb.BenchError, match=r"no results in nowhere; rb.run.*out='nowhere'.* makes some"):
         rb.load_results("nowhere")
@@ -291,7 +291,7 @@ def test_commands_and_python_share_results(found, capsys):
     again = run("toy_method", overwrite="never")
     assert again.methods == ["toy_method"]
     with pytest.raises(SystemExit):
-        main(["table", "runs"])
+        main(["table"])
     assert str(rb.load_results("runs").table()) == capsys.readouterr().out
 
 

@@ -27,11 +27,13 @@ KINDS = {
     "methods": "mpjpe_h.world",
     "pairs": "mpjpe_h.world",
     "growth": "growth.world",
-    "recall": "",
+    "recall": "pan_recall",
     "levels": "",
     "attention": "",
 }
 """Kind of chart -> the value that it shows unless another is named."""
+IN_HEIGHTS = "pan_recall_h"
+"""The recall whose thresholds are in heights, which mean the same on every body."""
 LEVELS = ("denoise", "joint-completion")
 """Tasks whose errors are drawn over their levels."""
 
@@ -76,7 +78,8 @@ def command(kind: str, options: Options) -> None:
     methods    means with intervals; joined are those that the data cannot tell from the best
     pairs      errors by source and target, a heat map per method
     growth     how the error grows over the seconds of a clip
-    recall     how many foot contacts are kept, over how slow a foot counts as planted (PAN's Figure 7)
+    recall     how many foot contacts are kept, over how slow a foot counts as planted (PAN's Figure 7);
+               --columns pan_recall_h: thresholds in heights
     levels     the error over the levels of --task (HuMoT's Figures 8 and 9)
     attention  what one learned method attends to in --source, on its body and over time (PAN's Figure 8);
                -o FILE.csv has the numbers
@@ -134,7 +137,7 @@ def _chart(kind: str, places: Sequence[ResultPaths], asked: Options, order: Sequ
 
     matrices = _matrices(places, asked)
     if kind == "recall":
-        return lines.recall(matrices, order=order)
+        return lines.recall(matrices, by_height=listed(asked.columns) == (IN_HEIGHTS,), order=order)
     make = {"methods": rows.ties, "pairs": bodies.pairs, "growth": lines.growth}[kind]
     names = listed(asked.columns) or (KINDS[kind],)
     if len(names) > 1:

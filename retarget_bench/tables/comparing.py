@@ -24,7 +24,9 @@ class PairOptions(OptionSet):
 
     first: str = option("A method, as tables call it.", kw_only=False)
     second: str = option("Another one.", kw_only=False)
-    columns: Names = option("Values to compare.", default=(), shown="those of bench table", metavar="ID,ID")
+    columns: Names = option(
+        "Values to compare.", default=(), shown="those of bench table", metavar="ID,ID", kw_only=False
+    )
     all: bool = option("Compare every value.", default=False)
     splits: Names = option("Splits, such as cross.", default=(), shown="all", letter="s", metavar="SPLIT")
     bodies: selection.Bodies = option(
