@@ -210,7 +210,7 @@ def file(tmp_path) -> Path:
 
 def test_numbers_of_a_file(method, file, tmp_path, bench):
     output = tmp_path / "out.csv"
-    done = bench("plot", "attention", "heeds", "--source", file, "-o", output, "--at", "0,1")
+    done = bench("plot", "attention", "-m", "heeds", "--source", file, "-o", output, "--at", "0,1")
     assert done[0] == 0, done[2]
     assert done[1] == f"wrote {output}; it is a figure\n"
     rows = list(csv.reader(output.read_text().splitlines()))
@@ -225,7 +225,7 @@ def test_numbers_of_a_file(method, file, tmp_path, bench):
         ["30", "1", "right_leg", "Hips", "0.6"],
         ["30", "1", "right_leg", "RightFoot", "0.2"],
     ]
-    assert bench("plot", "attention", "heeds", "--source", file, "-o", output)[0] == 0
+    assert bench("plot", "attention", "-m", "heeds", "--source", file, "-o", output)[0] == 0
     assert len(output.read_text().splitlines()) == 1 + 31 * 4
 
 
