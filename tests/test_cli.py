@@ -18,10 +18,12 @@ import pytest
 from click.testing import CliRunner
 
 from retarget_bench import cli
-from retarget_bench.commands import options
+from retarget_bench.commands import declared
 from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
+from retarget_bench.options import listed
+from retarget_bench.plugins import named, registry
+from retarget_bench.python.run_options import RunOptions
 
 ROOT = Path(__file__).parents[1]
 
@@ -89,17 +91,16 @@ def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
     ],
 )
 def test_splits_may_be_repeated_or_listed(given, expected):
-
     seen = []
-    command = click.command()(options.split_option(lambda splits: seen.append(splits)))
+    command = click.command()(declared.takes(RunOptions)(lambda options: seen.append(options.splits)))
     assert CliRunner().invoke(command, given).exit_code == 0
-    assert seen == [expected]
+    assert listed(seen[0]) == expected
 
 
 def test_root_is_short_for_the_data_sets_parameter():
-    assert str(options.dataset_spec("mixamo[structure=S28]", "/x")) == "mixamo[root=/x,structure=S28]"
-    assert str(options.dataset_spec("mixamo[root=/a]", "/b")) == "mixamo[root=/b]"
-    assert str(options.dataset_spec("puppets")) == "puppets"
+    assert str(named.dataset("mixamo[structure=S28]", "/x")) == "mixamo[root=/x,structure=S28]"
+    assert str(named.dataset("mixamo[root=/a]", "/b")) == "mixamo[root=/b]"
+    assert str(named.dataset("puppets")) == "puppets"
 
 
 # ---------------------------------------------------------------------------------------------- failing
@@ -205,14 +206,15 @@ def test_a_closed_pipe_is_no_error():
 
 # ------------------------------------------------------------------------------------- list, info, new
 def test_list_shows_one_kind_or_all(bench, bows):
-    everything = bench("list", *bows).out
+    registry.add_file("bows.py")
+    everything = bench("list").out
     assert [line for line in everything.splitlines() if line and line[0] != " "] == [
         "Methods",
         "Metrics",
         "Data sets",
         "Post-processors (METHOD+NAME)",
     ]
-    only = bench("list", "datasets", *bows).out
+    only = bench("list", "datasets").out
     assert only.startswith("Data sets\n")
     assert re.search(
         r"^  bows +One line that says what the data are; .*\s+\[.*bows.py\]$", only, re.MULTILINE
@@ -289,7 +291,7 @@ def test_a_new_package_has_an_entry_point_and_a_test(bench, kind, group):
 
 # ----------------------------------------------------------------------------------------- export-cases
 def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
-    done = bench("export", "--questions", "bows[frames=12]", "out", *bows)
+    done = bench("export", "--questions", "bows.py[frames=12]", "out")
     assert done.code == 0, done.err
     manifest = json.loads(Path("out/manifest.json").read_text())
     assert manifest["dataset"] == "bows[frames=12]"
@@ -310,7 +312,7 @@ def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
 
 
 def test_predictions_made_from_an_export_are_scored(bench, bows):
-    assert bench("export", "--questions", "bows[frames=12]", "out", *bows).code == 0
+    assert bench("export", "--questions", "bows.py[frames=12]", "out").code == 0
     manifest = json.loads(Path("out/manifest.json").read_text())
     for case in manifest["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
@@ -330,7 +332,7 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
 
 
 def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
-    assert bench("export", "--questions", "bows[frames=12]", "out", "-s", "intra", *bows).code == 0
+    assert bench("export", "--questions", "bows.py[frames=12]", "out", "-s", "intra").code == 0
     for case in json.loads(Path("out/manifest.json").read_text())["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=source["root"])
@@ -340,14 +342,6 @@ def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
     done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-s", "cross,self")
     assert done.code == 2
     assert "manifest.json lists no case of cross or self; there are those of intra" in done.err
-
-
-def test_a_method_has_a_name_already(bench):
-    done = bench("score", "copy_rotations+footfix", "--name", "mine")
-    assert done.code == 2
-    assert done.err.strip() == (
-        "bench: --name is what a folder's method is called, and copy_rotations+footfix is no folder"
-    )
 
 
 # ------------------------------------------------------------------------------------------------ docs

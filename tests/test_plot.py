@@ -224,7 +224,7 @@ def summary_places(root: Path):
         (["-o", "out.jpg"], "pictures are written as .png, .pdf, .svg"),
         (["-o", "out.png", "-m", "rest_pse"], "did you mean rest_pose?"),
         (["-o", "out.png", "-d", "mixamo"], "no results of mixamo in"),
-        (["-o", "out.png", "-s", "cross"], "no results of cross in"),
+        (["-o", "out.png", "-s", "cross"], "no results of split 'cross' here; there are intra"),
     ],
 )
 def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, bench, arguments, words):

@@ -230,12 +230,15 @@ def test_numbers_of_a_file(method, file, tmp_path, bench):
 
 
 def test_a_picture_of_a_case(method, tmp_path, bench, figures):
-    case = "puppets/ada>ada/walk-001"
+    case = CASE
     asked = ["--source", case, "-d", "puppets[size=tiny]", "-o", tmp_path / "out.svg"]
     done = bench("plot", "attention", "-m", "heeds+footfix", *asked)
     assert done[0] == 0, done[2]
     assert f"heeds: {case}" in figures[0].get_suptitle()
     assert len(figures[0].axes[0].texts) == picture.UNASKED
+
+
+CASE = "puppets/ada>ada/walk-001"
 
 
 @pytest.mark.parametrize(
@@ -244,14 +247,20 @@ def test_a_picture_of_a_case(method, tmp_path, bench, figures):
         (["-m", "heeds", "--source", "puppets/ada>ada/wlk-001"], "near it: puppets/ada>ada/walk-001"),
         (["-m", "heeds"], "whose motion by --source"),
         (["-m", "heeds", "--source", "missing.bvh"], "missing.bvh"),
-        (["-m", "heeds", "--source", "puppets/ada>ada/walk-001", "--at", "1,x"], "--at takes seconds"),
-        (["-m", "heeds", "--source", "puppets/ada>ada/walk-001", "--at", "900"], "is no time of this motion"),
+        (["-m", "heeds", "--source", CASE, "--at", "1,x"], "--at takes seconds"),
         (
-            ["-m", "copy_rotations", "--source", "puppets/ada>ada/walk-001"],
+            ["-m", "heeds", "--source", CASE, "--at", "900"],
+            "is no time of this motion",
+        ),
+        (
+            ["-m", "copy_rotations", "--source", CASE],
             "copy_rotations does not say what it attends",
         ),
-        (["-m", "heeds", "--source", "puppets/ada>ada/walk-001", "-o", "out.jpg"], ".png, .pdf, .svg or .csv"),
-        (["-m", "pan[weights=nowhere]", "--source", "puppets/ada>ada/walk-001"], "nowhere"),
+        (
+            ["-m", "heeds", "--source", CASE, "-o", "out.jpg"],
+            ".png, .pdf, .svg or .csv",
+        ),
+        (["-m", "pan[weights=nowhere]", "--source", CASE], "nowhere"),
     ],
 )
 def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, bench, arguments, words):

@@ -105,7 +105,7 @@ def test_a_run_with_everything_uses_the_good_and_names_the_broken(bench, tmp_pat
     ):
         assert told in done.stderr
     assert "Traceback" not in done.stderr
-    table = bench("table", "runs", "--all")
+    table = bench("table", "--all")
     assert table.returncode == 0, table.stderr
     assert "lean" in table.stdout
 

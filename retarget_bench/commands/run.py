@@ -15,6 +15,7 @@ from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.settings import Stage
 from retarget_bench.options import listed, option
+from retarget_bench.plugins import named
 from retarget_bench.python.progress import progress_bar
 from retarget_bench.python.run_options import RunOptions
 
@@ -104,6 +105,7 @@ def score(folder: Path, name: str | None, options: RunOptions) -> None:
 
     from retarget_bench.python import plans
 
+    named.parse(options.dataset)  # a manifest has the name of a data set, which may be that of a file
     name = name or files.slug(folder.resolve().name)
     options = replace(options, methods=name, **_manifest(folder, listed(options.splits)))
     plan = plans.plan_of(options, _left_out, stage="score", external=folder)
