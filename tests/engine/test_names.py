@@ -230,9 +230,9 @@ def test_info_about_nothing_suggests_methods_and_values():
     assert "did you mean foot_slide (foot skating)" in said[1]
 
 
-@pytest.mark.parametrize("form", ["latex", "markdown"])
-def test_formats_go_by_their_names_too(form, tmp_path):
-    done = CliRunner().invoke(table, [str(tmp_path), "-f", form])
-    assert "no results in" in str(done.exception)  # the format was understood
-    done = CliRunner().invoke(table, [str(tmp_path), "-f", "word"])
+def test_an_unknown_format_is_refused_with_those_that_there_are(tmp_path):
+    done = CliRunner().invoke(table, ["-r", str(tmp_path), "-f", "word"])
     assert done.exit_code == 2
+    assert "'text', 'md', 'tex', 'html', 'csv', 'json'" in done.output
+    done = CliRunner().invoke(table, ["-r", str(tmp_path), "-f", "tex"])
+    assert "no results in" in str(done.exception)  # the format was understood

@@ -8,7 +8,7 @@ from retarget_bench.verification.gate.compare import Change, Comparison, Status
 MOST = 6
 """Lines that are written out of one subject."""
 HEADS = ("", "of", "value", "in", "golden", "now", "")
-CURE = 'If it is meant: the same command with --accept --because "...".'
+CURE = 'If it is meant: the same command with --accept "WHY".'
 VERDICTS = (
     "Same: nothing moved by more than it may.",
     f"Moved. {CURE}",

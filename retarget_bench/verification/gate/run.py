@@ -40,8 +40,8 @@ def check(
     fresh, labels = not before.facts, [str(Spec.parse(each)) for each in methods]
     if fresh and not accept:
         raise BenchError(
-            f'{folder} has no golden rows; bench check --accept --because "..." --baseline {folder} makes '
-            "them from what is measured now"
+            f'{folder} has no golden rows; bench check -r {folder} --accept "WHY" makes them from what is '
+            "measured now"
         )
     everything = accept or not labels
     complete = before.complete or (fresh and not labels)
@@ -113,8 +113,8 @@ def declare(found: Measured, metric: Metric | SetMetric) -> None:
 
 
 def own_metrics() -> list[str]:
-    """The built-in metrics and those of ``--plugin`` files; what else is installed does not matter, nor do
-    those of derived tasks, which no case here is of."""
+    """The built-in metrics and those given by their files; what else is installed does not matter,
+    nor do those of derived tasks, which no case here is of."""
     own = (registry.BUILT_IN, *(path for path, _ in registry.files()))
     return [e.name for e in registry.names("metrics") if e.origin in own and _retargets(e.name)]
 
