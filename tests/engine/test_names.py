@@ -6,7 +6,7 @@ from stored import VALUES, changed, store
 
 from retarget_bench.analysis import selection
 from retarget_bench.commands import plot
-from retarget_bench.commands.check import _criteria
+from retarget_bench.commands.check import Options, _criteria
 from retarget_bench.commands.plugins import info
 from retarget_bench.commands.table import command as table
 from retarget_bench.errors import BenchError
@@ -193,7 +193,8 @@ def test_info_says_what_a_value_is_against_the_source():
 
 def test_check_watches_the_contact_recall_of_the_table():
     """The line of docs/check.md."""
-    asked = _criteria("mpjpe,contact recall", True, ("2%", "contact recall=1%, contact F1, by speed=3%"))
+    limits = ("2%", "contact recall=1%, contact F1, by speed=3%")
+    asked = _criteria(Options(columns="mpjpe,contact recall", worse_only=True, tolerance=limits))
     assert asked.values == {"mpjpe_h.world", "contact_recall"}
     shares = {key: each.relative for key, each in asked.tolerances.items()}
     assert shares == {"": 0.02, "contact_recall": 0.01, "contact_f1.speed": 0.03}
