@@ -77,6 +77,8 @@ def command(options: Options) -> int:
     """
     from retarget_bench.verification.gate import golden, report, run
 
+    if options.accept and not options.accept.strip():
+        raise BenchError('--accept takes the reason: --accept "why numbers may move"')
     if options.accept and (options.columns or options.worse_only or options.tolerance):
         raise BenchError("--accept takes everything; leave --columns, --worse-only and --tolerance")
     accept, dataset = bool(options.accept), options.dataset
@@ -134,6 +136,8 @@ def _criteria(asked: Options) -> Criteria:
         tolerance = Tolerance(0.0, number / 100) if found["share"] else Tolerance(number, 0.0)
         allowed[names.value_id(found["name"], known) if found["name"] else ""] = tolerance
     values = names.value_ids(listed(asked.columns), known)
+    if asked.columns and not values:
+        raise BenchError("--columns names no value; leave it out for all of them")
     return Criteria(frozenset(values), asked.worse_only, allowed)
 
 

@@ -70,12 +70,12 @@ def write_facts(paths: ResultPaths, facts: Sequence[Sequence[str]]) -> None:
 
 
 def damaged(paths: ResultPaths) -> bool:
-    """Whether the metadata are missing or not as they were written."""
+    """Whether the metadata of results that are there are missing or not as they were written."""
     try:
         read(paths)
     except FileError:
         return True
-    return not path_of(paths).exists()
+    return paths.cases.exists() and not path_of(paths).exists()
 
 
 def path_of(paths: ResultPaths) -> Path:

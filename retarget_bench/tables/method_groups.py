@@ -93,10 +93,12 @@ class MethodGroup:
         return "; ".join(shown)
 
     def _common(self) -> tuple[Ranking | None, ...]:
-        """The ranking of every column of cases; none where the title has their numbers of cases."""
-        found = tuple(
+        """The ranking of every column of cases, without the mask of those of the matrix; none where the
+        title has their numbers of cases."""
+        of_cases = (
             None if key in self.builder.whole else section.rankings.get(key) for section, key in self.spots
         )
+        found = tuple(each and replace(each, common=None) for each in of_cases)
         asked = [max(score.asked for score in section.scores) for section, _ in self.spots]
         alike = all(each is None or each.cases == n for each, n in zip(found, asked, strict=True))
         return tuple(None for _ in found) if self.several and alike else found

@@ -105,25 +105,25 @@ def test_a_path_by_parameter_counts_by_what_lies_there(bench, tmp_path):
     for name, height in (("low", 1.0), ("high", 2.0)):
         (tmp_path / name).mkdir()
         np.save(tmp_path / name / "a.npy", np.array([0.0, height, 0.0]))
-    code, text = bench(*asked(plugin, "filed[where=low/a.npy]"))
+    code, text = bench(*asked(plugin, "[where=low/a.npy]"))
     assert code == 0, text
     (tmp_path / "low").rename(tmp_path / "moved")
-    code, text = bench(*asked(plugin, "filed[where=moved/a.npy]"))
+    code, text = bench(*asked(plugin, "[where=moved/a.npy]"))
     assert code == 0, text
     (header,) = headers()
     digest = hashlib.sha256((tmp_path / "moved" / "a.npy").read_bytes()).hexdigest()
     assert header["method"]["parameters"] == {"where": f"local-{digest[:8]}"}
-    code, text = bench(*asked(plugin, "filed[where=high/a.npy]"))
+    code, text = bench(*asked(plugin, "[where=high/a.npy]"))
     assert code == 0, text
     assert len(headers()) == 2
 
 
 @pytest.mark.parametrize(
-    ("name", "method", "cure"),
-    [("place.npy", "filed", "put it there"), ("where", "filed[where=no/where.npy]", "give where=PATH")],
+    ("name", "parameters", "cure"),
+    [("place.npy", "", "put it there"), ("where", "[where=no/where.npy]", "give where=PATH")],
 )
-def test_a_missing_file_is_a_sentence_and_no_run(bench, tmp_path, name, method, cure):
-    code, text = bench(*asked(written(tmp_path, name), method))
+def test_a_missing_file_is_a_sentence_and_no_run(bench, tmp_path, name, parameters, cure):
+    code, text = bench(*asked(written(tmp_path, name), parameters))
     assert code == 2
     assert "filed needs the place" in text
     assert "is not there" in text

@@ -39,7 +39,7 @@ def results(tmp_path, monkeypatch) -> Path:
 
 
 def bench(*words) -> str:
-    done = CliRunner().invoke(group, ["table", *map(str, words)])
+    done = CliRunner().invoke(group, ["table", "-r", *map(str, words)])
     assert done.exit_code == 0, done.output or done.exception
     return done.output
 

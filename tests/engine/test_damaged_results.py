@@ -118,11 +118,11 @@ def test_a_second_run_in_the_same_folder_is_refused_and_readers_are_not(tmp_path
     assert not (tmp_path / LOCK).exists()
 
 
-@pytest.mark.parametrize("command", ["run", "predict", "score"])
+@pytest.mark.parametrize("command", ["run toy_method", "run toy_method --stage predict", "score ."])
 def test_commands_say_in_a_sentence_that_another_run_is_going_on(tmp_path, capsys, command):
     options = ["-d", "toy_cases", "-s", "intra", "--out", str(tmp_path)]
     with locked(tmp_path / LOCK, "busy"), pytest.raises(SystemExit) as left:
-        main([command, "toy_method", *options])
+        main([*command.split(), *options])
     assert left.value.code == 2
     assert f"bench: another run is writing to {tmp_path};" in capsys.readouterr().err
 

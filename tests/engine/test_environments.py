@@ -199,7 +199,7 @@ def test_methods_that_are_asked_here_have_no_environment():
     with pytest.raises(BenchError, match="bench run"):
         registry.create("methods", "copy_rotations@/usr/bin/python3")
     with pytest.raises(BenchError, match="an environment is for methods"):
-        registry.canonical(Spec("metrics", {"levels": "position@/usr/bin/python3"}))
+        registry.canonical("metrics", "position@/usr/bin/python3")
 
 
 def test_limits_hold_there(ask, other):

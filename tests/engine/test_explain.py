@@ -198,7 +198,7 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
         out, err = capsys.readouterr()
         return int(stop.value.code or 0), out + err
 
-    code, out = said("--between", "san_code_noself,sqdist_h2")
+    code, out = said("--columns", "san_code_noself,sqdist_h2")
     assert (code, out.count("->")) == (0, 1)
     assert "san_code_noself -> sqdist_h2: x 3 in every case" in out
     code, out = said("-f", "md", "--all")
@@ -206,8 +206,8 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "| `san_code_noself` | `sqdist_h2` | x 3 in every case |" in out
     code, out = said("-m", "copy_rotation")
     assert code == 2
-    assert "there are copy_rotations on intra" in out
-    code, out = said("--between", "mpjpe")
+    assert "did you mean copy_rotations?" in out
+    code, out = said("--columns", "mpjpe")
     assert code == 2
     assert "no protocol 'mpjpe'" in out
 

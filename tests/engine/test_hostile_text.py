@@ -13,11 +13,11 @@ import pytest
 from stored import store as made_up
 
 from retarget_bench.analysis.summary import split_summaries
+from retarget_bench.commands import suite
 from retarget_bench.errors import FileError
 from retarget_bench.exchange import card as submission_card
 from retarget_bench.files import check_ordinary
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.plugins import suite
 from retarget_bench.results import predictions, store
 from retarget_bench.results.header import STATUSES
 from retarget_bench.training import tensor_files
@@ -38,11 +38,11 @@ def of_submission(path: Path) -> object:
 
 
 def roles(path: Path) -> object:
-    return Reading(roles=path)
+    return Reading(roles=path).overrides
 
 
 def reading(path: Path) -> object:
-    return Reading(reading=path)
+    return Reading(reading=path).stated
 
 
 READERS = [

@@ -6,7 +6,7 @@ from stored import VALUES, changed, store
 
 from retarget_bench.analysis import selection
 from retarget_bench.commands import plot
-from retarget_bench.commands.check import _criteria
+from retarget_bench.commands.check import Options, _criteria
 from retarget_bench.commands.plugins import info
 from retarget_bench.commands.table import command as table
 from retarget_bench.errors import BenchError
@@ -193,7 +193,8 @@ def test_info_says_what_a_value_is_against_the_source():
 
 def test_check_watches_the_contact_recall_of_the_table():
     """The line of docs/check.md."""
-    asked = _criteria("mpjpe,contact recall", True, ("2%", "contact recall=1%, contact F1, by speed=3%"))
+    limits = ("2%", "contact recall=1%, contact F1, by speed=3%")
+    asked = _criteria(Options(columns="mpjpe,contact recall", worse_only=True, tolerance=limits))
     assert asked.values == {"mpjpe_h.world", "contact_recall"}
     shares = {key: each.relative for key, each in asked.tolerances.items()}
     assert shares == {"": 0.02, "contact_recall": 0.01, "contact_f1.speed": 0.03}
@@ -230,9 +231,9 @@ def test_info_about_nothing_suggests_methods_and_values():
     assert "did you mean foot_slide (foot skating)" in said[1]
 
 
-@pytest.mark.parametrize("form", ["latex", "markdown"])
-def test_formats_go_by_their_names_too(form, tmp_path):
-    done = CliRunner().invoke(table, [str(tmp_path), "-f", form])
-    assert "no results in" in str(done.exception)  # the format was understood
-    done = CliRunner().invoke(table, [str(tmp_path), "-f", "word"])
+def test_an_unknown_format_is_refused_with_those_that_there_are(tmp_path):
+    done = CliRunner().invoke(table, ["-r", str(tmp_path), "-f", "word"])
     assert done.exit_code == 2
+    assert "'text', 'md', 'tex', 'html', 'csv', 'json'" in done.output
+    done = CliRunner().invoke(table, ["-r", str(tmp_path), "-f", "tex"])
+    assert "no results in" in str(done.exception)  # the format was understood

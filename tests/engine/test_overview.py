@@ -44,12 +44,12 @@ def with_set(place, value, spread, real="real", floor=1.0):
     return changed(place, set_values=told, metrics={"fid_structure": "1+aa"}, date="2026-01-01")
 
 
-def overview(places, **choice) -> list[Table]:
-    return requested.tables(places, Request(select=Selection(**choice)))
+def overview(places) -> list[Table]:
+    return requested.tables(places, Request())
 
 
-def only_group(places, **choice) -> Group:
-    (made,) = overview(places, **choice)
+def only_group(places) -> Group:
+    (made,) = overview(places)
     (group,) = made.groups
     return group
 

@@ -148,7 +148,7 @@ def _unmeasured(now: Measured, asked: Criteria) -> Iterator[Change]:
     for place in store.find_results(now.rows):
         there |= {value for entry in store.read_results(place).entries for value in entry.values}
     for value in sorted(set(asked.values) - there):
-        why = "not measured of methods; without --method it is, on frozen motions"
+        why = "not measured of methods; without --methods it is, on frozen motions"
         yield Change(Status.UNMEASURED, value=value, why=why)
 
 
