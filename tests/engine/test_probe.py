@@ -346,19 +346,6 @@ def test_what_a_method_declares_it_cannot_do_is_no_fault(subjects: list[Subject]
     assert "no question was answered" in said
 
 
-def test_a_listing_says_what_failed_and_whether_the_source_matters(subjects: list[Subject]) -> None:
-    class Picky(Fault):
-        def retarget(self, source, target, *, context):
-            if source.fps != 30.0:
-                raise ValueError("30 fps only")
-            return super().retarget(source, target, context=context)
-
-    replies = ask(Picky(), "picky", subjects[:1], [subjects[:2] * 2])
-    lines = report.listing("picky", replies).splitlines()
-    assert any(line.startswith("  rate_24") and "failed: " in line and "30 fps" in line for line in lines)
-    assert any(line.startswith("  correlation     1.00") for line in lines)
-
-
 def test_cases_are_spread_evenly() -> None:
     infos = [CaseInfo(str(k), "retarget", "intra", "a", "b", "c") for k in range(100)]
     chosen = spread({"intra": infos, "cross": infos[:1]}, 6)
