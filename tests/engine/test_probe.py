@@ -245,7 +245,7 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
 def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = ("--out", str(tmp_path), "--limit", "4", "-s", "intra")
     code, said = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
-    assert code == 0
+    assert code == 1
     assert "copy_rotations[root_rule=none]: source_scale: off by" in said
     places = store.find_results(tmp_path, "probe")
     assert {(place.task, place.split) for place in places} == {("probe", "intra")}
@@ -272,7 +272,7 @@ def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.Capture
         out = ("--out", root, "--limit", 2, "-s", "intra", "-d", f"{TOY_CASES}[clips=4]")
         assert (
             bench(capsys, "test", "--probes", "turned,mirrored", "bone_directions", "rest_pose", *out)[0]
-            == 0
+            == 1
         )
     where = ("-s", "intra", "--out", both, "-d", TOY_CASES)
     assert bench(capsys, "run", "bone_directions", "rest_pose", *where)[0] == 0
