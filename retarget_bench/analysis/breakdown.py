@@ -72,8 +72,8 @@ def _levels(matrix: ResultMatrix) -> dict[str, str]:
     }
     if not conditions:
         raise BenchError(
-            f"{matrix.dataset}, {matrix.split}: these cases have no levels; those of bench task "
-            "denoise and joint-completion do"
+            f"{matrix.dataset}, {matrix.split}: these cases have no levels; those of the "
+            "tasks denoise and joint-completion do"
         )
     ordered = sorted(matrix.cases, key=lambda info: definitions.level_order(conditions.get(info.id, {})))
     return {info.id: definitions.level_name(conditions.get(info.id, {})) for info in ordered}

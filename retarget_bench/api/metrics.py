@@ -41,7 +41,7 @@ class Value:
     index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
     protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
-               differ by what these say; ``bench explain`` lists them.
+               differ by what these say; ``bench table --protocols`` lists them.
     doubt:     the id of a value, in per cent, that says in how many cases the reference itself is beyond
                what this value allows; where these are too many, nobody is ranked by it. "": none.
     least, most: what no number can be below or above; None: what unit and direction say (``bounds``).

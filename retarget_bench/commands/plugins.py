@@ -48,7 +48,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
     "kinds", nargs=-1, type=click.Choice(registry.KINDS), metavar=f"[{'|'.join(registry.KINDS)}]..."
 )
 def list_plugins(kinds: tuple[registry.Kind, ...]) -> None:
-    """List methods, metrics, data sets and post-processors: built in, installed, or of --plugin."""
+    """List methods, metrics, data sets and post-processors, built in and installed."""
     for kind in kinds or registry.KINDS:
         echo(section(kind))
 

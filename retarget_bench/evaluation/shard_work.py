@@ -33,7 +33,7 @@ from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.results import predictions, store
 from retarget_bench.results.store import CaseResult, ResultPaths
 
-MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
+MISSING = Outcome("missing", "no prediction of this version is there; bench run makes it")
 
 At = Callable[[Sequence[int], Sequence[str], str], None]
 """Called with units, cases of theirs and what is asked before they are worked on, so that whoever looks on

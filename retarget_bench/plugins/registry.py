@@ -3,7 +3,7 @@
 A plug-in comes from one of three places: a file or folder in ``methods/``, ``metrics/``,
 ``datasets/`` and ``methods/posts/``, whose name is the plug-in's name; an entry point of an installed
 distribution, in the groups ``retarget_bench.methods``, ``.metrics``, ``.datasets`` and ``.posts``; a file
-named on the command line (``--plugin``). Whatever goes wrong inside a plug-in becomes a BenchError that
+named on the command line. Whatever goes wrong inside a plug-in becomes a BenchError that
 names it and its origin.
 """
 
@@ -209,7 +209,7 @@ def add_file(path: str | Path) -> PluginEntry:
     if file is None or not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
         what = "is no plug-in" if path.exists() else "no such plug-in file"
         raise BenchError(
-            f"{path}: {what}; --plugin takes a .py file or a folder with an __init__.py, "
+            f"{path}: {what}; a plug-in is a .py file or a folder with an __init__.py, "
             "named with letters, digits and _.-"
         )
     factory = _attribute(entry, _import_file(entry))
@@ -325,8 +325,7 @@ def create(kind: Kind, spec: Spec | str) -> Any:
     spec = canonical(kind, spec)
     if spec.environment:
         raise BenchError(
-            f"{spec}: methods answer in other environments in bench run and bench predict alone; leave out "
-            "what follows the @"
+            f"{spec}: methods answer in other environments in bench run alone; leave out what follows the @"
         )
     if spec.posts:
         from retarget_bench.plugins.post_processors import Composed

@@ -301,7 +301,7 @@ def _cases(path: Path, task: str, split: str, changed: int) -> tuple[CaseInfo, .
 def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:
     """Every result of a task under a results root, complete or not, sorted.
 
-    task: ``retarget``, a derived one (with any parameters), or ``probe``: what ``bench probe`` wrote.
+    task: ``retarget``, a derived one (with any parameters), or ``probe``: of ``bench test --probes``.
     """
     changed = f"{task}-{8 * '[0-9a-f]'}"  # see Spec.slug
     folders = [f"*/{name}/*/*.{end}" for name in (task, changed) for end in ("json", "begun")]

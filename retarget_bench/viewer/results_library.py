@@ -53,7 +53,7 @@ class StoredResults:
             return Outcome(entry.status, entry.message)
         path = self.place.prediction(case.info.id)
         if not path.exists():
-            return Outcome("missing", "its prediction is not there any more; bench predict makes it again")
+            return Outcome("missing", "its prediction is not there any more; bench run makes it again")
         if self.key and predictions.stored_key(path) != store.case_key(
             {"prediction_key": self.key}, case.info.id
         ):

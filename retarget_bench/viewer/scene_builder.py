@@ -78,7 +78,7 @@ def of_case_asked(
 ) -> Scene:
     """A case of a data set with predictions made now; nothing is stored.
 
-    split: None looks in every split. task: as in ``bench task``.
+    split: None looks in every split. task: as in ``bench run --task``.
     Raises BenchError for an unknown case or method.
     """
     data = plan.data_of(bound.dataset(dataset), task)

@@ -98,7 +98,7 @@ def test_a_prediction_that_is_gone_or_not_the_scored_one_is_missing(tmp_path):
     path.unlink()
     gone = scene_builder.of_case([place], CASE).figures[2]
     assert (gone.positions, gone.status) == (None, "missing")
-    assert "bench predict" in gone.message
+    assert "bench run makes it again" in gone.message
 
 
 def test_one_frame_has_errors_and_no_contact(tmp_path):

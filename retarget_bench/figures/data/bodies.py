@@ -201,7 +201,7 @@ def skeletons(
     ]
     if not drawn:
         of = found[0].structure if found[0].structure != UNKNOWN else "these"
-        raise NothingToDraw(f"the data set has no body of {of}; --dots draws errors without one")
+        raise NothingToDraw(f"the data set has no body of {of}")
     headers = values.methods([each.matrix for each, _ in drawn])
     shown = [label for label in headers if not headers[label].method.control] or list(headers)
     marks = {

@@ -31,7 +31,7 @@ class MyWorker:
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
         del source, target, context
-        raise NotSupported("my_worker answers in another Python, in bench run and bench predict alone")
+        raise NotSupported("my_worker answers in another Python, in bench run alone")
 
 
 plugin = MyWorker

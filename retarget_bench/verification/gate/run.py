@@ -113,8 +113,8 @@ def declare(found: Measured, metric: Metric | SetMetric) -> None:
 
 
 def own_metrics() -> list[str]:
-    """The built-in metrics and those of ``--plugin`` files; what else is installed does not matter, nor do
-    those of derived tasks, which no case here is of."""
+    """The built-in metrics and those of files that were named; what else is installed does not matter,
+    nor do those of derived tasks, which no case here is of."""
     own = (registry.BUILT_IN, *(path for path, _ in registry.files()))
     return [e.name for e in registry.names("metrics") if e.origin in own and _retargets(e.name)]
 

@@ -1,1 +1,1 @@
-"""Questions of ``bench probe``, rewritten so that the change of the answer is known."""
+"""Questions of ``bench test --probes``, rewritten so that the change of the answer is known."""
