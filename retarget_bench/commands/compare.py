@@ -46,7 +46,7 @@ def command(options: Options) -> None:
     form = options.form(options.format, FORMATS)
     first, second = options.first, options.second
     folders = [Path(name) for name in (first, second)]
-    wanted, splits = listed(options.columns) or None, listed(options.splits)
+    wanted, splits = listed(options.columns) if options.columns else None, listed(options.splits)
     if all(folder.is_dir() and store.find_results(folder) for folder in folders):
         places = options.of(folders).places()
         matrices = of_bodies(_matrices(places, splits), options.bodies)

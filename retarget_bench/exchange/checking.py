@@ -201,10 +201,11 @@ def _wrong_numbers(results: Results) -> Iterator[str]:
     header, broken = results.header, dict[str, str]()
     metrics = registry.working("metrics")[0].values()
     known = {value.id: value for metric in metrics for value in metric.card.computed}
-    rated = np.zeros(len(results.infos), dtype=bool)
     per_joint = store.read_results(results.paths, arrays=True).numbers
-    for (name, point), column in {**results.numbers, **per_joint}.items():
+    rated = np.zeros(len(results.infos), dtype=bool)
+    for column in results.numbers.values():
         rated |= ~np.isnan(column)
+    for (name, point), column in {**results.numbers, **per_joint}.items():
         if name not in header.values:
             broken[name] = f"the header does not say what {name} is"
         elif bool(point) != bool(header.values[name].index):

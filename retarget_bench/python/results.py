@@ -212,7 +212,7 @@ class Results:
         """
         chosen = of_splits(self.places, listed(options.splits))
         matrices = of_bodies(result_matrix.result_matrices(chosen), options.bodies)
-        wanted = listed(options.columns) or None
+        wanted = listed(options.columns) if options.columns else None
         return Comparison(comparing.compare(matrices, options.first, options.second, wanted, options.all))
 
     @checked

@@ -188,11 +188,11 @@ def test_the_command_prints_the_papers_numbers_where_there_are_no_results(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for words in ([], [str(tmp_path)]):
+    for words in ([], ["-r", str(tmp_path)]):
         done = CliRunner().invoke(commands, ["table", *words, "--paper", "pan-table1"])
         assert done.exit_code == 0
         assert "8.86" in done.output
-    refused = CliRunner().invoke(commands, ["table", "nowhere", "--paper", "pan-table1"])
+    refused = CliRunner().invoke(commands, ["table", "-r", "nowhere", "--paper", "pan-table1"])
     assert str(refused.exception) == "there is no folder nowhere"
 
 

@@ -22,10 +22,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import CaseInfo
+from retarget_bench.commands import suite
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import executors, runner, shard_work, shards
 from retarget_bench.evaluation.shards import StoredPlan
-from retarget_bench.plugins import bound, suite
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 

@@ -174,8 +174,10 @@ def test_the_commands(tmp_path, capsys):
     said = table(capsys, "run", "--stage", "predict", toy, "--clips", "clip 0", *common)
     assert said.startswith("2 predictions in")
     assert "These are of some clips" in said
-    for command in ("score", "run"):
-        said = table(capsys, command, "toy_method", "--metrics", "position", "--limit", "1", *common)
+    for stage in ("score", "run"):
+        said = table(
+            capsys, "run", "--stage", stage, "toy_method", "--metrics", "position", "--limit", "1", *common
+        )
         assert "cross: 1 of 3 clips so far." in said
         assert "A run without --clips and --limit does the rest" in said
     assert "cross: 1 of 3 clips so far." in table(capsys, "table", "-r", tmp_path)

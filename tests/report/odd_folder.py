@@ -49,6 +49,6 @@ def ran(folder: Path, root: Path, methods: Iterable[str], splits: tuple[str, ...
         datasets=(Spec("folder", {"root": str(folder)}),),
         splits=splits,
         metrics=("position", "slide", "smoothness"),
-        root=root,
+        out=root,
     )
     return run_here(plan)

@@ -119,4 +119,4 @@ def test_clips_and_sheets_of_them(folder, tmp_path, case, file):
     panels = np.split(picture, 5, axis=1)  # source, reference, three methods
     dark = [(panel.min(axis=2) < 110)[40:].mean() for panel in panels]
     assert min(dark[:4]) > 0.01
-    bench("render", case, *source, "--sheet", "--columns", 3, "-o", tmp_path / "sheet.png")
+    bench("render", case, *source, "--sheet", "-o", tmp_path / "sheet.png")

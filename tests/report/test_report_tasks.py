@@ -51,7 +51,7 @@ def test_every_level_has_the_number_of_the_table(tmp_path, task, methods):
         splits=("self",),
         metrics=("restoration",),
         task=task,
-        root=tmp_path,
+        out=tmp_path,
     )
     run_here(plan)
     name = Spec.parse(task).name

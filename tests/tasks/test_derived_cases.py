@@ -163,7 +163,7 @@ def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
         ("joint-completion", "0", "above 0 and at most 1"),
         ("joint-completion", "1.01", "above 0 and at most 1"),
         ("joint-completion", "minor", "or major; got minor"),
-        ("reconstruct", "1", "has no levels"),
+        ("reconstruct", "1", "reconstruct has no parameter 'levels'; it has motions"),
     ],
 )
 def test_hostile_levels_are_told(name, given, words):
@@ -174,11 +174,11 @@ def test_hostile_levels_are_told(name, given, words):
 @pytest.mark.parametrize(
     ("task", "words"),
     [
-        ("inpaint", "no task 'inpaint'; tasks are reconstruct, denoise, upsample"),
-        ("denoise[level=5]", "no parameter 'level'; it has levels, motions"),
+        ("inpaint", "no task 'inpaint'; tasks are retarget, points, reconstruct, denoise, joint-"),
+        ("denoise[level=5]", "no parameter 'level'; it has levels and motions"),
         ("reconstruct[levels=5]", "no parameter 'levels'"),
-        ("denoise[motions=-2]", "whole number"),
-        ("denoise[motions=lots]", "whole number"),
+        ("denoise[motions=-2]", "motions is -2; it is a number of motions, at least 1"),
+        ("denoise[motions=lots]", "motions is 'lots'; it is a number of motions"),
     ],
 )
 def test_hostile_tasks_are_told(task, words):

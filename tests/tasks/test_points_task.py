@@ -117,7 +117,7 @@ def test_bodies_without_meshes_have_no_case():
     assert "of bodies without meshes" in data.notes[-1]
     with pytest.raises(NotSupported, match="has the task points"):
         data.cases("retarget", "self")
-    with pytest.raises(BenchError, match="has no parameters"):
+    with pytest.raises(BenchError, match="points has no parameter 'levels'; it has none"):
         derive(registry.create("datasets", PUPPETS), Spec("points", {"levels": "3"}))
 
 
@@ -224,7 +224,7 @@ def carried_out(root: Path, **changes) -> dict[tuple[str, str], store.Results]:
         splits=("self", "cross"),
         metrics=("position", "joint_speed"),
         task="points",
-        root=root,
+        out=root,
         **changes,
     )
     places = runner.run(plan, lambda done, total: None)
@@ -310,7 +310,12 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
 
 def test_methods_are_timed_on_points(tmp_path):
     plan = Plan(
-        (Spec("rest_skin"),), (Spec("few_puppets"),), ("self",), ("position",), task="points", out=tmp_path
+        methods=(Spec("rest_skin"),),
+        datasets=(Spec("few_puppets"),),
+        splits=("self",),
+        metrics=("position",),
+        task="points",
+        out=tmp_path,
     )
     (place,) = runner.run(plan, lambda done, total: None, timed=True)
     (time,) = timing.read(place)

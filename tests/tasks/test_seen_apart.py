@@ -64,7 +64,7 @@ def trained_on(root: Path, task: str, structures: list[str] | None) -> None:
 
 def plot(root: Path, task: str, output: Path, *more: str) -> int:
     with pytest.raises(SystemExit) as stop:
-        cli.main(["plot", task, str(root), "-o", str(output), *more])
+        cli.main(["plot", "levels", "--task", task, "-r", str(root), "-o", str(output), *more])
     return int(stop.value.code or 0)
 
 

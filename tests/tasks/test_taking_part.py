@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.commands import run
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import context_for
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import plans
+from retarget_bench.python.run_options import RunOptions
 
 OWN = {"identity", "gaussian_filter", "savitzky_golay", "linear_joints", "nearest_pose"}
 
@@ -21,9 +21,7 @@ SKIN = {"mesh_contact", "self_penetration", "vertex_error"}
 
 def asked(task: str) -> tuple[set[str], set[str]]:
     """The methods and metrics of a plain run."""
-    made = run.make_plan(
-        (), dataset="puppets", root=None, splits=("self",), out=Path("none"), jobs=1, seed=0, task=task
-    )
+    made = plans.plan_of(RunOptions(dataset="puppets", splits="self", task=task), print)
     return {str(spec) for spec in made.methods}, set(made.metrics)
 
 
@@ -50,7 +48,7 @@ def test_every_task_asks_those_whom_it_means():
 
 def test_metrics_of_a_plain_run_can_be_named_beside_others():
     def metrics(*named):
-        return plans.make_plan((Spec("ik"),), (Spec("puppets"),), named, print).metrics
+        return plans.plan_of(RunOptions("ik", metrics=named), print).metrics
 
     assert metrics("default") == metrics()
     assert metrics("vertex_error", "default", "position") == (*metrics(), "vertex_error")

@@ -1,4 +1,4 @@
-"""``bench task`` from end to end on toy people: rows, levels, tables, pictures, resuming."""
+"""``bench run --task`` from end to end on toy people: rows, levels, tables, pictures, resuming."""
 
 from __future__ import annotations
 
@@ -198,17 +198,17 @@ def test_the_command_shows_a_line_per_level(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("task", "words"),
     [
-        (("denoise", "--levels", "-3"), "standard deviations in centimetres"),
-        (("joint-completion", "--levels", "0"), "above 0 and at most 1"),
-        (("joint-completion", "--levels", "1.5"), "above 0 and at most 1"),
-        (("reconstruct", "--motions", "0"), "0 is not in the range"),
-        (("reconstruct", "--levels", "1"), "No such option"),
+        ("denoise[levels=-3]", "standard deviations in centimetres"),
+        ("joint-completion[levels=0]", "above 0 and at most 1"),
+        ("joint-completion[levels=1.5]", "above 0 and at most 1"),
+        ("reconstruct[motions=0]", "motions is 0; it is a number of motions, at least 1"),
+        ("reconstruct[levels=1]", "reconstruct has no parameter 'levels'"),
     ],
 )
-def test_hostile_values_are_one_sentence(tmp_path, capsys, arguments, words):
-    status, told = bench(capsys, "task", *arguments, "--out", str(tmp_path / "none"))
+def test_hostile_values_are_one_sentence(tmp_path, capsys, task, words):
+    status, told = bench(capsys, "run", "--task", task, "--out", str(tmp_path / "none"))
     assert status == 2
     assert words in told
     assert "Traceback" not in told
@@ -233,7 +233,7 @@ def line_of(panel, label: str) -> np.ndarray:
 @pytest.mark.filterwarnings("error::UserWarning")
 def test_clean_motion_alone_has_a_picture_too(tmp_path, capsys, figures):
     carried_out(tmp_path, "denoise[levels=0]", "identity")
-    status, _ = bench(capsys, "plot", "denoise", "-r", str(tmp_path), "-o", str(tmp_path / "out.png"))
+    status, _ = bench(capsys, "plot", "levels", "-r", str(tmp_path), "-o", str(tmp_path / "out.png"))
     assert status == 0
     assert line_of(figures[0].axes[0], "identity") == pytest.approx(np.zeros((1, 2)), abs=1e-3)
 
@@ -241,17 +241,18 @@ def test_clean_motion_alone_has_a_picture_too(tmp_path, capsys, figures):
 def test_pictures_of_several_sets_of_levels_say_how_to_choose(tmp_path, capsys):
     for levels in ("0", "1"):
         carried_out(tmp_path, f"denoise[levels={levels}]", "identity")
-    status, told = bench(capsys, "plot", "denoise", "-r", str(tmp_path), "-o", str(tmp_path / "out.png"))
+    status, told = bench(capsys, "plot", "levels", "-r", str(tmp_path), "-o", str(tmp_path / "out.png"))
     assert status == 2
     assert "run the one to draw with an --out of its own" in told
 
 
 @pytest.mark.parametrize("task", ["denoise", "joint-completion"])
 def test_pictures_without_results_say_how_to_make_some(tmp_path, capsys, task):
-    status, told = bench(capsys, "plot", task, str(tmp_path), "-o", str(tmp_path / "out.png"))
+    drawn = ("plot", "levels", "--task", task, "-r", str(tmp_path), "-o")
+    status, told = bench(capsys, *drawn, str(tmp_path / "out.png"))
     assert status == 2
-    assert f"bench task {task} makes some" in told
-    status, told = bench(capsys, "plot", task, str(tmp_path), "-o", str(tmp_path / "out.doc"))
+    assert f"bench run --task {task} makes some" in told
+    status, told = bench(capsys, *drawn, str(tmp_path / "out.doc"))
     assert (status, ".png, .pdf, .svg" in told) == (2, True)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from retarget_bench.commands.render import scene_of
+from retarget_bench.commands.render import Options, scene_of
 from retarget_bench.figures import method_order, palette
 from retarget_bench.viewer import results_library, scene_builder
 from retarget_bench.viewer.colours import names
@@ -18,7 +18,7 @@ def test_methods_keep_the_colour_of_their_rank_whoever_is_shown_and_in_which_ord
     wanted = {label: palette.COLOURS[place] for place, label in enumerate(ranked)}
     assert len(set(wanted.values())) == 2
     for methods in ((), tuple(ranked), tuple(reversed(ranked)), ranked[1:]):
-        scene = scene_of([CASE], results=[tmp_path], methods=methods)
+        scene = scene_of([CASE], Options(out=tmp_path / "unused.png", results=[tmp_path], methods=methods))
         told = dict(zip([figure.label for figure in scene.figures], names(scene), strict=True))
         assert told.pop("source") == palette.SOURCE
         assert told.pop("reference") == palette.REFERENCE

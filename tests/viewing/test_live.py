@@ -22,7 +22,7 @@ from viewing_toys.toy_moves import DOG, body, moving
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
 from retarget_bench.results import journal, store
-from retarget_bench.results.store import CaseResult, ResultPaths
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import live
 from retarget_bench.viewer.bodies import Solid
 from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
@@ -39,8 +39,9 @@ def as_if_running(place: ResultPaths, cases: list[str]) -> None:
     whole = store.read_results(place)
     store.begin(place, replace(whole.header, files={}), list(whole.cases.values()))
     journal.open_journal(place, whole.header.keys)
-    for case in cases:
-        journal.append_journal(place, CaseResult(case, "ok"))
+    for entry in whole.entries:
+        if entry.case in cases:
+            journal.append_journal(place, entry)
     with place.journal.open("a") as file:
         file.write('{"case": "toy_mo')
 
