@@ -119,7 +119,7 @@ def units(root: Path, cases: int, methods: int) -> list[EvaluationUnit]:
         methods=tuple(map(Spec.parse, METHODS[:methods])),
         datasets=(Spec.parse(f"large_runs[cases={cases}]"),),
         metrics=names,
-        root=root,
+        out=root,
     )
     return evaluation_units(plan)
 
@@ -153,7 +153,7 @@ def table(root: Path, cases: int, methods: int) -> str:
     from retarget_bench.cli import main
 
     with suppress(SystemExit):
-        main(["table", str(root)])
+        main(["table", "-r", str(root)])
     return ""
 
 

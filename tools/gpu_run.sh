@@ -71,13 +71,13 @@ main() {
     plan=$("$python" -m tools.gpu_plan "$@") || exit 1
 
     if [ -z "$(find earlier -name '*.tar')" ]; then # else it was measured before
-        within 60 "$python" -m retarget_bench data prepare puppets --jobs "$jobs"
+        within 60 "$python" -m retarget_bench train -d puppets --prepare --jobs "$jobs"
         within 60 "$python" benchmarks/training_steps.py humot paired pan nkn \
             --device "$device" --preset "$preset" --rows $rows | tee "$OUT/steps.txt"
     fi
 
     for data in $(grep -o -- '-d [^ ]*' <<<"$plan" | cut -c4- | sort -u); do
-        within 180 "$python" -m retarget_bench data prepare "$data" --jobs "$jobs"
+        within 180 "$python" -m retarget_bench train -d "$data" --prepare --jobs "$jobs"
     done
 
     local waiting budget keeper

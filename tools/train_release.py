@@ -25,7 +25,7 @@ from torch import nn
 
 from retarget_bench import defaults
 from retarget_bench.api import optional
-from retarget_bench.commands import options
+from retarget_bench.commands import declared
 from retarget_bench.commands.train import ConsoleReporter
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
@@ -39,6 +39,7 @@ from retarget_bench.tables import requested
 from retarget_bench.tables.rendering import markdown
 from retarget_bench.tables.requested import Request
 from retarget_bench.training import joint_datasets, parallel, prepare, request, weights
+from retarget_bench.training.settings import TrainingSettings
 from retarget_bench.training.train import TrainingOptions, finished, train
 from retarget_bench.training.validate import Validator
 
@@ -75,6 +76,8 @@ TRAININGS = (
 DATA = "puppets[size=large,bodies=200]"
 """What all of them are trained on."""
 TINY = "puppets"
+OUT = Path("runs/release")
+"""The usual folder of runs and results."""
 CMU_FOLDER = "RETARGET_BENCH_CMU"
 """The variable that says where CMU's files lie."""
 CASES = 48
@@ -104,19 +107,15 @@ class Verdict:
     "--budget-scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of all budgets."
 )
 @click.option("--tiny", is_flag=True, help="Two steps of preset quick on little data, to try the command.")
-@click.option("--out", type=options.FOLDER, default=Path("runs/release"), show_default=True)
-@options.device_option
-@options.jobs_option
-def command(
-    only: tuple[str, ...], budget_scale: float, tiny: bool, out: Path, device: str, jobs: int
-) -> None:
+@declared.takes(TrainingSettings, only=("out", "device", "jobs"))
+def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: TrainingSettings) -> None:
     """Train the shipped methods, ship what validates better, and write the tables of results."""
     chosen = [each for each in TRAININGS if each.method in only or not only]
     if unknown := set(only) - {each.method for each in chosen}:
         raise BenchError(
             f"{', '.join(sorted(unknown))}: trained are {', '.join(t.method for t in TRAININGS)}"
         )
-    where = parallel.device(device)
+    where, jobs, out = parallel.device(options.device), options.jobs, options.out or OUT
     data = {each.method: data_of(each, tiny) for each in chosen}
     for each in dict.fromkeys(part for spec in data.values() for part in joint_datasets.split_spec(spec)):
         made(each, jobs)
@@ -131,8 +130,8 @@ def command(
         asked = TrainingOptions(
             spec,
             data[training.method],
-            kind,
-            budget,
+            preset=kind,
+            budget=budget,
             out=out / spec.slug,
             resume=True,
             jobs=jobs,

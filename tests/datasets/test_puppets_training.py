@@ -280,7 +280,7 @@ def test_the_engine_finds_them() -> None:
 
 
 def test_all_is_made_beforehand(cache: Path) -> None:
-    """``bench data prepare`` leaves nothing to be solved, and a second time has nothing to do."""
+    """``bench train --prepare`` leaves nothing to be solved, and a second time has nothing to do."""
     done = CliRunner().invoke(command, ["prepare", "puppets[bodies=3]", "-j", "2"])
     assert done.exit_code == 0, done.output
     files = {path: path.stat().st_mtime_ns for path in cache.rglob("puppets/**/*.*")}

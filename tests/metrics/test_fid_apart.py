@@ -68,7 +68,5 @@ def test_gaussian_features_score_the_closed_form_of_equation_21() -> None:
 
 def test_a_structure_without_a_network_says_what_makes_one(case: Case) -> None:
     stranger = replace(case.target, structure="nobody5")
-    with pytest.raises(
-        NotSupported, match="no feature network for structure nobody5; bench train-features"
-    ):
+    with pytest.raises(NotSupported, match="no feature network for structure nobody5; bench train fid"):
         FidStructure().network(stranger)
