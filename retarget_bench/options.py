@@ -142,7 +142,8 @@ class Declared:
                 f"{self.name} is {shown(value)}; it takes {' or '.join(dict.fromkeys(words(self.kind)))}"
             )
         if value is not None and self.option.range and not self.option.allows(value):
-            raise BenchError(f"{self.name} is {value:g}; it must be {self.option.range}")
+            number = value if isinstance(value, int) else f"{value:g}"
+            raise BenchError(f"{self.name} is {number}; it must be {self.option.range}")
 
 
 @cache

@@ -17,7 +17,7 @@ from retarget_bench.commands import declared, run
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
-from retarget_bench.options import Names, OptionSet, listed, option
+from retarget_bench.options import Names, OptionSet, option
 from retarget_bench.plugins import bound, named, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
@@ -49,6 +49,11 @@ class Options(TrainingSettings):
         default=False,
     )
 
+    @property
+    def datasets(self) -> Sequence[str]:
+        """The data sets as they were given; of one that is given twice, both."""
+        return [self.dataset] if isinstance(self.dataset, str) else self.dataset
+
 
 @click.command("train")
 @click.argument("method", required=False, shell_complete=declared.plugin_names("methods"))
@@ -79,7 +84,7 @@ def command(method: str | None, options: Options) -> int:
     from retarget_bench.training.train import TrainingOptions, train
 
     settings = {each.name: getattr(options, each.name) for each in fields(TrainingSettings)}
-    asked = TrainingOptions(spec, _data(listed(options.dataset), options.root), **settings)
+    asked = TrainingOptions(spec, _data(options.datasets, options.root), **settings)
     with closing(ConsoleReporter()) as reporter:
         try:
             done = train(asked, reporter)
@@ -97,7 +102,7 @@ def command(method: str | None, options: Options) -> int:
 
 def _one(asked: Options) -> str:
     """The one data set that is named. Raises BenchError for none or several."""
-    if len(datasets := listed(asked.dataset)) != 1:
+    if len(datasets := asked.datasets) != 1:
         raise BenchError("name one data set: -d DATASET")
     return datasets[0]
 

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from retarget_bench.api import TrainingPair, optional
-from retarget_bench.commands.exchange import data as command
+from retarget_bench.commands.train import command
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.bodies import rigs
 from retarget_bench.datasets.puppets.conventions import FPS
@@ -281,11 +281,11 @@ def test_the_engine_finds_them() -> None:
 
 def test_all_is_made_beforehand(cache: Path) -> None:
     """``bench train --prepare`` leaves nothing to be solved, and a second time has nothing to do."""
-    done = CliRunner().invoke(command, ["prepare", "puppets[bodies=3]", "-j", "2"])
+    done = CliRunner().invoke(command, ["--prepare", "-d", "puppets[bodies=3]", "-j", "2"])
     assert done.exit_code == 0, done.output
     files = {path: path.stat().st_mtime_ns for path in cache.rglob("puppets/**/*.*")}
     assert sum(path.suffix == ".safetensors" for path in files) == 40
     assert sum(path.suffix == ".npz" for path in files) >= 60
-    again = CliRunner().invoke(command, ["prepare", "puppets[bodies=3]", "-j", "1"])
+    again = CliRunner().invoke(command, ["--prepare", "-d", "puppets[bodies=3]", "-j", "1"])
     assert again.stdout == done.stdout
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("puppets/**/*.*")} == files

@@ -286,7 +286,7 @@ def test_no_case_at_all_ends_with_two(baseline, bench, tmp_path):
 def test_without_golden_rows_it_ends_with_two_and_says_how_to_make_some(tmp_path, bench):
     status, said = bench("-r", tmp_path / "nothing")
     assert status == 2
-    assert f'bench check -r {tmp_path / "nothing"} --accept "WHY"' in said
+    assert f'bench check -r {tmp_path / "nothing"} --accept "why"' in said
 
 
 def test_golden_rows_of_nothing_end_with_two(baseline, bench):
@@ -409,7 +409,7 @@ def test_the_summary_is_markdown_and_is_appended(baseline, bench, monkeypatch, t
     lines = summary.read_text().splitlines()
     assert lines[0] == "before"
     assert lines[1] == "### bench check: moved"
-    assert lines[-1].endswith('If it is meant: the same command with --accept "WHY".')
+    assert lines[-1].endswith('If it is meant: the same command with --accept "why".')
     assert any(line.startswith("| worse | toy_learner | mpjpe_h.world | ") for line in lines)
     rows = [line for line in lines if line.startswith("| ")]
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {8}

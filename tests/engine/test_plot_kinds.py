@@ -367,7 +367,7 @@ def test_names_are_one_line_that_legends_show(name, told):
             ["methods", "-o", "a.png", "--columns", "mpjpe_h.word"],
             "no result has mpjpe_h.word as one number per case",
         ),
-        (["growth", "-o", "a.png", "--columns", "mpjpe_h.world"], "for instance growth.world"),
+        (["growth", "-o", "a.png", "--columns", "mpjpe_h.world"], "such as growth.world"),
         (["pairs", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
         (
             ["methods", "-o", "a.png", "-s", "self"],

@@ -56,6 +56,9 @@ of_each = pytest.mark.parametrize("learned", LEARNED.values(), ids=list(LEARNED)
 PLAIN = {name: each for name, each in LEARNED.items() if "[" not in name or "parts" in name}
 of_plain = pytest.mark.parametrize("learned", PLAIN.values(), ids=list(PLAIN))
 """Without the variants, whose networks are made and asked in the same way."""
+NAMED = {name: each for name, each in LEARNED.items() if "[" not in name}
+of_named = pytest.mark.parametrize("learned", NAMED.values(), ids=list(NAMED))
+"""Those whose weights have the usual name."""
 ODD = [
     ("pan", {"dropout": 1.0}, "dropout of pan is a share below 1"),
     ("pan", {"dropout": float("nan")}, "dropout of pan is a share below 1"),
@@ -204,7 +207,7 @@ def test_one_character_is_not_enough(name: str) -> None:
 
 
 # ---------------------------------------------------------------------------------------------- weights
-@of_plain
+@of_named
 def test_weights_come_back_from_their_files(learned: Learned, tmp_path: Any) -> None:
     method = learned.method()
     card = {"method": method.card.name, "version": method.card.version, "facts": dict(method.facts())}
@@ -232,7 +235,7 @@ def test_training_begins_with_given_weights_of_the_same_shapes_only(learned: Lea
             module.load(odd)
 
 
-@of_plain
+@of_named
 def test_without_weights_it_says_what_makes_some(learned: Learned, monkeypatch: Any) -> None:
     method = learned.method()
     monkeypatch.setattr(type(method), "shipped", classmethod(lambda cls: {}))

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from metric_cases import character, sides
 
 from retarget_bench.api.comparison import structure_joints
-from retarget_bench.commands.train_features import command
+from retarget_bench.commands.train import command
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.metrics.fid_structure import SHIPPED
 from retarget_bench.motion.character import Character
@@ -266,7 +266,8 @@ def test_without_training_motion_there_is_no_network(puppets):
 
 def test_the_command_writes_a_network_and_its_card(tmp_path):
     done = CliRunner().invoke(
-        command, [str(TINY), "--structure", "dog21", "--steps", "2", "-o", str(tmp_path), "-j", "1"]
+        command,
+        ["fid[structure=dog21]", "-d", str(TINY), "--budget", "2it", "-o", str(tmp_path), "-j", "1"],
     )
     assert done.exit_code == 0, done.output
     assert done.stdout.startswith("dog21: ")

@@ -51,9 +51,9 @@ def still(source: Prediction, target: Character) -> Motion:
     frames=st.sampled_from([0, 1, 2, 3, 20]),
     wanted=st.builds(
         Edits,
-        st.sampled_from(["keep", "cut", "ease"]),
-        st.sampled_from(["keep", "in-place", "x", "-z"]),
-        st.sampled_from(["relaxed", "open"]),
+        start=st.sampled_from(["keep", "cut", "ease"]),
+        root_motion=st.sampled_from(["keep", "in-place", "x", "-z"]),
+        hands=st.sampled_from(["relaxed", "open"]),
     ),
     seed=st.integers(0, 99),
 )

@@ -98,7 +98,7 @@ def test_a_t_pose_that_is_left_smoothly_lasts_until_the_arms_are_down():
     assert found.frames == 40
     assert start.eased(motion, found) is motion
     assert str(found) == "the first 40 frames hold a T-pose and leave it"
-    assert found.options == ("--start cut",), "there is nothing to ease"
+    assert found.options == ("start=cut",), "there is nothing to ease"
 
 
 def lowered(frames: int, arms: float, forward: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -59,7 +59,7 @@ def asked(toy_plugins: None, in_process: None, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(train.log, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(bound.method(SPEC).built), "ablations", {"table1": TOY}, raising=False)
     monkeypatch.setattr(printed, "published", lambda name: PAPER)
-    return train.TrainingOptions(SPEC, DATA, "quick", "4it", 0, device="cpu")
+    return train.TrainingOptions(SPEC, DATA, preset="quick", budget="4it", seed=0, device="cpu")
 
 
 def test_unknown_tables_are_named_with_those_that_there_are(asked):
