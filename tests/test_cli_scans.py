@@ -136,7 +136,7 @@ def test_python_gives_what_the_command_writes(bench, files):
         (("walk", "--target", "me.bvh", "-o", "out"), "me.bvh: is no mesh file"),
         (("walk.bvh", "--target", "body.obj", "-o", "out"), "without a rig"),
         (("walk", "--target", "body.obj", "-o", "out.bvh"), "folder of .ply files"),
-        (("walk[roles=r.toml]", "--target", "body.obj", "-o", "out"), "no joints"),
+        (("walk[roles=r.toml]", "--target", "body.obj", "-o", "out"), "r.toml: cannot be read"),
         (("walk", "--target", "body.obj", "-o", "out", "--start", "cut"), "no joints"),
         (("walk[unit=ell]", "--target", "body.obj", "-o", "out"), "unit='ell' is not known"),
         (("walk", "--target", "body.obj", "-o", "out", "-m", "copy_rotations"), "gave no motion"),
