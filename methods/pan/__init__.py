@@ -154,6 +154,10 @@ class Pan(SkeletalMethod):
     def facts(self) -> Mapping[str, Scalar]:
         return {"variant": self.variant, "parts": self.parts, **self.settings.values()}
 
+    @property
+    def usual_weights(self) -> str:
+        return BETWEEN if self.parts == "three" else OWN
+
     def unfit(self, character: Character) -> str:
         if character.four_legged and self.parts == "six":
             return (

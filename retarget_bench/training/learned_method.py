@@ -111,6 +111,11 @@ class LearnedMethod:
         known = f"there are {others}" if others else f"bench train {name} -d puppets makes some"
         return f"{name} has no shipped weights of the name {self.weights!r}; {known}"
 
+    @property
+    def usual_weights(self) -> str:
+        """The name of the weights where none is given."""
+        return str(inspect.signature(type(self)).parameters["weights"].default)
+
     @classmethod
     def shipped(cls) -> dict[str, Path]:
         """Name -> card of the weights that lie beside the method's module."""
@@ -162,7 +167,7 @@ class LearnedMethod:
         mine = self.shipped()
         if self.weights in mine:
             return mine[self.weights]
-        if self.weights == inspect.signature(type(self)).parameters["weights"].default:
+        if self.weights == self.usual_weights:
             return None
         path = Path(self.weights).expanduser()
         if path.suffix in (".json", ".safetensors") or len(path.parts) > 1 or path.is_dir():

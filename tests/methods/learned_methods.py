@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -50,6 +50,8 @@ class Learned:
     """Of how many batches the gradients together reach every parameter."""
     resting: tuple[str, ...] = ()
     """Parts of names of parameters that have no gradient in any step."""
+    said: Mapping[str, Any] = field(default_factory=dict)
+    """Parameters that answers depend on and weights do not, where they are not the usual ones."""
     rate: float = 1e-3
     """At which a few steps on one batch lower the loss."""
 
@@ -127,7 +129,7 @@ LEARNED: Mapping[str, Learned] = {
     "pan": pan((*PAN, ("tall", 12, "one_one_armed")), pan_material.THREE, seeds=6),
     "pan[variant=released]": pan(PAN, variant="released"),
     "pan[variant=paper]": pan(PAN, variant="paper"),
-    "pan[parts=three]": pan(LEGS, pan_material.LEGS, parts="three"),
+    "pan[parts=three]": replace(pan(LEGS, pan_material.LEGS, parts="three"), said={"path": "relative"}),
     "san": Learned(
         san_material.training_module, pan_material.BODIES.__getitem__, PAN, resting=("skeleton.layers.1.",)
     ),

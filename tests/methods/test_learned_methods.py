@@ -56,9 +56,6 @@ of_each = pytest.mark.parametrize("learned", LEARNED.values(), ids=list(LEARNED)
 PLAIN = {name: each for name, each in LEARNED.items() if "[" not in name or "parts" in name}
 of_plain = pytest.mark.parametrize("learned", PLAIN.values(), ids=list(PLAIN))
 """Without the variants, whose networks are made and asked in the same way."""
-NAMED = {name: each for name, each in LEARNED.items() if "[" not in name}
-of_named = pytest.mark.parametrize("learned", NAMED.values(), ids=list(NAMED))
-"""Those whose weights have the usual name."""
 ODD = [
     ("pan", {"dropout": 1.0}, "dropout of pan is a share below 1"),
     ("pan", {"dropout": float("nan")}, "dropout of pan is a share below 1"),
@@ -207,12 +204,12 @@ def test_one_character_is_not_enough(name: str) -> None:
 
 
 # ---------------------------------------------------------------------------------------------- weights
-@of_named
+@of_plain
 def test_weights_come_back_from_their_files(learned: Learned, tmp_path: Any) -> None:
     method = learned.method()
     card = {"method": method.card.name, "version": method.card.version, "facts": dict(method.facts())}
     stored = weights.write(tmp_path, "weights", method.tensors, card, exact=list(method.tensors))
-    again = type(method)(**method.facts(), weights=str(tmp_path))
+    again = type(method)(**{**method.facts(), **learned.said}, weights=str(tmp_path))
     assert again.facts() == method.facts()
     assert again.weights_hash == stored.hash
     source, target = learned.cases()[0]
@@ -235,7 +232,7 @@ def test_training_begins_with_given_weights_of_the_same_shapes_only(learned: Lea
             module.load(odd)
 
 
-@of_named
+@of_plain
 def test_without_weights_it_says_what_makes_some(learned: Learned, monkeypatch: Any) -> None:
     method = learned.method()
     monkeypatch.setattr(type(method), "shipped", classmethod(lambda cls: {}))
