@@ -25,12 +25,16 @@ from typing import (
     get_type_hints,
 )
 
+from retarget_bench import defaults
 from retarget_bench.errors import BenchError
 
 Names = str | Sequence[str]
 """One name, or several."""
 Kind = Literal["methods", "metrics", "datasets", "posts"]
 """Of plug-ins."""
+Bodies = Literal["", "people", "four-legged", "mixed", "all"]
+"""Groups of cases by their source and target: on two legs, on four, one of each, or all; "": people, where
+there are any."""
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 NUMBERS: dict[Any, type] = {int: numbers.Integral, float: numbers.Real}
 
@@ -161,6 +165,59 @@ def declared(options: Any) -> dict[str, Declared]:
         for each in fields(options)
         if "option" in each.metadata
     }
+
+
+# ------------------------------------------------------------------------ options of several classes
+class Parallel(OptionSet):
+    """What works in several processes."""
+
+    jobs: int = option(
+        "Number of processes.",
+        default_factory=defaults.jobs,
+        shown=f"one per core, at most {defaults.MOST_JOBS}",
+        letter="j",
+        at_least=1,
+        metavar="N",
+    )
+
+
+class OfMethods(OptionSet):
+    """What shows some methods of results."""
+
+    methods: Names = option(
+        "Only these methods; pictures have them in this order.",
+        default=(),
+        shown="all that there are",
+        letter="m",
+        metavar="METHOD",
+        names=("methods",),
+    )
+
+
+class OfSplits(OptionSet):
+    """What is about some splits."""
+
+    splits: Names = option(
+        "Splits, such as cross (bench info DATASET lists them).",
+        default=(),
+        shown="all",
+        letter="s",
+        metavar="SPLIT",
+    )
+
+
+class OfBodies(OptionSet):
+    """What is about a group of bodies."""
+
+    bodies: Bodies = option(
+        "Bodies on two legs, on four, or one of each.", default="", shown="people, where there are any"
+    )
+
+
+class WithData(OptionSet):
+    """What shows motion of the data that results are of."""
+
+    root: str | None = option("Where the data lie, if not as usual.", default=None, metavar="DIR")
 
 
 def listed(names: Names) -> tuple[str, ...]:

@@ -30,6 +30,7 @@ from retarget_bench.commands.train import ConsoleReporter
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.files import write_text
+from retarget_bench.options import option
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
@@ -76,8 +77,6 @@ TRAININGS = (
 DATA = "puppets[size=large,bodies=200]"
 """What all of them are trained on."""
 TINY = "puppets"
-OUT = Path("runs/release")
-"""The usual folder of runs and results."""
 CMU_FOLDER = "RETARGET_BENCH_CMU"
 """The variable that says where CMU's files lie."""
 CASES = 48
@@ -101,21 +100,29 @@ class Verdict:
         return self.before is None or self.after < self.before
 
 
+class Options(TrainingSettings):
+    """What all trainings have in common."""
+
+    out: Path = option(
+        "The folder of runs and results.", default=Path("runs/release"), letter="o", metavar="DIR"
+    )
+
+
 @click.command()
 @click.option("--only", multiple=True, metavar="METHOD", help="Train only this one; may be repeated.")
 @click.option(
     "--budget-scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of all budgets."
 )
 @click.option("--tiny", is_flag=True, help="Two steps of preset quick on little data, to try the command.")
-@declared.takes(TrainingSettings, only=("out", "device", "jobs"))
-def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: TrainingSettings) -> None:
+@declared.takes(Options, only=("out", "device", "jobs"))
+def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: Options) -> None:
     """Train the shipped methods, ship what validates better, and write the tables of results."""
     chosen = [each for each in TRAININGS if each.method in only or not only]
     if unknown := set(only) - {each.method for each in chosen}:
         raise BenchError(
             f"{', '.join(sorted(unknown))}: trained are {', '.join(t.method for t in TRAININGS)}"
         )
-    where, jobs, out = parallel.device(options.device), options.jobs, options.out or OUT
+    where, jobs, out = parallel.device(options.device), options.jobs, options.out
     data = {each.method: data_of(each, tiny) for each in chosen}
     for each in dict.fromkeys(part for spec in data.values() for part in joint_datasets.split_spec(spec)):
         made(each, jobs)

@@ -4,7 +4,6 @@ import difflib
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
-from typing import Literal
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 PEOPLE, FOUR_LEGGED, MIXED = "people", "four-legged", "mixed"
 BODIES = (PEOPLE, FOUR_LEGGED, MIXED)
 """Groups of cases by their source and target: on two legs, on four, and one of each."""
-Bodies = Literal["", "people", "four-legged", "mixed", "all"]
 
 
 @dataclass(frozen=True)

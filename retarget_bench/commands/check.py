@@ -14,7 +14,7 @@ import click
 from retarget_bench.commands import declared
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.options import Names, OptionSet, listed, option
+from retarget_bench.options import Names, OfMethods, listed, option
 from retarget_bench.plugins import named
 from retarget_bench.python.plans import method_spec
 from retarget_bench.python.progress import progress_bar
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _TOLERANCE = re.compile(r"(?:(?P<name>[^=]+)=)?(?P<number>\d+\.?\d*|\.\d+)\s*(?P<share>%?)")
 
 
-class Options(OptionSet):
+class Options(OfMethods):
     """``bench check``."""
 
     results: Path | None = option(
@@ -34,14 +34,6 @@ class Options(OptionSet):
         shown="those that came with this package",
         letter="r",
         metavar="DIR",
-    )
-    methods: Names = option(
-        "Check these methods only.",
-        default=(),
-        shown="all of the golden rows",
-        letter="m",
-        metavar="METHOD",
-        names=("methods",),
     )
     columns: Names = option(
         "Compare these values only, as bench table calls them.", default=(), metavar="ID,ID"

@@ -11,7 +11,7 @@ from retarget_bench.commands import declared, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
-from retarget_bench.options import Names, OptionSet, listed, option
+from retarget_bench.options import OfSplits, WithData, listed, option
 from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from retarget_bench.results.paths import ResultPaths
 
 
-class ExportOptions(OptionSet):
+class ExportOptions(OfSplits):
     """``bench export``."""
 
     format: Literal["bvh", "glb"] = option("How motions are written.", default="bvh", letter="f")
@@ -28,9 +28,6 @@ class ExportOptions(OptionSet):
         "Write sources and target characters alone, without any reference, for "
         "prediction by another program.",
         default=False,
-    )
-    splits: Names = option(
-        "Of the questions: these splits.", default=(), shown="all", letter="s", metavar="SPLIT"
     )
 
 
@@ -86,7 +83,7 @@ def _questions(spec: Spec, folder: Path, splits: tuple[str, ...]) -> None:
     echo(f"Write the predictions beside manifest.json; then: bench score {folder}{where} --name METHOD")
 
 
-class SubmitOptions(options.OfResults):
+class SubmitOptions(options.OfResults, WithData):
     """``bench submit``."""
 
     make: str = option(
@@ -100,7 +97,6 @@ class SubmitOptions(options.OfResults):
         letter="o",
         metavar="FILE",
     )
-    root: str | None = option("Where the data lie, if not as usual.", default=None, metavar="DIR")
 
 
 @click.command("submit")

@@ -14,7 +14,7 @@ from retarget_bench import defaults
 from retarget_bench.commands import declared, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, listed, option
+from retarget_bench.options import Names, OfBodies, OfMethods, OfSplits, listed, option
 from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
@@ -38,17 +38,10 @@ LEVELS = ("denoise", "joint-completion")
 """Tasks whose errors are drawn over their levels."""
 
 
-class Options(options.OfResults):
+class Options(options.OfResults, OfMethods, OfSplits, OfBodies):
     """``bench plot``."""
 
     out: Path = option("The picture: .pdf, .png or .svg.", letter="o", metavar="FILE")
-    methods: Names = option(
-        "Only these methods.", default=(), letter="m", metavar="METHOD", names=("methods",)
-    )
-    splits: Names = option("Splits, such as cross.", default=(), shown="all", letter="s", metavar="SPLIT")
-    bodies: Literal["", "people", "four-legged", "mixed", "all"] = option(
-        "Bodies on two legs, on four, or one of each.", default="", shown="people, where there are any"
-    )
     variants: bool = option("Show variants of methods, too.", default=False)
     columns: Names = option("The value to draw.", default=(), shown="MPJPE", metavar="ID")
     task: Literal["denoise", "joint-completion"] = option(

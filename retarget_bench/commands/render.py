@@ -14,7 +14,7 @@ from retarget_bench import defaults
 from retarget_bench.commands import declared, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, listed, option
+from retarget_bench.options import Names, OfMethods, WithData, listed, option
 from retarget_bench.plugins import named
 
 if TYPE_CHECKING:
@@ -29,21 +29,12 @@ FASTEST = 30.0
 """Pictures per second of a clip, unless more are asked for."""
 
 
-class Options(options.OfResults):
+class Options(options.OfResults, OfMethods, WithData):
     """``bench render``."""
 
     out: Path = option(
         ".mp4, .gif or .webp for a clip, .png for a still or a sheet.", letter="o", metavar="FILE"
     )
-    methods: Names = option(
-        "Only these methods, in this order.",
-        default=(),
-        shown="all that there are",
-        letter="m",
-        metavar="METHOD",
-        names=("methods",),
-    )
-    root: str | None = option("Where the data lie, if not as usual.", default=None, metavar="DIR")
     task: str = option("Results of this task.", default=defaults.TASK)
     ask: bool = option("Ask the methods now, for a case of --dataset, and store nothing.", default=False)
     hide: Names = option("Leave these out: source, reference.", default=(), metavar="FIGURE")

@@ -12,7 +12,7 @@ from retarget_bench import defaults
 from retarget_bench.commands import declared
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, OptionSet, listed, option
+from retarget_bench.options import Names, OfSplits, listed, option
 from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.spec import Spec
 
@@ -25,7 +25,7 @@ ANY_PLUGIN = declared.plugin_names(*registry.KINDS)
 EVERYTHING = "all"
 
 
-class TestOptions(OptionSet):
+class TestOptions(OfSplits):
     """``bench test``."""
 
     dataset: str = option(
@@ -42,7 +42,6 @@ class TestOptions(OptionSet):
         default=(),
         metavar="all|ID,ID",
     )
-    splits: Names = option("Of probes: these splits.", default=(), shown="all", letter="s", metavar="SPLIT")
     limit: int = option("Of probes: so many cases.", default=24, at_least=1, metavar="N")
     out: Path = option(
         "Of probes: the folder of results.", default=Path(defaults.OUT), letter="o", metavar="DIR"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,7 +17,7 @@ from retarget_bench.commands import declared, run
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
-from retarget_bench.options import Names, OptionSet, option
+from retarget_bench.options import Names, option
 from retarget_bench.plugins import bound, named, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.progress import progress_bar
@@ -258,8 +258,8 @@ def _ending(done: TrainingResult) -> str:
     )
 
 
-class AblationOptions(OptionSet):
-    """``bench ablate``."""
+class AblationOptions(TrainingSettings):
+    """``bench ablate``: data, and the settings of every row."""
 
     dataset: str = option(
         "The training data.",
@@ -268,6 +268,12 @@ class AblationOptions(OptionSet):
         metavar="DATASET",
         names=("datasets",),
     )
+    out: Path = option(
+        "The folder of training runs and results.",
+        default=Path("runs/ablate"),
+        letter="o",
+        metavar="DIR",
+    )
     test: str = option(
         "The data set to test on.",
         default="",
@@ -275,35 +281,15 @@ class AblationOptions(OptionSet):
         metavar="DATASET",
         names=("datasets",),
     )
-    preset: str = option("Training config of every row.", default="default", metavar="NAME")
-    budget: str = option(
-        "Budget of every row: 90s, 30m, 2h, or 20000it.",
-        default="",
-        shown="the preset's",
-        metavar="BUDGET",
-    )
-    seed: int = option("Seed of every row.", default=0, at_least=0, below=2**63, metavar="N")
-    device: Literal["auto", "cpu", "cuda"] = option("Device.", default="auto")
-    out: Path = option(
-        "The folder of training runs and results.",
-        default=Path("runs/ablate"),
-        letter="o",
-        metavar="DIR",
-    )
-    jobs: int = option(
-        "Number of processes.",
-        default_factory=defaults.jobs,
-        shown=f"one per core, at most {defaults.MOST_JOBS}",
-        letter="j",
-        at_least=1,
-        metavar="N",
-    )
 
 
 @click.command("ablate")
 @click.argument("method", shell_complete=declared.plugin_names("methods"))
 @click.argument("table")
-@declared.takes(AblationOptions)
+@declared.takes(
+    AblationOptions,
+    only=("dataset", "test", "preset", "budget", "out", "seed", "device", "jobs"),
+)
 def ablate(method: str, table: str, options: AblationOptions) -> None:
     """Train and score every row of a published ablation TABLE of METHOD, and print the table.
 
@@ -324,23 +310,24 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
     ablation = ablations.find(spec, table)
     ablations.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
+    preset, seed, out = options.preset or "default", options.seed or 0, options.out
     asked = TrainingOptions(
         spec,
         data,
-        preset=options.preset,
-        budget=options.budget,
-        seed=options.seed,
+        preset=preset,
+        budget=options.budget or "",
+        seed=seed,
         jobs=options.jobs,
         device=options.device,
     )
     with closing(ConsoleReporter()) as reporter:
-        trained = ablations.train_rows(ablation, asked, options.out, reporter)
-    wanted = ablations.plan_of(ablation, trained, tested, options.out / "results", options.jobs)
+        trained = ablations.train_rows(ablation, asked, out, reporter)
+    wanted = ablations.plan_of(ablation, trained, tested, out / "results", options.jobs)
     run.carry_out(wanted, "bench ablate")
     budget = f"budget {options.budget}, " if options.budget else ""
-    recipe = f"preset {options.preset}, {budget}seed {options.seed}"
+    recipe = f"preset {preset}, {budget}seed {seed}"
     made = ablations.table(ablation, trained, wanted, bound.dataset(data).built.label.strip(), recipe)
     echo(WITH_INTERVALS["text"]([made]), nl=False)
     for ending in ("md", "tex", "html", "csv"):
-        write_text(options.out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([made]))
-    echo(f"wrote {options.out / f'{spec.name}-{table}'}.md, .tex, .html and .csv")
+        write_text(out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([made]))
+    echo(f"wrote {out / f'{spec.name}-{table}'}.md, .tex, .html and .csv")

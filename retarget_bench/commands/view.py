@@ -12,7 +12,7 @@ from retarget_bench import defaults
 from retarget_bench.commands import declared, options
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, listed, option
+from retarget_bench.options import OfMethods, WithData, listed, option
 
 if TYPE_CHECKING:
     from retarget_bench.viewer.scene_builder import CaseList
@@ -20,18 +20,9 @@ if TYPE_CHECKING:
 PORT = 8080
 
 
-class Options(options.OfResults):
+class Options(options.OfResults, OfMethods, WithData):
     """``bench view``."""
 
-    methods: Names = option(
-        "Only these methods, in this order.",
-        default=(),
-        shown="all that there are",
-        letter="m",
-        metavar="METHOD",
-        names=("methods",),
-    )
-    root: str | None = option("Where the data lie, if not as usual.", default=None, metavar="DIR")
     task: str = option("Results of this task.", default=defaults.TASK)
     port: int = option(
         "Where the page is served; 0: any port that is free.", default=PORT, at_least=0, below=65536

@@ -6,13 +6,13 @@ from os import PathLike
 from typing import Literal
 
 from retarget_bench import defaults
-from retarget_bench.options import OptionSet, option
+from retarget_bench.options import Parallel, option
 
 Overwrite = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
 
 
-class Settings(OptionSet):
+class Settings(Parallel):
     """How a run is carried out. Raises BenchError for values that it cannot have."""
 
     task: str = option(
@@ -34,14 +34,6 @@ class Settings(OptionSet):
     )
     out: str | PathLike[str] = option(
         "The folder of results.", default=defaults.OUT, letter="o", metavar="DIR"
-    )
-    jobs: int = option(
-        "Number of processes.",
-        default_factory=defaults.jobs,
-        shown=f"one per core, at most {defaults.MOST_JOBS}",
-        letter="j",
-        at_least=1,
-        metavar="N",
     )
     executor: str = option(
         "Where cases are computed: local, ray, slurm or hand, with options in brackets: "

@@ -9,13 +9,13 @@ from typing import Any
 
 from retarget_bench import defaults
 from retarget_bench.evaluation.settings import Settings
-from retarget_bench.options import Names, option
+from retarget_bench.options import Names, OfSplits, option
 
 Named = str | PathLike[str] | ModuleType | Callable[..., Any]
 """A method by its spec (``"ik"``), by the file of its plug-in, or by that file's module or ``plugin``."""
 
 
-class RunOptions(Settings):
+class RunOptions(OfSplits, Settings):
     """What is run, by names."""
 
     methods: Named | Sequence[Named] = option(
@@ -30,13 +30,6 @@ class RunOptions(Settings):
     )
     root: str | PathLike[str] | None = option(
         "Folder of the data: short for DATASET[root=DIR].", default=None, metavar="DIR"
-    )
-    splits: Names = option(
-        "Splits of the data set, such as cross (bench info DATASET lists them).",
-        default=(),
-        shown="all",
-        letter="s",
-        metavar="SPLIT",
     )
     metrics: Names = option(
         "Metrics to compute, by name or by a value of theirs (MPJPE), or `default`: those of a plain run.",

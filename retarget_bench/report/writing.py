@@ -7,13 +7,13 @@ from pathlib import Path
 from retarget_bench import files
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import method_order
-from retarget_bench.options import Names, OptionSet, listed, option
+from retarget_bench.options import Names, OfMethods, WithData, listed, option
 from retarget_bench.report import chapters, motions, page
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import ResultPaths
 
 
-class ReportOptions(OptionSet):
+class ReportOptions(OfMethods, WithData):
     """What a report shows."""
 
     out: str | PathLike[str] = option(
@@ -36,11 +36,7 @@ class ReportOptions(OptionSet):
         shown="usual ones, and those of sets",
         metavar="ID,ID",
     )
-    methods: Names = option(
-        "Only these methods.", default=(), letter="m", metavar="METHOD", names=("methods",)
-    )
     skins: bool = option("Skinned meshes in motion, where bodies have one; larger.", default=False)
-    root: str | None = option("Where the data lie, if not as usual.", default=None, metavar="DIR")
 
     @property
     def page(self) -> Path:

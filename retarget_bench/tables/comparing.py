@@ -10,7 +10,7 @@ from retarget_bench.analysis.pairwise import PairwiseComparison
 from retarget_bench.analysis.ranking import Ranking
 from retarget_bench.analysis.summary import split_summary
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, OptionSet, option
+from retarget_bench.options import Names, OfBodies, OfSplits, option
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
 from retarget_bench.tables import groups, names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries, stand_in
@@ -19,7 +19,7 @@ PEOPLE_ALONE = "computed of all answers to bodies of one group: --bodies people"
 Pair = tuple[MethodRow | None, MethodRow | None]
 
 
-class PairOptions(OptionSet):
+class PairOptions(OfSplits, OfBodies):
     """Two methods, and which of their values are compared."""
 
     first: str = option("A method, as tables call it.", kw_only=False)
@@ -28,10 +28,6 @@ class PairOptions(OptionSet):
         "Values to compare.", default=(), shown="those of bench table", metavar="ID,ID", kw_only=False
     )
     all: bool = option("Compare every value.", default=False)
-    splits: Names = option("Splits, such as cross.", default=(), shown="all", letter="s", metavar="SPLIT")
-    bodies: selection.Bodies = option(
-        "Bodies on two legs, on four, or one of each.", default="", shown="people, where there are any"
-    )
 
 
 def compare(

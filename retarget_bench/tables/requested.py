@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import PEOPLE, Bodies, Selection, wanted_group
+from retarget_bench.analysis.selection import PEOPLE, Selection, wanted_group
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, OptionSet, listed, option
+from retarget_bench.options import Names, OfBodies, OfMethods, listed, option
 from retarget_bench.results.metres import UNITS
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names
@@ -32,7 +32,7 @@ TASK_BREAKDOWN: dict[str, By] = {
 """Derived task -> its default breakdown, since a mean over levels says little."""
 
 
-class Request(OptionSet):
+class Request(OfMethods, OfBodies):
     """A choice of columns, cases and methods. Raises BenchError for values that it cannot have."""
 
     columns: Names = option(
@@ -43,25 +43,12 @@ class Request(OptionSet):
         kw_only=False,
     )
     all: bool = option("Show every value.", default=False)
-    methods: Names = option(
-        "Only these methods, and controls.",
-        default=(),
-        shown="all that there are",
-        letter="m",
-        metavar="METHOD",
-        names=("methods",),
-    )
     splits: Names = option(
         "Splits, such as cross, with more columns.",
         default=(),
         shown="all side by side",
         letter="s",
         metavar="SPLIT",
-    )
-    bodies: Bodies = option(
-        "Bodies on two legs, on four, or one of each.",
-        default="",
-        shown="people, where there are any",
     )
     by: By | Literal[""] = option(
         "Break values down: a line per pair, clip, kind of performance, structure, level of a task, joint, "

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench import defaults
-from retarget_bench.options import OptionSet, option
+from retarget_bench.options import Parallel, option
 
 
-class TrainingSettings(OptionSet):
+class TrainingSettings(Parallel):
     """How a method is trained."""
 
     preset: str | None = option(
@@ -34,12 +33,4 @@ class TrainingSettings(OptionSet):
     )
     augment: bool = option(
         "Train on changed windows too: limbs, turns, mirror images, speeds.", default=False
-    )
-    jobs: int = option(
-        "Number of processes.",
-        default_factory=defaults.jobs,
-        shown=f"one per core, at most {defaults.MOST_JOBS}",
-        letter="j",
-        at_least=1,
-        metavar="N",
     )

@@ -35,7 +35,7 @@ def test_every_mistake_is_listed_with_its_place(tmp_path):
         "methods is",
         "overwrite",
         "limit is 0",
-        "it may set task",
+        "it may set jobs",
     ):
         assert words in str(caught.value)
 

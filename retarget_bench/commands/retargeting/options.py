@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from retarget_bench import defaults
-from retarget_bench.options import option
+from retarget_bench.options import Parallel, option
 from retarget_bench.python.motions import RetargetOptions
 
 
-class Options(RetargetOptions):
+class Options(RetargetOptions, Parallel):
     """``bench retarget``."""
 
     out: str = option(
@@ -26,14 +25,6 @@ class Options(RetargetOptions):
         default=None,
         shown="the target's own, where it can be written",
         metavar="FORMAT",
-    )
-    jobs: int = option(
-        "Number of processes.",
-        default_factory=defaults.jobs,
-        shown=f"one per core, at most {defaults.MOST_JOBS}",
-        letter="j",
-        at_least=1,
-        metavar="N",
     )
     overwrite: bool = option(
         "Redo results that are up to date, too, and replace the file of --report.", default=False
