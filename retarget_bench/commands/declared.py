@@ -23,10 +23,11 @@ def takes(options: type, *positional: str, only: tuple[str, ...] = ()) -> Decora
     has; none: all but those of Python.
     """
     known = {name: each for name, each in declared(options).items() if not each.option.python}
-    order = [
-        name for kind in options.__mro__ for name in vars(kind).get("__annotations__", ()) if name in known
-    ]
-    mine = [known[name] for name in order if name not in positional and name in (only or known)]
+    own_first = dict.fromkeys(
+        name for kind in options.__mro__ for name in vars(kind).get("__annotations__", ())
+    )
+    shown = set(only or known) - set(positional)
+    mine = [known[name] for name in own_first if name in shown]
 
     def add(function: Any) -> Any:
         @wraps(function)

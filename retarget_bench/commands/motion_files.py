@@ -39,9 +39,8 @@ class MotionFile:
             return cls(Path(text), Reading())
         at = next((each for each in places if split_take(text[:each])[0].exists()), places[0])
         written = "a file is written FILE[unit=cm,up=z], or FILE[reading=FILE.toml]"
-        said = read_parameters(text[at:], written)
         try:
-            return cls(Path(text[:at]), Reading.of(said))
+            return cls(Path(text[:at]), Reading.of(read_parameters(text[at:], written)))
         except BenchError as error:
             raise BenchError(f"{text[:at]}: {error}") from error
 

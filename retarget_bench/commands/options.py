@@ -63,6 +63,7 @@ class OfResults(OptionSet):
         from retarget_bench.analysis.selection import of_dataset
         from retarget_bench.results import store
 
+        check_task(task)
         found: list[ResultPaths] = []
         for root in self.roots:
             if not (here := store.find_results(root, task)):
@@ -95,6 +96,14 @@ class ToFile(OptionSet):
         else:
             files.write_text(self.out, text)
             echo(f"wrote {self.out}")
+
+
+def check_task(task: str) -> None:
+    """Raises BenchError for a task that no results are of."""
+    from retarget_bench.api import TASKS
+
+    if task not in (known := (*TASKS, "probe")):
+        raise BenchError(f"there is no task {task!r}; results are of {', '.join(known)}")
 
 
 def methods_argument(metavar: str, *, required: bool = False) -> Decorator:

@@ -12,6 +12,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import declared, options
+from retarget_bench.commands.motion_files import MotionFile
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfBodies, OfMethods, OfSplits, listed, option
@@ -223,11 +224,11 @@ def _source(asked: Options) -> Motion:
     rotations."""
     from retarget_bench.motion.motion import Motion
     from retarget_bench.plugins import bound, named
-    from retarget_bench.python.motions import load_motion
     from retarget_bench.viewer import results_library
 
-    if results_library.are_files([asked.source]):
-        return load_motion(asked.source)
+    file = MotionFile.parse(asked.source)
+    if results_library.are_files([str(file.path)]):
+        return file.load().motion
     data = bound.dataset(named.dataset(asked.dataset or defaults.DATASET)).built
     infos = {info.id: info for split in data.card.splits for info in data.cases(defaults.TASK, split)}
     if asked.source not in infos:

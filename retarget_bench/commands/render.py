@@ -174,6 +174,8 @@ def scene_of(names: Sequence[str], asked: Options) -> Scene:
     from retarget_bench.viewer import results_library, scene_builder
 
     methods, hidden = listed(asked.methods), listed(asked.hide)
+    if not asked.ask:  # that of a method that is asked may have parameters
+        options.check_task(asked.task)
     if unknown := [each for each in hidden if each not in ("source", "reference")]:
         raise BenchError(f"--hide leaves out source or reference; got {unknown[0]!r}")
     if results_library.are_files(names):

@@ -76,7 +76,7 @@ def command(method: str | None, options: Options) -> int:
     if method is None and not options.resume:
         raise BenchError("say which METHOD to train, or --resume -o DIR to go on with a run")
     spec = named.parse(method) if method else None
-    if spec is not None and registry.kinds_of(spec.name) == ["metrics"]:
+    if spec is not None and spec.name in {each.name for each in registry.names("metrics")}:
         from retarget_bench.commands import feature_networks
 
         return feature_networks.train(spec, named.dataset(_one(options), options.root), options)

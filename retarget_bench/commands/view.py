@@ -10,6 +10,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import declared, options
+from retarget_bench.commands.options import check_task
 from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.options import OfMethods, WithData, listed, option
@@ -46,6 +47,7 @@ def command(sources: tuple[str, ...], options: Options) -> None:
     """
     from retarget_bench.viewer import live
 
+    check_task(options.task)
     live.viser()
     case_list, case = _case_list(sources, options)
     _free(options.port)

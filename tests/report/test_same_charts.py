@@ -67,7 +67,6 @@ KINDS = {
     "growth": lambda some: lines.growth(some, "growth.world"),
     "kinds": lambda some: rows.kinds(some, ERROR),
     "ties": lambda some: rows.ties(some, ERROR),
-    "dots": lambda some: bodies.joint_rows(some[0], "mpjpe_h.joint", "s22"),
     "speed": lambda some: rows.speed(some, ERROR),
     "clips": lambda some: rows.clips(some, ERROR),
     "pairs": lambda some: bodies.pairs(some, ERROR),

@@ -12,13 +12,11 @@ from retarget_bench.errors import BenchError
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.data import values
 from retarget_bench.figures.data.model import (
-    Axis,
     ColourScale,
     Figure,
     HeatMap,
     Mark,
     NothingToDraw,
-    RowChart,
     SkeletonChart,
 )  # fmt: skip
 from retarget_bench.motion import kinematics
@@ -137,37 +135,6 @@ def _wanted(
             f"{', '.join(sorted(counts))}"
         )
     return [structure] if structure is not None else [name for name, _ in counts.most_common(most)]
-
-
-def joint_rows(
-    matrix: ResultMatrix, value: str, structure: str | None = None, order: Sequence[str] = ()
-) -> Figure:
-    """A row per joint and a mark per method, the joint with the median method's largest error at the top.
-
-    structure: of the targets; that of most cases where none is given. Raises NothingToDraw where no method
-    has the value there.
-    """
-    what = values.value_of([matrix], value, "joint")
-    (matrix,) = values.in_order([matrix], order)
-    structures = structures_of(matrix)
-    (wanted,) = _wanted(matrix, structures, structure, 1)
-    errors = _by_joint(matrix, value, structures, [wanted])
-    if not errors:
-        raise NothingToDraw(
-            f"no method has {value} on {matrix.split}, targets of {wanted}; bench table says why"
-        )
-    (found,) = errors
-    middle = {
-        joint: float(np.median([mean.value for mean in each.values()]))
-        for joint, each in found.means.items()
-    }
-    rows = {joint: float(row) for row, joint in enumerate(sorted(middle, key=lambda joint: -middle[joint]))}
-    headers = values.methods([matrix])
-    marks = {label: each for label in headers if (each := found.marks(value, label, rows))}
-    means = {label: [mark.mean for mark in each] for label, each in marks.items()}
-    axis = Axis(what.axis, *axis_limits.limits(means, headers, what.declared))
-    chart = RowChart(matrix.split, "", axis, tuple(rows), marks)
-    return Figure("joints", matrix.dataset, _title(found), headers, (chart,), "bars 95 %")
 
 
 def skeletons(

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from retarget_bench.errors import printable
 from retarget_bench.files import spreadsheet
 from retarget_bench.tables.model import Cell, Column, Table
@@ -54,7 +52,7 @@ def _facts(cell: Cell) -> list[str]:
 
 def json_document(tables: Sequence[Table]) -> str:
     """A list of tables, with the fields of ``tables.model``: every cell of a row stands at the place of its
-    column. Numbers that are not finite are null; arrays over cases are left out."""
+    column. Numbers that are not finite are null."""
     return json.dumps([_plain(asdict(table)) for table in tables], indent=1, ensure_ascii=False) + "\n"
 
 
@@ -64,8 +62,7 @@ def _plain(content: Any) -> Any:
         case str():
             return printable(content)
         case dict():
-            plain = {key: each for key, each in content.items() if not isinstance(each, np.ndarray)}
-            return {printable(key): _plain(each) for key, each in plain.items()}
+            return {printable(key): _plain(each) for key, each in content.items()}
         case list() | tuple() | set() | frozenset():
             return [_plain(each) for each in content]
         case float() if not math.isfinite(content):
