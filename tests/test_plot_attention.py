@@ -247,6 +247,7 @@ CASE = "puppets/ada>ada/walk-001"
         (["-m", "heeds", "--source", "puppets/ada>ada/wlk-001"], "near it: puppets/ada>ada/walk-001"),
         (["-m", "heeds"], "whose motion by --source"),
         (["-m", "heeds", "--source", "missing.bvh"], "missing.bvh"),
+        (["-m", "heeds", "--source", "missing.bvh[unit=ell]"], "unit='ell' is not known"),
         (["-m", "heeds", "--source", CASE, "--at", "1,x"], "--at takes seconds"),
         (
             ["-m", "heeds", "--source", CASE, "--at", "900"],

@@ -97,6 +97,13 @@ def test_breakdowns_are_asked_for_by_name(results):
     assert all(each in done.output for each in get_args(By))
 
 
+def test_a_task_that_there_is_not_is_told(results):
+    done = CliRunner().invoke(
+        group, ["table", "-r", str(results), "--task", "upsamle"], standalone_mode=False
+    )
+    assert "there is no task 'upsamle'; results are of retarget, reconstruct" in str(done.exception)
+
+
 def test_speed_is_no_column_of_a_breakdown(results):
     done = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
     assert done.exit_code != 0
