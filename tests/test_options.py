@@ -1,4 +1,4 @@
-"""Options: declared once for commands, Python and files; they check themselves; a letter has one meaning."""
+"""Options: declared once for commands, Python and files; they check themselves; one letter, one meaning."""
 
 from __future__ import annotations
 
