@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from retarget_bench.results.store import ResultPaths
 
 Decorator = Callable[[Any], Any]
-SEED = click.IntRange(0, 2**63 - 1)
-"""The range of seeds that torch accepts."""
 
 
 class OfResults(OptionSet):
