@@ -124,21 +124,20 @@ def test_any_damage_is_read_or_refused_in_a_sentence(
 ) -> None:
     path = sound(kind, tmp_path_factory.mktemp("damaged"))
     path.write_bytes(data.draw(damages(path.read_bytes())))
-    said = ""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            found = load(kind, path)
+            motion = load(kind, path)
+            mesh = motion.character.mesh  # read when it is asked for
     except BenchError as error:
         said = str(error)
-    assert "\n" not in said
-    assert len(said) < 1000
-    if said:
+        assert "\n" not in said
+        assert len(said) < 1000
         assert path.parent.name in said
         return
-    for points in found.points if isinstance(found, PointSets) else [found.positions]:
+    for points in motion.points if isinstance(motion, PointSets) else [motion.positions]:
         assert np.isfinite(points).all()
-    if mesh := found.character.mesh:
+    if mesh is not None:
         assert np.isfinite(mesh.vertices).all()
         assert np.isfinite(mesh.weights).all()
 
