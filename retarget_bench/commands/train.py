@@ -76,7 +76,7 @@ def command(method: str | None, options: Options) -> int:
     if method is None and not options.resume:
         raise BenchError("say which METHOD to train, or --resume -o DIR to go on with a run")
     spec = named.parse(method) if method else None
-    if spec is not None and spec.name in {each.name for each in registry.names("metrics")}:
+    if spec is not None and _is_metric_of_sets(spec.name):
         from retarget_bench.commands import feature_networks
 
         return feature_networks.train(spec, named.dataset(_one(options), options.root), options)
@@ -98,6 +98,12 @@ def command(method: str | None, options: Options) -> int:
     if os.environ.get("RANK", "0") == "0":  # the first process, see training/parallel.py
         echo(_ending(done))
     return 0
+
+
+def _is_metric_of_sets(name: str) -> bool:
+    """Whether a name is no method's, as ``nkn`` is, but that of a metric with feature networks."""
+    methods, metrics = ({each.name for each in registry.names(kind)} for kind in ("methods", "metrics"))
+    return name not in methods and name in metrics and bool(bound.metrics((name,)).of_sets)
 
 
 def _one(asked: Options) -> str:
