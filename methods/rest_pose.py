@@ -28,7 +28,7 @@ class RestPose:
         return transfer.reason(source, target) or root_rules.reason(_RULE, source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
-        place = transfer.hips(source).mean(axis=0) * root_rules.ratio(_RULE, source.character, target)
+        place = transfer.hips(source).mean(axis=0) * root_rules.ratios(_RULE, source.character, target)
         place[1] = target.measures.hip_height
         rotations = np.repeat(target.reference_pose[None], source.frames, axis=0)
         root = transfer.root_from_hips(target, rotations, np.tile(place, (source.frames, 1)))

@@ -29,8 +29,8 @@ class Question:
 
     frames: of the source. positions: ``(frames or more, joints, 3)`` metres: a source shorter than a window
     is held at its last frame, since training has next to no window of a frame or two. actor_size,
-    body_size: factors on the actor and the body before they go through the networks. ratio: scale of the
-    path of the hips.
+    body_size: factors on the actor and the body before they go through the networks. ratios: ``(3,)`` scale
+    of the path of the hips.
     """
 
     source: Prediction
@@ -40,7 +40,7 @@ class Question:
     body: HumotBody
     actor_size: float
     body_size: float
-    ratio: float
+    ratios: np.ndarray
 
     @classmethod
     def of(cls, source: Prediction, target: Character, rule: str, usual: bool) -> Question:
@@ -49,9 +49,9 @@ class Question:
         seen = actor.see(rates.at_thirty(source))
         wait = ((0, max(WINDOW - len(seen), 0)), (0, 0), (0, 0))
         actor_size, body_size = (size_factor(each.stature) if usual else 1.0 for each in (actor, asked))
-        ratio = root_rules.ratio(rule, source.character, target)
+        ratios = root_rules.ratios(rule, source.character, target)[[0, 2, 1]]  # Z up
         positions = np.pad(seen, wait, mode="edge")
-        return cls(source, len(seen), positions, actor, asked, actor_size, body_size, ratio)
+        return cls(source, len(seen), positions, actor, asked, actor_size, body_size, ratios)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +148,7 @@ def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> 
         total[piece.start : piece.stop] += share * (answer + piece.centre)
         weight[piece.start : piece.stop] += share
     positions = (total / weight)[: question.frames]
-    positions += (question.ratio - 1.0) * positions[:, :1]
+    positions += (question.ratios - 1.0) * positions[:, :1]
     whole = question.body.positions(positions, rates.FPS, rates.at_thirty(question.source))
     found = rates.at(whole, question.source.frames, question.source.fps)
     assert isinstance(found, Positions)

@@ -77,8 +77,8 @@ class InverseKinematics:
     def _piece(self, source: Motion, target: Character) -> tuple[np.ndarray, np.ndarray]:
         """Rotations and root path for a source without cuts."""
         pose = Pose.of(transfer.carry(source, target, self.root_rule))
-        ratio = root_rules.ratio(self.root_rule, source.character, target)
-        exchange = feet.Exchange(source, rig_of(source.character), rig_of(target), pose, ratio)
+        ratios = root_rules.ratios(self.root_rule, source.character, target)
+        exchange = feet.Exchange(source, rig_of(source.character), rig_of(target), pose, ratios)
         if self.feet:
             plant(exchange)
             head.lift(exchange)

@@ -31,7 +31,7 @@ def _raised(exchange: Exchange, spine: int) -> np.ndarray | None:
     pose, body, source = exchange.pose, exchange.ours.character, exchange.source
     roles = [role for role in _TOP if min(exchange.ours.joint(role), exchange.theirs.joint(role)) >= 0]
     tops, theirs = body.joints(roles), source.character.joints(roles)
-    allowed = np.minimum(exchange.ratio * source.positions[:, theirs, 1], 0.0)
+    allowed = np.minimum(exchange.ratios[1] * source.positions[:, theirs, 1], 0.0)
     if not (pose.places[:, tops, 1] < allowed - _DEEP * body.height).any():
         return None
     start = pose.places[:, spine, None]

@@ -21,8 +21,8 @@ def planted_goals(goals: Goals, source: Motion, copied: Motion, offsets: np.ndar
     The places are the goals' own, level; their heights are those of ``ik``. offsets: ``(22, 3)`` metres.
     """
     pose = Pose(copied.rotations, copied.root, copied.positions, copied.global_rotations)
-    ratio = root_rules.ratio("hip_height", source.character, copied.character)
-    exchange = Exchange(source, rig_of(source.character), rig_of(copied.character), pose, ratio)
+    ratios = root_rules.ratios("hip_height", source.character, copied.character)
+    exchange = Exchange(source, rig_of(source.character), rig_of(copied.character), pose, ratios)
     paths, ends = goals.feet[0].numpy().copy(), goals.ends[0].numpy().copy()
     for number, (side, toe) in enumerate(zip(SIDES, TOES, strict=True)):
         theirs, ours = exchange.theirs.limbs[side, "leg"], exchange.ours.limbs[side, "leg"]

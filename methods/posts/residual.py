@@ -14,7 +14,6 @@ from retarget_bench.motion.roles import ancestors
 from retarget_bench.motion.smoothing import averaged
 from retarget_bench.plugins.post_processors import RECONSTRUCTION, PostCard
 
-RULE = "hip_height"
 _SHORT = 1e-3
 """Heights: a bone of the source that is no longer says nothing of the target's."""
 
@@ -36,51 +35,62 @@ class Residual:
         version="1",
         accepts=("motion", "positions"),
         needs=(RECONSTRUCTION,),
-        parameters={"sigma": "standard deviation in seconds of the weights that changes are averaged with"},
+        parameters={
+            "sigma": "standard deviation in seconds of the weights that changes are averaged with",
+            "root_rule": "length whose ratio scales the root path",
+        },
     )
 
-    def __init__(self, sigma: float = 0.1) -> None:
+    def __init__(self, sigma: float = 0.1, root_rule: root_rules.ScalingRule = "hip_height") -> None:
         if not 0.0 <= sigma <= 1.0:
             raise BenchError(f"residual: sigma is in seconds, from 0 to 1; got {sigma:g}")
         self.sigma = sigma
+        self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
 
     def supports(self, source: Character, target: Character) -> str | None:
-        return transfer.reason(source, target) or root_rules.reason(RULE, source, target)
+        return transfer.reason(source, target) or root_rules.reason(self.root_rule, source, target)
 
     def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Prediction:
         own, width, pieces = context.reconstruction, self.sigma * prediction.fps, takes(source)
+        ratios = root_rules.ratios(self.root_rule, source.character, prediction.character)
         if isinstance(prediction, Motion):
             if not isinstance(source, Motion):
                 raise NotSupported("residual needs a source with rotations for an answer with rotations")
             if not isinstance(own, Motion):
                 raise NotSupported("residual needs rotations on the source's own body, too")
-            return _turned(prediction, source, own, width, pieces)
+            return _turned(prediction, source, own, ratios, width, pieces)
         assert isinstance(prediction, Positions)
         assert own is not None
-        return _placed(prediction, source, own, width, pieces)
+        return _placed(prediction, source, own, ratios, width, pieces)
 
 
-def _turned(answer: Motion, source: Motion, own: Motion, width: float, pieces: list[slice]) -> Motion:
+def _turned(
+    answer: Motion, source: Motion, own: Motion, ratios: np.ndarray, width: float, pieces: list[slice]
+) -> Motion:
     """By orientations relative to the reference pose, a change as seen from the joint that it turns."""
     target = answer.character
-    ratio = root_rules.ratio(RULE, source.character, target)
     copied, kept = (transfer.orientations(each, target) for each in (source, own))
     changed = rotation.multiply(rotation.conjugate(kept), transfer.relative(answer))  # (frames, joints, 4)
-    moved = transfer.hips(answer) - ratio * transfer.hips(own)
+    moved = transfer.hips(answer) - ratios * transfer.hips(own)
     for piece in pieces:
         turns = rotation.continuous(rotation.normalise(changed[piece]))
         changed[piece] = rotation.normalise(averaged(turns, width))
         moved[piece] = averaged(moved[piece], width)
     local = transfer.from_relative(target, rotation.multiply(copied, changed))
-    hips = ratio * transfer.hips(source) + moved
+    hips = ratios * transfer.hips(source) + moved
     return target.motion(local, transfer.root_from_hips(target, local, hips), answer.fps)
 
 
 def _placed(
-    answer: Positions, source: Prediction, own: Prediction, width: float, pieces: list[slice]
+    answer: Positions,
+    source: Prediction,
+    own: Prediction,
+    ratios: np.ndarray,
+    width: float,
+    pieces: list[slice],
 ) -> Positions:
     """By bones: what each lacks in the answer on the source's own body, in the length of the target's."""
-    bones = _Bones.between(source.character, answer.character)
+    bones = _Bones.between(source.character, answer.character, ratios)
     lacking = bones.carried(source.positions - own.positions)
     changed = answer.positions - bones.carried(own.positions)  # (frames, joints, 3)
     trembling = np.concatenate([changed[piece] - averaged(changed[piece], width) for piece in pieces])
@@ -95,8 +105,8 @@ class _Bones:
     like:  the joint itself where the source has a counterpart, else the nearest above that has one; the
            hips for what is above them. match: that joint's counterpart.
     above: the nearest such joint above; -1 for the hips and what is above them.
-    scale: length from ``above`` to ``like`` over the source's between the same, 0 where that has none; the
-           ratio of the heights of the hips where there is no ``above``.
+    scale: ``(joints, 3)`` length from ``above`` to ``like`` over the source's between the same, 0 where
+           that has none; that of the root path where there is no ``above``.
     """
 
     like: np.ndarray
@@ -105,7 +115,7 @@ class _Bones:
     scale: np.ndarray
 
     @classmethod
-    def between(cls, source: Character, target: Character) -> Self:
+    def between(cls, source: Character, target: Character, ratios: np.ndarray) -> Self:
         answer, parents = transfer.correspondence(source, target), target.skeleton.parents.tolist()
         hips = target.joint_of["hips"]
         first = [hips, *ancestors(target.skeleton, hips)]
@@ -121,8 +131,7 @@ class _Bones:
         length = np.linalg.norm(mine[like] - mine[above], axis=-1)
         there = np.linalg.norm(theirs[match] - theirs[match[above]], axis=-1)
         scale = np.divide(length, there, out=np.zeros_like(length), where=there > _SHORT * source.height)
-        scale[above < 0] = root_rules.ratio(RULE, source, target)
-        return cls(like, match, above, scale)
+        return cls(like, match, above, np.where(above[:, None] < 0, ratios, scale[:, None]))
 
     def carried(self, positions: np.ndarray) -> np.ndarray:
         """``(frames, joints of the target, 3)``: displacements, or positions, ``(frames, joints of the

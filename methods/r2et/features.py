@@ -122,5 +122,5 @@ def path(hips: np.ndarray, source: Character, target: Character, kind: Size) -> 
     """
     ratio = size(target, kind) / size(source, kind)
     found = ratio * hips
-    found[:, 1] += (root_rules.ratio("hip_height", source, target) - ratio) * hips[0, 1]
+    found[:, 1] += (root_rules.ratios("hip_height", source, target)[1] - ratio) * hips[0, 1]
     return found

@@ -54,7 +54,7 @@ def travelled(
     orientations = transfer.relative(source)[:, source.character.joint_of["hips"]]
     facing = twist(orientations)
     lead = np.unwrap(2.0 * np.arctan2(facing[:, 2], facing[:, 0]))
-    ahead = transfer.hips(source) * root_rules.ratio(RATIO, source.character, target)
+    ahead = transfer.hips(source) * root_rules.ratios(RATIO, source.character, target)
     turned, hips = integrated(moves, float(lead[0]), ahead[0])
     if path == "relative":
         turned, hips = (root_rules.relative(each, to, FPS) for each, to in ((turned, lead), (hips, ahead)))

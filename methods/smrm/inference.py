@@ -37,12 +37,12 @@ class _Row:
     def of(cls, features: Features, source: Prediction, target: Character) -> Self:
         shown = rates.at_thirty(source)
         seen = features.see(shown)
-        ratio = root_rules.ratio("hip_height", source.character, target)
+        ratios = root_rules.ratios("hip_height", source.character, target)
         return cls(
             seen=seen,
             moves=features.moves(seen["hips"], seen["before"], seen["turn"]),
             body=features.body(target),
-            hips=transfer.hips(shown) * ratio,
+            hips=transfer.hips(shown) * ratios,
             rotations=np.empty((shown.frames, JOINTS, 4), np.float32),
             moved=np.empty((shown.frames, MOVES), np.float32),
         )

@@ -149,8 +149,8 @@ def scaled_root(
         if reference is None:
             raise NotSupported("root rule reference needs a reference motion, and this case has none")
         return reference.root
-    ratio = root_rules.ratio(rule, source.character, target)
-    return root_from_hips(target, rotations, hips(source) * ratio)
+    ratios = root_rules.ratios(rule, source.character, target)
+    return root_from_hips(target, rotations, hips(source) * ratios)
 
 
 def carry(source: Motion, target: Character, rule: str, reference: Prediction | None = None) -> Motion:

@@ -69,6 +69,7 @@ def test_turning_the_source_turns_the_result():
         ("hip_height", 2.0),
         ("leg_length", 2.0),
         ("hip_height_width", 2.0),
+        ("mixamo", 2.0),
     ],
 )
 def test_a_body_twice_as_large_goes_twice_as_far(rule, ratio):
@@ -79,13 +80,16 @@ def test_a_body_twice_as_large_goes_twice_as_far(rule, ratio):
 
 def test_rules_measure_what_they_say():
     small, other = body(), body("other", thigh=0.6, shin=0.5, hip=0.2)
-    ratios = {rule: root_rules.ratio(rule, small, other) for rule in root_rules.SIZES}
+    both = {rule: root_rules.ratios(rule, small, other) for rule in root_rules.SIZES}
+    ratios = {rule: level for rule, (level, _, _) in both.items()}
     ankle, bone = 0.1, np.hypot(0.15, 0.1)
     assert ratios["leg_length"] == pytest.approx(1.1 / 0.87)
     assert ratios["hip_height"] == pytest.approx((1.1 + ankle) / (0.87 + ankle))
     assert ratios["root_offset"] == pytest.approx((1.1 + ankle) / (0.87 + ankle))
     width = (1.1 + ankle + 0.6 * 0.4) / (0.87 + ankle + 0.6 * 0.2)
     assert ratios["hip_height_width"] == pytest.approx(width)
+    assert both["mixamo"] == pytest.approx([width, ratios["hip_height"], width])
+    assert all(level == height for rule, (level, height, _) in both.items() if rule != "mixamo")
     head = 0.5 + 0.12 + np.hypot(0.1, 0.02)
     height = (0.2 + 1.1 + bone + head) / (0.1 + 0.87 + bone + head)
     assert ratios["height"] == pytest.approx(height)

@@ -30,8 +30,8 @@ FORMS = [
 def there_and_back(features, motion, body, yaw, tips=True):
     seen = features.see(motion, body)
     ends = body.ends_of(motion) if tips else None
-    ratio = features.ratio(motion.character, body.character)
-    return features.motion(body, seen["edges"], seen, ratio, yaw, ends)
+    ratios = features.ratios(motion.character, body.character)
+    return features.motion(body, seen["edges"], seen, ratios, yaw, ends)
 
 
 def apart(one, other, joints=slice(None)) -> float:

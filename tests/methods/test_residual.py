@@ -173,10 +173,10 @@ def test_a_joint_that_the_source_lacks_moves_with_the_one_that_it_hangs_from():
     source = dance(without(body(), "LeftToeBase"))
     found = answered(Lossy(flat=True), source, SMALL)
     foot, toe = SMALL.joints(["left_foot", "left_toe"])
-    ratio = root_rules.ratio("hip_height", source.character, SMALL)
+    ratios = root_rules.ratios("hip_height", source.character, SMALL)
     own = Lossy(flat=True).retarget(source, source.character, context=Context())
     alone = Lossy(flat=True).retarget(source, SMALL, context=Context())
-    lost = ratio * (source.positions - own.positions)[:, source.character.joint_of["left_foot"]]
+    lost = ratios * (source.positions - own.positions)[:, source.character.joint_of["left_foot"]]
     assert found.positions[:, foot] - alone.positions[:, foot] == pytest.approx(lost, abs=1e-3)
     moved = found.positions - alone.positions
     assert moved[:, toe] == pytest.approx(moved[:, foot], abs=1e-12)

@@ -66,9 +66,9 @@ def test_rounded_rates_are_thirty(method, fps):
 
 def test_begins_where_the_source_begins_for_a_body_of_that_size(method):
     source, target = smrm_material.dances("one", (20,))[0], BODIES["tall"]
-    ratio = root_rules.ratio("hip_height", source.character, target)
+    level = root_rules.ratios("hip_height", source.character, target)
     found = carried(method, source, target)
-    np.testing.assert_allclose(found.root[0, [0, 2]], ratio * source.root[0, [0, 2]], atol=1e-9)
+    np.testing.assert_allclose(found.root[0, [0, 2]], level[0] * source.root[0, [0, 2]], atol=1e-9)
 
 
 def test_where_one_stands_and_looks_changes_nothing(method):

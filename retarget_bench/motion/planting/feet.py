@@ -30,13 +30,16 @@ Pair = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Exchange:
-    """A motion on its way from one body to another: the source's, and its copy in progress."""
+    """A motion on its way from one body to another: the source's, and its copy in progress.
+
+    ratios: ``(3,)`` what the source's path is scaled by (``root_rules.ratios``).
+    """
 
     source: Motion
     theirs: Rig
     ours: Rig
     pose: Pose
-    ratio: float
+    ratios: np.ndarray
 
     @property
     def four_legged(self) -> bool:
@@ -101,9 +104,9 @@ def walked(exchange: Exchange, theirs: int, ours: int) -> np.ndarray:
     """
     source, copied = exchange.source, exchange.pose.places[:, ours]
     seen, rest = source.positions[:, theirs], exchange.theirs.rest[theirs]
-    differ = exchange.ours.rest[ours] - exchange.ratio * rest
+    differ = exchange.ours.rest[ours] - exchange.ratios * rest
     level = rotation.rotate(exchange.theirs.facing(source), differ * [1.0, 0.0, 1.0])
-    scaled = exchange.ratio * seen + level * [1.0, 0.0, 1.0] + differ * [0.0, 1.0, 0.0]
+    scaled = exchange.ratios * seen + level * [1.0, 0.0, 1.0] + differ * [0.0, 1.0, 0.0]
     above = np.abs(seen[:, 1] - rest[1]) / source.character.height
     air = smoothstep((above - _ON_FLOOR) / (_IN_AIR - _ON_FLOOR))
     return scaled + air[:, None] * (copied - scaled)

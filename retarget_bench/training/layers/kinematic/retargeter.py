@@ -182,10 +182,10 @@ class SightRetargeter(LearnedMethod):
         """Of one pair of structures; shorter motions are followed by zeros, which nothing real sees."""
         actors = [source.character for source in sources]
         seen = [self.see(source) for source in sources]
-        ratio = [root_rules.ratio(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
+        ratios = [root_rules.ratios(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
         poses, turn = _padded([sight.poses for sight in seen]), _padded([sight.turn for sight in seen])
-        hips = _padded([sight.hips * by for sight, by in zip(seen, ratio, strict=True)])
-        heights = [sight.height * by for sight, by in zip(seen, ratio, strict=True)]
+        hips = _padded([sight.hips * by for sight, by in zip(seen, ratios, strict=True)])
+        heights = [sight.height * by[1] for sight, by in zip(seen, ratios, strict=True)]
         told = heights if self.variant == "released" else ()
         lengths = [len(sight.poses) for sight in seen]
         stream = self.stream(Cases(actors, targets, device, told, lengths))

@@ -97,18 +97,18 @@ class Features:
         body: LayoutBody,
         edges: np.ndarray,
         source: Mapping[str, np.ndarray],
-        ratio: float,
+        ratios: np.ndarray,
         yaw: Yaw,
         ends: np.ndarray | None,
     ) -> Motion:
         """The motion that an answer ``(frames, edges + 1, 4)`` means.
 
-        source: what ``see`` gave of the source. ratio: what the places of its hips are scaled by, metres of
-        the target per unit of the source. ends: see ``LayoutBody.motion``.
+        source: what ``see`` gave of the source. ratios: ``(3,)`` what the places of its hips are scaled by,
+        metres of the target per unit of the source. ends: see ``LayoutBody.motion``.
         """
         edges = np.asarray(edges, dtype=np.float64)
         root, unit = edges[:, -1], self.unit(body.character)
-        lead, faced = source["hips"] * ratio, None
+        lead, faced = source["hips"] * ratios, None
         hips = root[:, :3] * unit
         if self.local:
             turn = source["turn"][:, 0] + 1j * source["turn"][:, 1]
@@ -128,9 +128,9 @@ class Features:
             hips = without_bias(hips, lead, FPS)
         return body.motion(edges[:, :-1], faced, hips, FPS, ends)
 
-    def ratio(self, source: Character, target: Character) -> float:
-        """Metres of the target per unit of the source, for the places of hips."""
-        return root_rules.ratio(RULE, source, target) * self.unit(source)
+    def ratios(self, source: Character, target: Character) -> np.ndarray:
+        """``(3,)`` metres of the target per unit of the source, for the places of hips."""
+        return root_rules.ratios(RULE, source, target) * self.unit(source)
 
 
 def without_bias(path: np.ndarray, lead: np.ndarray, fps: float) -> np.ndarray:

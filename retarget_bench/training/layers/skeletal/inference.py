@@ -100,8 +100,8 @@ def retargeted(
             features.path == "carried",
         )
         for row, each, answer in zip(rows, asked, edges, strict=True):
-            ratio = features.ratio(each.actor.character, each.body.character)
-            motion = features.motion(each.body, answer, each.seen, ratio, method.yaw, each.tips)
+            ratios = features.ratios(each.actor.character, each.body.character)
+            motion = features.motion(each.body, answer, each.seen, ratios, method.yaw, each.tips)
             found[row] = rates.back(motion, each.source)
     return [found[number] for number in range(len(questions))]
 
