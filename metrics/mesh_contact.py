@@ -16,7 +16,7 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import ground_height
 from retarget_bench.motion.penetration.distances import to_surface, within
-from retarget_bench.motion.penetration.limbs import flesh
+from retarget_bench.motion.penetration.limbs import moved_vertices
 from retarget_bench.motion.roles import HANDS, LIMB_ROLES
 
 NEAR = 0.01
@@ -147,7 +147,7 @@ def _floating(comparison: Comparison) -> np.ndarray:
         return found[0]
     for top, joints in _feet(body, comparison.contact_roles).items():
         stands = labels.planted[:, np.isin(labels.joints, joints)].any(axis=1)
-        sole = flesh(body.mesh, body.skeleton, top)
+        sole = moved_vertices(body.mesh, body.skeleton, top)
         if stands.any() and sole.any():
             found.append(_above_ground(comparison, vertices[stands][:, sole]).min(axis=1))
     return np.maximum(np.concatenate(found), 0.0)
@@ -186,9 +186,9 @@ def hands(body: Character) -> tuple[Hand, ...]:
         arm = body.joint_of.get(role.replace("hand", "arm"))
         if arm is None or role not in body.joint_of:
             continue
-        own = flesh(mesh, body.skeleton, body.joint_of[role])
+        own = moved_vertices(mesh, body.skeleton, body.joint_of[role])
         skin = mesh.faces[own[mesh.faces].all(axis=1)]
-        rest = mesh.faces[~flesh(mesh, body.skeleton, arm)[mesh.faces].any(axis=1)]
+        rest = mesh.faces[~moved_vertices(mesh, body.skeleton, arm)[mesh.faces].any(axis=1)]
         if len(skin) and len(rest):
             found.append(Hand(role, _samples(skin), rest))
     return tuple(found)

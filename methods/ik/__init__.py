@@ -89,7 +89,7 @@ class InverseKinematics:
 
 def _touch(exchange: feet.Exchange) -> None:
     """Keep what the hands touch, in place."""
-    pose, body = exchange.pose, exchange.ours.character
+    pose, body = exchange.pose, exchange.target_rig.character
     arms = limbs(exchange, "arm")
     lengths = (each.measures.arm_length for each in (exchange.source.character, body))
     if len(arms) < 2 or not all(lengths):

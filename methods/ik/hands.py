@@ -58,14 +58,14 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     arms: the left and the right one, on the source and on the target.
     """
     source, pose, arm = exchange.source, exchange.pose, exchange.source.character.measures.arm_length
-    scale = exchange.ours.character.measures.arm_length / arm
-    bones = _shared_bones(exchange.theirs, exchange.ours)
+    scale = exchange.target_rig.character.measures.arm_length / arm
+    bones = _shared_bones(exchange.source_rig, exchange.target_rig)
     theirs, ours = zip(*arms, strict=True)
 
     def asked(*seen: np.ndarray) -> np.ndarray:
         """``(frames, 2, 3)`` what the hands ask for in each frame on its own."""
-        before = _reach(exchange.theirs, theirs, bones[0], *seen[:2])
-        after = _reach(exchange.ours, ours, bones[1], *seen[2:])
+        before = _reach(exchange.source_rig, theirs, bones[0], *seen[:2])
+        after = _reach(exchange.target_rig, ours, bones[1], *seen[2:])
         moves = np.stack([_to_body(before, after, hand, bones[2], arm, scale) for hand in (0, 1)], axis=1)
         apart = before.palms[:, 1] - before.palms[:, 0]
         moved = after.palms + moves

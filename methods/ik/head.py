@@ -19,7 +19,7 @@ def lift(exchange: Exchange) -> None:
     A person's stoop pushes the head of a body with a level back into the ground. What the source has below
     the floor may stay there. In place; the largest turn needed nearby in time is taken, smoothed.
     """
-    pose, body = exchange.pose, exchange.ours.character
+    pose, body = exchange.pose, exchange.target_rig.character
     spine = (chain(body.roles, "spine") or [0])[0]
     if spine and (local := _raised(exchange, spine)) is not None:
         pose.rotations[:, spine] = slowed(pose.rotations[:, spine], local, exchange.source.fps)
@@ -28,8 +28,10 @@ def lift(exchange: Exchange) -> None:
 
 def _raised(exchange: Exchange, spine: int) -> np.ndarray | None:
     """``(frames, 4)`` local rotations of a joint of the spine that raise the head; None if none need."""
-    pose, body, source = exchange.pose, exchange.ours.character, exchange.source
-    roles = [role for role in _TOP if min(exchange.ours.joint(role), exchange.theirs.joint(role)) >= 0]
+    pose, body, source = exchange.pose, exchange.target_rig.character, exchange.source
+    roles = [
+        role for role in _TOP if min(exchange.target_rig.joint(role), exchange.source_rig.joint(role)) >= 0
+    ]
     tops, theirs = body.joints(roles), source.character.joints(roles)
     allowed = np.minimum(exchange.ratio * source.positions[:, theirs, 1], 0.0)
     if not (pose.places[:, tops, 1] < allowed - _DEEP * body.height).any():

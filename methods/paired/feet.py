@@ -25,7 +25,7 @@ def planted_goals(goals: Goals, source: Motion, copied: Motion, offsets: np.ndar
     exchange = Exchange(source, rig_of(source.character), rig_of(copied.character), pose, ratio)
     paths, ends = goals.feet[0].numpy().copy(), goals.ends[0].numpy().copy()
     for number, (side, toe) in enumerate(zip(SIDES, TOES, strict=True)):
-        theirs, ours = exchange.theirs.limbs[side, "leg"], exchange.ours.limbs[side, "leg"]
+        theirs, ours = exchange.source_rig.limbs[side, "leg"], exchange.target_rig.limbs[side, "leg"]
         path, turned = paths[:, number].copy(), ends[:, number]
         still, stand = planted(source, theirs.end), path.copy()
         if ours.tip < 0 or theirs.tip < 0:

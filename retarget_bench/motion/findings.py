@@ -169,8 +169,8 @@ class Findings:
     def _rate_by(self) -> str:
         if not self.rate_told:
             return "" if self.fps_stated is not None else " (usual in this format: the file does not say)"
-        said = "nothing" if self.fps_stated is None else f"{self.fps_stated:g}"
-        return f" (as told; the file says {said})"
+        stated = "nothing" if self.fps_stated is None else f"{self.fps_stated:g}"
+        return f" (as told; the file says {stated})"
 
 
 def counted_frames(count: int) -> str:
@@ -183,5 +183,5 @@ def _metres(length: float) -> str:
     return f"{length:.2f} m" if length >= 0.2 else f"{length:.3f} m"
 
 
-def _why(told: bool, prescribed: bool) -> str:
-    return "as told" if told else "as stated" if prescribed else "guessed"
+def _why(explicit: bool, prescribed: bool) -> str:
+    return "as told" if explicit else "as stated" if prescribed else "guessed"

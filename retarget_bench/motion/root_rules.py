@@ -44,10 +44,10 @@ SCALING_RULES: tuple[str, ...] = get_args(ScalingRule)
 ROOT_RULES = (*SCALING_RULES, "reference")
 
 
-def check(rule: str, known: Sequence[str] = ROOT_RULES) -> str:
+def check(rule: str, rules: Sequence[str] = ROOT_RULES) -> str:
     """``rule`` itself; raises NotSupported, with the known rules, when there is none of that name."""
-    if rule not in known:
-        raise NotSupported(f"no root rule {rule!r}; rules are {', '.join(known)}")
+    if rule not in rules:
+        raise NotSupported(f"no root rule {rule!r}; rules are {', '.join(rules)}")
     return rule
 
 

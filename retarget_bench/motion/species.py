@@ -41,9 +41,9 @@ def named(path: Path) -> str:
     """The animal that a file's name, else its folder's, speaks of; "" where none is known."""
     for text in (path.stem, path.parent.name):
         words = role_aliases.words(text)
-        found = next((word for word in words if word in STANDING), "")
-        if found:
-            return found
+        animal = next((word for word in words if word in STANDING), "")
+        if animal:
+            return animal
     return ""
 
 

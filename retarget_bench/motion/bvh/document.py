@@ -48,10 +48,10 @@ class Hierarchy:
     @cached_property
     def groups(self) -> tuple[tuple[tuple[str, ...], list[int]], ...]:
         """Channel names, and the joints that have exactly these."""
-        found: dict[tuple[str, ...], list[int]] = {}
+        groups: dict[tuple[str, ...], list[int]] = {}
         for joint, channels in enumerate(self.channels):
-            found.setdefault(channels, []).append(joint)
-        return tuple(found.items())
+            groups.setdefault(channels, []).append(joint)
+        return tuple(groups.items())
 
     def children(self, joint: int) -> list[int]:
         """The joints right below ``joint``."""

@@ -120,8 +120,8 @@ class _Poses:
 
     @classmethod
     def of(cls, source: Prediction) -> Self:
-        bones, wanted = limb_directions(source)
-        away = _from(bones, wanted)
+        bones, reference = limb_directions(source)
+        away = _from(bones, reference)
         return cls(bones, away, _resting(source, away), source.fps)
 
     def held(self, first: int) -> tuple[int, str]:
@@ -174,15 +174,17 @@ def limb_directions(source: Prediction) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros((source.frames, 0, 3)), np.zeros((0, 3))
     upper, lower = np.array(bones).T
     turn = facing.rotation(facing.facing(source.positions, body).conj())[:, None]
-    seen = rotation.rotate(turn, source.positions[:, lower] - source.positions[:, upper])
-    return rotation.unit(seen), rotation.unit(body.reference_places[lower] - body.reference_places[upper])
+    directions = rotation.rotate(turn, source.positions[:, lower] - source.positions[:, upper])
+    return rotation.unit(directions), rotation.unit(
+        body.reference_places[lower] - body.reference_places[upper]
+    )
 
 
-def _from(bones: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def _from(bones: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """``(frames,)`` radians between the bones ``(frames, bones, 3)`` and ``(bones, 3)`` that differ most;
     infinite without bones."""
-    across = np.linalg.norm(np.cross(bones, wanted), axis=-1)
-    angles = np.arctan2(across, (bones * wanted).sum(axis=-1))
+    across = np.linalg.norm(np.cross(bones, reference), axis=-1)
+    angles = np.arctan2(across, (bones * reference).sum(axis=-1))
     return np.asarray(angles.max(axis=1)) if bones.shape[1] else np.full(len(bones), np.inf)
 
 

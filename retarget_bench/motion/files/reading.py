@@ -70,9 +70,9 @@ class Reading(OptionSet):
             inner = table.get("roles")
             self._set(roles=_roles(Path(self.roles), inner if isinstance(inner, dict) else table))
         if self.reading is not None:
-            said = {each.name for each in fields(self) if getattr(self, each.name) != each.default}
+            explicit = {each.name for each in fields(self) if getattr(self, each.name) != each.default}
             below = vars(_read(Path(self.reading)))
-            self._set(**{name: value for name, value in below.items() if name not in said})
+            self._set(**{name: value for name, value in below.items() if name not in explicit})
             self._set(reading=None)
         _ = self.metres  # raises for what is no unit
         if self.up != "auto" and self.up not in UP_AXES:
@@ -83,16 +83,16 @@ class Reading(OptionSet):
             )
 
     @staticmethod
-    def of(said: Mapping[str, Any]) -> Reading:
+    def of(values: Mapping[str, Any]) -> Reading:
         """A reading by names and values as they are written: a number where text is meant is that text.
 
         Raises BenchError, as for names that are not known."""
-        known = declared(Reading)
-        for name in said:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 1) or known
+        types = declared(Reading)
+        for name in values:
+            if name not in types:
+                near = difflib.get_close_matches(name, types, 1) or types
                 raise BenchError(f"{name!r} is nothing that a file is read by; try {', '.join(near)}")
-        return Reading(**{name: _fitting(value, known[name]) for name, value in said.items()})
+        return Reading(**{name: _fitting(value, types[name]) for name, value in values.items()})
 
     def __hash__(self) -> int:
         return hash(str(self))
@@ -126,8 +126,8 @@ class Reading(OptionSet):
     @property
     def files(self) -> dict[str, Path]:
         """The files that are named."""
-        named = {"skeleton": self.skeleton, "body_model": self.body_model}
-        return {name: Path(path).expanduser() for name, path in named.items() if path is not None}
+        options = {"skeleton": self.skeleton, "body_model": self.body_model}
+        return {name: Path(path).expanduser() for name, path in options.items() if path is not None}
 
     @property
     def stated(self) -> dict[str, Any]:
@@ -159,11 +159,11 @@ def _read(path: Path) -> Reading:
 
 def _roles(path: Path, table: Mapping[str, Any]) -> dict[str, str | None]:
     """Joint name -> role, of lines ``"joint name" = "role"``; ``"none"`` or ``""`` takes a role away."""
-    found: dict[str, str | None] = {}
+    roles: dict[str, str | None] = {}
     for name, role in table.items():
         if not isinstance(role, str):
             raise FileError(path, f'{name!r}: expected "joint name" = "role", with both in quotes')
-        found[name] = None if role in ("", "none") else role
-        if found[name] is not None and not is_role(role):
+        roles[name] = None if role in ("", "none") else role
+        if roles[name] is not None and not is_role(role):
             raise FileError(path, f"{name!r}: {no_role(role)}")
-    return found
+    return roles

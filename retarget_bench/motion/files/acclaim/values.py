@@ -37,10 +37,10 @@ def read_values(path: Path, widths: Mapping[str, int], skeleton: Path) -> Acclai
     words = data[start:].split()
     if not words:
         raise FileError(path, "has no frames: there is no motion in it", line)
-    found = _alike(words, widths)
-    if found is None:
-        found = _by_lines(path, data[start:], widths, skeleton, line)
-    return AcclaimMotion(found, len(next(iter(found.values()))), radians)
+    values = _alike(words, widths)
+    if values is None:
+        values = _by_lines(path, data[start:], widths, skeleton, line)
+    return AcclaimMotion(values, len(next(iter(values.values()))), radians)
 
 
 def _head(path: Path, data: bytes) -> tuple[int, int, float | None]:
@@ -56,8 +56,8 @@ def _head(path: Path, data: bytes) -> tuple[int, int, float | None]:
         elif text and not text.startswith((b"#", b":")):
             if text.isdigit():
                 return start, number, radians
-            said = text[:40].decode("utf-8", "replace")
-            raise FileError(path, f"expected the number of the first frame, found {said!r}", number)
+            shown = text[:40].decode("utf-8", "replace")
+            raise FileError(path, f"expected the number of the first frame, found {shown!r}", number)
         start, number = stop + 1, number + 1
     raise FileError(path, "has no frames: there is no motion in it", max(number - 1, 1))
 
@@ -74,7 +74,7 @@ def _alike(words: Sequence[bytes], widths: Mapping[str, int]) -> dict[str, np.nd
     if not order or len(words) % size:
         return None
     frames = len(words) // size
-    found = {}
+    by_bone = {}
     if not all(word.isdigit() for word in words[::size]):
         return None
     for name, place in order:
@@ -84,8 +84,8 @@ def _alike(words: Sequence[bytes], widths: Mapping[str, int]) -> dict[str, np.nd
         values = [_floats(column) for column in columns]
         if any(each is None for each in values):
             return None
-        found[name] = np.array(values, dtype=np.float64).reshape(widths[name], frames).T
-    return found
+        by_bone[name] = np.array(values, dtype=np.float64).reshape(widths[name], frames).T
+    return by_bone
 
 
 def _is_number(word: bytes) -> bool:

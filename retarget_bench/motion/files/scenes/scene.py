@@ -110,7 +110,7 @@ class Scene(ABC):
         return range(len(self.take_names))
 
     @abstractmethod
-    def frame_times(self, number: int | None, found: Iterable[Track]) -> tuple[np.ndarray, float, str]:
+    def frame_times(self, number: int | None, tracks: Iterable[Track]) -> tuple[np.ndarray, float, str]:
         """The times ``(frames,)`` to sample the tracks of a take at, the frames per second, and how these
         were found. number: None where no take is read."""
 

@@ -21,15 +21,15 @@ def has_surface(rig: Rig) -> bool:
 
 def _surfaces(rig: Rig) -> list[Surface]:
     """The meshes on the body: those that follow its skins, and others at or below a joint."""
-    joints, found = set(rig.body.joints), []
+    joints, surfaces = set(rig.body.joints), []
     for each in rig.scene.surfaces():
         if each.skin is not None:
             on_body = each.skin in rig.body.skins
         else:
             on_body = bool(joints & {each.node, *rig.nodes.above(each.node)})
         if on_body:
-            found.append(each)
-    return found
+            surfaces.append(each)
+    return surfaces
 
 
 def surface(rig: Rig) -> Mesh:

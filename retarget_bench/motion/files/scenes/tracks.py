@@ -49,13 +49,13 @@ class Track:
     def _spline(self, low: np.ndarray, high: np.ndarray, t: np.ndarray, span: np.ndarray) -> np.ndarray:
         """Appendix C.4: a cubic Hermite spline with tangents per second."""
         square, cube = t * t, t * t * t
-        found: np.ndarray = (
+        values: np.ndarray = (
             (2 * cube - 3 * square + 1) * self.values[low, 1]
             + span * (cube - 2 * square + t) * self.values[low, 2]
             + (3 * square - 2 * cube) * self.values[high, 1]
             + span * (cube - square) * self.values[high, 0]
         )
-        return found
+        return values
 
     def _whole(self, values: np.ndarray) -> np.ndarray:
         return rotation.normalise(values) if self.path == "rotation" else values
