@@ -300,7 +300,7 @@ class Clips(LazyClips[str]):
     def names(self) -> tuple[str, ...]:
         return self.listed
 
-    def made(self, each: str) -> Motion:
+    def motion(self, each: str) -> Motion:
         """Raises Unusable where a file cannot be read, or what is made of it fails a check."""
         try:
             return self._motion(each)

@@ -118,7 +118,7 @@ class Clips(LazyClips[T], Generic[T]):
         super().__init__(listed)
         self.character, self._make = character, make
 
-    def made(self, each: T) -> Motion:
+    def motion(self, each: T) -> Motion:
         return self._make(each, self.character)
 
     @property

@@ -113,7 +113,7 @@ class PanTraining(SkeletalTraining[Structure]):
         order = [*partners, there]
         coded = [arranged(codes[here], layouts[here], layouts[there]) for here in order]
         roots = [real[here].plain[:, :, -1] for here in order]
-        bodies = side["asked"]
+        bodies = side["targets"]
         if len(partners) < len(names):
             rows = {key: each.chunk(len(names) + 1) for key, each in bodies.items()}
             bodies = {key: torch.cat([each[n] for n in (*partners, -1)]) for key, each in rows.items()}

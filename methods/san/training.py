@@ -65,7 +65,7 @@ class SanTraining(SkeletalTraining[Structure]):
         objective, count = self._objective, len(sides)
         names = [self._names[side["structure"]] for side in sides]
         parts = [self._structures[name] for name in names]
-        bodies = [part.codes(side["asked"]["bones"]) for part, side in zip(parts, sides, strict=True)]
+        bodies = [part.codes(side["targets"]["bones"]) for part, side in zip(parts, sides, strict=True)]
         real = [self._real(name, side) for name, side in zip(names, sides, strict=True)]
         codes = [
             part.encoder(truth.edges, _chunk(body, count, count + 1))
@@ -78,7 +78,7 @@ class SanTraining(SkeletalTraining[Structure]):
             objective.reconstruction(own, real[there])
             others: Codes = tuple(code[: -len(side["edges"])] for code in bodies[there])
             again = part.encoder(torch.cat([each.edges for each in shown]), others).chunk(count)
-            heights = self._heights(name, side["asked"]["which"]).chunk(count + 1)
+            heights = self._heights(name, side["targets"]["which"]).chunk(count + 1)
             for here, answer in enumerate(shown):
                 pair = names[here], name
                 objective.compare(pair, codes[here], again[here])
@@ -102,7 +102,7 @@ class SanTraining(SkeletalTraining[Structure]):
         part = self._structures[name]
         given = [carried(codes[here], self._structures[names[here]].layout, part.layout) for here in order]
         edges = part.decoder(torch.cat(given), bodies)
-        asked = side["asked"]
+        asked = side["targets"]
         if self._settings.features.path == "carried":
             roots = torch.cat([real[here].plain[:, :, -1] for here in order])
             edges = part.with_path(edges, roots, self._row(asked["which"]))

@@ -85,9 +85,9 @@ class UnpairedTraining:
         self.signatures: Mapping[str, Signature] = {}
         self.ends: Ends | None = None
         self._generators: dict[str, Any] = {}
-        for name, mine in self._casts.items():
+        for name, members in self._casts.items():
             self._generators[name] = generator(len(skeletons[name]))
-            self._fit(self._generators[name].scale, mine)
+            self._fit(self._generators[name].scale, members)
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
 
     # ------------------------------------------------------------------------------------- batches
@@ -157,29 +157,31 @@ class UnpairedTraining:
         group: Mapping[str, Any],
         source: Scale,
         target: Scale,
-        asked: Tensor,
-        given: Tensor,
+        inputs: Tensor,
+        answers: Tensor,
         real: Tensor,
     ) -> dict[str, Tensor]:
         """Terms on ends of limbs and on movements, where a group goes to another structure; sums over real
-        frames ``(frames, rows)``. asked, given: normalised poses of sources and answers."""
+        frames ``(frames, rows)``. inputs, answers: normalised poses of sources and answers."""
         if self.ends is None:
             return {}
-        nothing = given.new_zeros(())
+        nothing = answers.new_zeros(())
         if "ends" not in group:
             return {"ends": nothing, "ends_moves": nothing}
-        asked, given = source.plain(asked), target.plain(given)
-        seen = [self.ends.seen(each, group["ends"], number) for number, each in enumerate((asked, given))]
-        moved = (asked[..., -MOVES:] - given[..., -MOVES:]) / source.moves_deviation
+        inputs, answers = source.plain(inputs), target.plain(answers)
+        ends = [
+            self.ends.scaled(each, group["ends"], number) for number, each in enumerate((inputs, answers))
+        ]
+        moved = (inputs[..., -MOVES:] - answers[..., -MOVES:]) / source.moves_deviation
         return {
-            "ends": self.ends.weight * ends_loss(seen[0], seen[1], real),
+            "ends": self.ends.weight * ends_loss(ends[0], ends[1], real),
             "ends_moves": (moved.square().sum(-1) * real).sum(),
         }
 
     def _kept(self, groups: Sequence[Mapping[str, Any]]) -> Tensor:
         """Real frames of the rows whose target is the source, at least one."""
-        kept = torch.stack([(group["lengths"] * group["same"]).sum() for group in groups])
-        return kept.sum().clamp(min=1)
+        frames = torch.stack([(group["lengths"] * group["same"]).sum() for group in groups])
+        return frames.sum().clamp(min=1)
 
     def _tree(self, name: str, like: Tensor) -> Tree:
         if self._trees[name].mask.device != like.device:
