@@ -92,12 +92,13 @@ class CorrespondenceFree:
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
         """What any of the three stages has been trained on; None where one does not say."""
         each = [stage.training_manifest for stage in self.stages.values()]
-        known = [manifest for manifest in each if manifest is not None]
-        if len(known) < len(each):
+        manifests = [manifest for manifest in each if manifest is not None]
+        if len(manifests) < len(each):
             return None
-        kinds = sorted({kind for manifest in known for kind in manifest})
+        kinds = sorted({kind for manifest in manifests for kind in manifest})
         return {
-            kind: sorted({name for manifest in known for name in manifest.get(kind, ())}) for kind in kinds
+            kind: sorted({name for manifest in manifests for name in manifest.get(kind, ())})
+            for kind in kinds
         }
 
     # ----------------------------------------------------------------------------------- retargeting

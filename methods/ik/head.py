@@ -32,15 +32,15 @@ def _raised(exchange: Exchange, spine: int) -> np.ndarray | None:
     roles = [
         role for role in _TOP if min(exchange.target_rig.joint(role), exchange.source_rig.joint(role)) >= 0
     ]
-    tops, theirs = body.joints(roles), source.character.joints(roles)
-    allowed = np.minimum(exchange.ratio * source.positions[:, theirs, 1], 0.0)
+    tops, source_tops = body.joints(roles), source.character.joints(roles)
+    allowed = np.minimum(exchange.ratio * source.positions[:, source_tops, 1], 0.0)
     if not (pose.places[:, tops, 1] < allowed - _DEEP * body.height).any():
         return None
     start = pose.places[:, spine, None]
     line = pose.places[:, tops] - start
     length = np.maximum(np.linalg.norm(line, axis=-1), 1e-9)
-    steep, wanted = line[..., 1] / length, (allowed - start[..., 1]) / length
-    angle = np.arcsin(np.clip(wanted, -1.0, 1.0)) - np.arcsin(np.clip(steep, -1.0, 1.0))
+    steep, clear = line[..., 1] / length, (allowed - start[..., 1]) / length
+    angle = np.arcsin(np.clip(clear, -1.0, 1.0)) - np.arcsin(np.clip(steep, -1.0, 1.0))
     half = max(1, round(FADE * source.fps / 2))
     around = np.pad(angle.max(axis=1).clip(0.0), half, mode="edge")
     around = np.lib.stride_tricks.sliding_window_view(around, 2 * half + 1).max(axis=1)

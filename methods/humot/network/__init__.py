@@ -167,10 +167,10 @@ class Autoencoder(nn.Module):
         super().__init__()
         self.encoder, self.decoder = Encoder(design), Decoder(design)
 
-    def forward(self, given: Batch, asked: Batch, tokens: tuple[RaggedTokens, RaggedTokens]) -> Tensor:
-        """``(rows, frames, joints asked, 3)`` metres. given, asked, tokens: see ``HumotTraining.draw``."""
-        code = self.encoder(given["places"], given["template"], tokens[0])
-        answer: Tensor = self.decoder(code, asked["template"], tokens[1])
+    def forward(self, source: Batch, target: Batch, tokens: tuple[RaggedTokens, RaggedTokens]) -> Tensor:
+        """``(rows, frames, joints of the target, 3)`` metres. The arguments: see ``HumotTraining.draw``."""
+        code = self.encoder(source["places"], source["template"], tokens[0])
+        answer: Tensor = self.decoder(code, target["template"], tokens[1])
         return answer
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
