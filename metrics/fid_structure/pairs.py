@@ -17,7 +17,7 @@ NEIGHBOURS = 5
 LISTED = 64
 """Neighbours of a window that are put in order: most often enough for any part of a set."""
 
-Made = TypeVar("Made")
+Value = TypeVar("Value")
 
 
 def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -29,14 +29,14 @@ def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(numbers[: len(a), None] != numbers[len(a) :])
 
 
-class PerPair(Generic[Made]):
+class PerPair(Generic[Value]):
     """A function of two whole sets whose results are kept for as long as both of them live."""
 
-    def __init__(self, make: Callable[[Sample, Sample], Made]) -> None:
+    def __init__(self, make: Callable[[Sample, Sample], Value]) -> None:
         self._make = make
-        self._made: WeakKeyDictionary[Sample, WeakKeyDictionary[Sample, Made]] = WeakKeyDictionary()
+        self._made: WeakKeyDictionary[Sample, WeakKeyDictionary[Sample, Value]] = WeakKeyDictionary()
 
-    def __call__(self, a: Sample, b: Sample) -> Made:
+    def __call__(self, a: Sample, b: Sample) -> Value:
         others = self._made.setdefault(a, WeakKeyDictionary())
         if b not in others:
             others[b] = self._make(a, b)
@@ -85,8 +85,8 @@ def _kernel(x: Sample, y: Sample) -> np.ndarray:
 def _pairs(a: np.ndarray, b: np.ndarray) -> int:
     """Number of pairs of different groups."""
     (names, counts), (other_names, other_counts) = (np.unique(x, return_counts=True) for x in (a, b))
-    _, ours, theirs = np.intersect1d(names, other_names, assume_unique=True, return_indices=True)
-    return int(len(a) * len(b) - counts[ours] @ other_counts[theirs])
+    _, rows, other_rows = np.intersect1d(names, other_names, assume_unique=True, return_indices=True)
+    return int(len(a) * len(b) - counts[rows] @ other_counts[other_rows])
 
 
 # coverage and density
@@ -112,11 +112,11 @@ class Fits:
         self._last: WeakKeyDictionary[Sample, tuple[ref[Sample], Fit]] = WeakKeyDictionary()
 
     def __call__(self, real: Sample, generated: Sample) -> Fit:
-        of, found = self._last.get(real, (None, None))
-        if of is None or found is None or of() is not generated:
-            found = self._fit(real, generated)
-            self._last[real] = ref(generated), found
-        return found
+        of, fit = self._last.get(real, (None, None))
+        if of is None or fit is None or of() is not generated:
+            fit = self._fit(real, generated)
+            self._last[real] = ref(generated), fit
+        return fit
 
     def _fit(self, real: Sample, generated: Sample) -> Fit:
         (all_real, rows), (all_made, columns) = whole(real), whole(generated)

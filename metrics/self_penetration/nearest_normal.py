@@ -57,7 +57,7 @@ def _limbs(body: Character) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """``(V, 3)`` sums of the normals of the faces around each vertex, longer for larger faces."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals, found = np.cross(b - a, c - a), np.zeros_like(vertices)
+    normals, sums = np.cross(b - a, c - a), np.zeros_like(vertices)
     for k in range(3):
-        np.add.at(found, faces[:, k], normals)
-    return found
+        np.add.at(sums, faces[:, k], normals)
+    return sums
