@@ -23,10 +23,10 @@ _OF_A_FIGURE = re.compile(r"s(?P<performer>\d{1,3})t(?P<take>\d{1,2})")
 def performer(take: str) -> str:
     """Whose skeleton a take has: the subject of CMU's number (two digits at least), or a figure's name; ""
     where the name is no take's."""
-    found = _TAKE.fullmatch(take)
-    if not found:
+    match = _TAKE.fullmatch(take)
+    if not match:
         return ""
-    name = found["performer"]
+    name = match["performer"]
     return f"{int(name):02d}" if name.isdigit() else name.lower()
 
 

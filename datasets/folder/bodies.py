@@ -80,7 +80,7 @@ def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
     if root.is_file():
         return motions_of(root), {}
     loose = motion_files(root)
-    inside = {each.name: found for each in subfolders(root) if (found := motion_files(each))}
+    inside = {each.name: files for each in subfolders(root) if (files := motion_files(each))}
     if not loose and not inside:
         raise BenchError(f"{root} holds no motion files ({LAYOUTS}); it holds {contents(root)}")
     return loose, inside
@@ -99,14 +99,14 @@ def _readable(files: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry])
 
 def _group(loose: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry], bodies: Bodies) -> None:
     """Loose files, put to the bodies that they show; a body is named after its first file."""
-    known: dict[str, tuple[str, Hierarchy]] = {}
+    models: dict[str, tuple[str, Hierarchy]] = {}
     for clip, path in loose.items():
         text = entries[path].hierarchy
-        if text not in known:
+        if text not in models:
             own = hierarchy_of(path)
-            twin = next((name for name, other in known.values() if _same_bones(own, other)), None)
-            known[text] = (twin or free_name(clip, bodies), own)
-        bodies.setdefault(known[text][0], {})[clip] = path
+            twin = next((name for name, other in models.values() if _same_bones(own, other)), None)
+            models[text] = (twin or free_name(clip, bodies), own)
+        bodies.setdefault(models[text][0], {})[clip] = path
 
 
 def _same_bones(one: Hierarchy, other: Hierarchy) -> bool:

@@ -135,8 +135,8 @@ def columns(performers: Mapping[str, bool]) -> tuple[Column, ...]:
 
     performers: body -> whether it is the target of a case.
     """
-    asked = [name for name, target in performers.items() if target]
-    return (*((name, USUAL) for name in performers), *((name, SECOND) for name in asked))
+    targets = [name for name, target in performers.items() if target]
+    return (*((name, USUAL) for name in performers), *((name, SECOND) for name in targets))
 
 
 @lru_cache(_HELD)
@@ -214,12 +214,12 @@ class Frozen:
     @cached_property
     def _performed(self) -> Mapping[str, Mapping[str, bool]]:
         """Clip -> the bodies that perform it in any case, and whether they are targets."""
-        found: dict[str, dict[str, bool]] = {}
+        performed: dict[str, dict[str, bool]] = {}
         for clip, source, target in (case for split in SPLITS for case in self._listed(split)):
-            mine = found.setdefault(clip, {})
-            mine.setdefault(source, False)
-            mine[target] = True
-        return found
+            bodies = performed.setdefault(clip, {})
+            bodies.setdefault(source, False)
+            bodies[target] = True
+        return performed
 
     def performers(self) -> Mapping[str, tuple[str, ...]]:
         return {clip: tuple(bodies) for clip, bodies in self._performed.items()}
@@ -275,12 +275,12 @@ class Frozen:
 
     def _touches(self, clip: str, name: str) -> tuple[Touch, ...]:
         """Those on places whose joints the body has."""
-        told = _structure(name)["touches"]
-        points = dict(zip(told, _archive("bodies")[f"{name} touches"], strict=True))
+        touches = _structure(name)["touches"]
+        points = dict(zip(touches, _archive("bodies")[f"{name} touches"], strict=True))
         return tuple(
-            Touch(told[hand][0], points[hand][0], told[hand][1], points[hand][1], rests)
+            Touch(touches[hand][0], points[hand][0], touches[hand][1], points[hand][1], rests)
             for hand, rests in self._touched(clip).items()
-            if hand in told
+            if hand in touches
         )
 
     def labels(self, info: CaseInfo) -> Labels:
@@ -303,21 +303,21 @@ class Frozen:
         return frozenset(name for name, new in marks.items() if new)
 
     def exclusions(self) -> Mapping[str, Mapping[str, float]]:
-        found: Mapping[str, Mapping[str, float]] = self._facts["exclusions"]
-        return found
+        exclusions: Mapping[str, Mapping[str, float]] = self._facts["exclusions"]
+        return exclusions
 
     def training(self) -> Training:
         return {
             structure: {
-                name: Clips(name, [Listed(clip, frames) for clip, frames in mine.items()], _trained)
-                for name, mine in cast.items()
+                name: Clips(name, [Listed(clip, frames) for clip, frames in listed.items()], _trained)
+                for name, listed in cast.items()
             }
             for structure, cast in _index()["training"].items()
         }
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        found: Mapping[str, Sequence[str]] = _index()["manifest"]
-        return found
+        manifest: Mapping[str, Sequence[str]] = _index()["manifest"]
+        return manifest
 
 
 def _trained(clip: Listed, name: str) -> Motion:

@@ -40,10 +40,10 @@ def action(motion: Motion | Positions, floor: float = 0.0) -> Action:
     if touching.mean() >= OFTEN:
         return "sit"
     level = places[:, character.joint_of["hips"], ::2]
-    return "move" if going(level / height, motion.fps) >= MOVING else "idle"
+    return "move" if path_speed(level / height, motion.fps) >= MOVING else "idle"
 
 
-def going(level: np.ndarray, fps: float) -> float:
+def path_speed(level: np.ndarray, fps: float) -> float:
     """The speed along a path ``(frames, 2)`` on the floor: the mean size of its velocities, each an
     average over a second or over the whole of a shorter clip, in units of the path per second."""
     frames = len(level)

@@ -125,12 +125,12 @@ class Performer:
             0.012 * self.style.loose * np.sin(2.0 * np.pi * (0.27 * self.t + self.stream.uniform(0.0, 1.0)))
         )
         turn, lean, aside = (self.wander(size) for size in (0.012, 0.010, 0.008))
-        look = [self.wander(size, 0.1, 0.6) for size in (0.06, 0.03, 0.025)]
+        glances = [self.wander(size, 0.1, 0.6) for size in (0.06, 0.03, 0.025)]
         small = rows(frames, turn, lean - breath, aside)
         return Trunk(
             pelvis=rows(frames, *pelvis) + 0.35 * small + 0.3 * posture,
             chest=rows(frames, *chest) + small + 0.7 * posture,
-            gaze=rows(frames, *gaze) + rows(frames, *look) + 0.5 * posture,
+            gaze=rows(frames, *gaze) + rows(frames, *glances) + 0.5 * posture,
             follow=follow,
         )
 
