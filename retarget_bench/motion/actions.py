@@ -1,4 +1,4 @@
-"""Standing about, going somewhere or sitting: what a body does in a clip, told from its hips and tail.
+"""Standing about, going somewhere or sitting: the action of a clip, by hips and tail.
 
 After PAN, section 7.2.2, which tells *move* from *idle* by the speed of the root and *sit* by whether hips
 or tail touch the ground. The thresholds are ours: none are published.

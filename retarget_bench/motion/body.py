@@ -36,7 +36,7 @@ class PosedBody:
         self.spine, self.neck, self.tail = (chain(roles, stem) for stem in ("spine", "neck", "tail"))
 
     def joints(self, *roles: str) -> list[int]:
-        """The joints that have one of these roles, in the order asked."""
+        """The joints that have one of these roles, in their order."""
         return [self.joint[role] for role in roles if role in self.joint]
 
     def sideways(self, side: str) -> np.ndarray:

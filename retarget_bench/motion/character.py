@@ -96,7 +96,7 @@ class Character:
         return {role: joint for joint, role in enumerate(self.roles) if role is not None}
 
     def joints(self, roles: Sequence[str]) -> list[int]:
-        """The joints that have one of these roles, in the order asked, missing ones left out."""
+        """The joints that have one of these roles, in their order, missing ones left out."""
         return [self.joint_of[role] for role in roles if role in self.joint_of]
 
     def hinge(self, role: str) -> np.ndarray | None:
@@ -165,7 +165,7 @@ class _Frames:
     arrays: ClassVar[tuple[str, ...]]
     """The fields with a row for every frame."""
     kind: ClassVar[str]
-    """What the motion is known by, in the word of cards."""
+    """The kind of the motion, in the word of cards."""
 
     def _check(self, **shapes: tuple[int, ...]) -> None:
         """Make the arrays double precision; raises SkeletonError where fps or a shape is wrong."""

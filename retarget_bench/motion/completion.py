@@ -17,7 +17,7 @@ RULE = "hip_height"
 
 
 class MotionClips(Protocol):
-    """Motions of one character, each made when it is asked for."""
+    """Motions of one character, each made on access."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Motion: ...

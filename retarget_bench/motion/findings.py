@@ -80,7 +80,7 @@ class Findings:
 
     @property
     def not_understood(self) -> tuple[str, ...]:
-        """Joints whose names say nothing known."""
+        """Joints whose names are not understood."""
         return tuple(name for name, meaning in self.joints if meaning == "not understood")
 
     @property
@@ -119,7 +119,7 @@ class Findings:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What was found but for the joints: heading -> words, in the order of ``text``."""
+        """All findings but the joints: heading -> words, in the order of ``text``."""
         still = ", all the same pose" if self.still else ""
         unit_by = _why(self.unit_told, self.unit_prescribed)
         if self.animal and not (self.unit_told or self.unit_prescribed):

@@ -1,4 +1,5 @@
-"""Any motion file to a motion in metres, Y up: roles, unit and up axis are found, and every guess is told.
+"""Any motion file to a motion in metres, Y up: roles, unit and up axis are inferred, and every guess is
+listed.
 
 ``load`` never asks: what the file does not say is decided from the body and its motion, listed in
 ``Imported.findings``, and can be said better by a ``Reading``.
@@ -63,7 +64,7 @@ class Imported:
 
     @property
     def settled(self) -> Reading:
-        """What was said and what was found, by which the file is read so whatever is guessed."""
+        """The reading with all findings filled in: with it a file is read alike, whatever is guessed."""
         findings = self.findings
         body = self.motion.character
         return replace(

@@ -54,7 +54,7 @@ def moving(motion: Motion, places: np.ndarray) -> np.ndarray:
 
 
 def settled(motion: Motion, places: np.ndarray | None, way: Way) -> Settled:
-    """What becomes of the places of inner joints: ``auto`` drops them.
+    """Treat the positions of inner joints; ``auto`` drops them.
 
     drop: bones keep their length. bake: rotations are fitted to where joints really are, with bones of
     constant length. keep: as drop, and the places go on beside the motion.

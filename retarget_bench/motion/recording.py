@@ -16,7 +16,7 @@ MOST_JOINTS = 2_000
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A motion as a file states it, in the file's axes; it knows nothing of roles or units.
+    """A motion as a file states it, in the file's axes, without roles and units.
 
     rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
     root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.

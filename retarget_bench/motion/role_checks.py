@@ -21,7 +21,7 @@ from retarget_bench.motion.skeleton import Skeleton
 _SAMPLES = 200
 """Frames that are looked at."""
 _CLEAR = 0.3
-"""How far from 0 the mean sine is that tells a left-handed body from a right-handed one."""
+"""Distance of the mean sine from 0 beyond which a body is left- or right-handed."""
 _MOST = 4
 """Contradictions in one sentence."""
 

@@ -52,7 +52,7 @@ def check(rule: str, rules: Sequence[str] = ROOT_RULES) -> str:
 
 
 def reason(rule: str, source: Character, target: Character) -> str | None:
-    """None, or why ``rule`` says nothing about this pair, as a sentence."""
+    """None, or why ``rule`` does not apply to this pair, as a sentence."""
     if rule in SIZES:
         for body in (source, target):
             length = SIZES[rule](body.measures)
@@ -65,7 +65,7 @@ def reason(rule: str, source: Character, target: Character) -> str | None:
 
 
 def _lacking(body: Character) -> str:
-    """What a body without feet is told."""
+    """The sentence on a body without feet."""
     if any(role.endswith("_foot") for role in body.joint_of):
         return ""
     return ", since none of its joints is known as a foot; say which are (roles=FILE), if it has any"

@@ -48,7 +48,8 @@ def named(path: Path) -> str:
 
 
 def improbable(stands: float, animal: str = "") -> float:
-    """How badly a standing height (metres) suits an animal: about the logarithm of the ratio to its own."""
+    """The misfit of a standing height (metres) to an animal: about the logarithm of the ratio to its
+    own."""
     if animal:
         return abs(math.log(stands / STANDING[animal]))
     beyond = max(0.0, math.log(SMALLEST / stands), math.log(stands / LARGEST))

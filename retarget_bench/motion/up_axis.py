@@ -27,11 +27,11 @@ _USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
 _FLOOR = (-0.07, 0.09)
 """Of the body's extent: between which heights the lowest joint of one on the floor is."""
 _LYING = 0.5
-"""How sure the axis is of a body that lies on the floor."""
+"""Certainty of the axis of a body that lies on the floor."""
 SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
 _AGAINST = 0.8
-"""How surely a body has to stand along another axis than the format's for a doubt to be said."""
+"""Certainty of another axis than the format's above which a doubt is reported."""
 
 
 @dataclass(frozen=True)

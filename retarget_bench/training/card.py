@@ -77,8 +77,8 @@ def card(
 
 
 def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]:
-    """All that training and its validation have seen, as the data set tells it, without the characters,
-    structures and clips that were left out; what was trained on where the data set tells nothing."""
+    """All that training and its validation have seen, by the data set's manifest, without the characters,
+    structures and clips that were left out; the training data alone where the data set has none."""
     if isinstance(data, JointDataset):
         lists: dict[str, list[str]] = {}
         for member in data.members:

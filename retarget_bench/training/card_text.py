@@ -1,4 +1,4 @@
-"""A card of weights as lines of text, for ``bench info``. What a card does not tell is left out."""
+"""A card of weights as lines of text, for ``bench info``. Missing entries are left out."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

@@ -111,5 +111,5 @@ class Budget:
         return cls(seconds=number * _UNITS[match[2]])
 
     def used(self, steps: int, seconds: float) -> float:
-        """Which share is used up; 1 or more: the end."""
+        """The share that is used up; 1 or more: the end."""
         return steps / self.steps if self.steps else seconds / self.seconds

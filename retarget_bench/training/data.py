@@ -124,7 +124,7 @@ class TrainingData:
         hop: int = 1,
         left_out: LeftOut | None = None,
     ) -> WindowBatch:
-        """One window per character asked for, each start of each of its clips as likely as any other.
+        """One window per character, each start of each of its clips as likely as any other.
 
         hop: windows begin at multiples of it; left_out: but at these. Arrays of characters that differ in
         shape (in joints) are followed by zeros. Single frames are not augmented.

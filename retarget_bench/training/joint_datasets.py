@@ -30,7 +30,8 @@ def split_spec(spec: Spec) -> tuple[Spec, ...]:
 
 
 def canonical(spec: Spec) -> Spec:
-    """As ``registry.canonical`` gives one data set. Raises BenchError, also where two are the same."""
+    """The canonical spec, as ``registry.canonical`` gives it of one data set. Raises BenchError, also
+    where two are the same."""
     specs = [registry.canonical("datasets", each) for each in split_spec(spec)]
     for number, each in enumerate(specs):
         for other in specs[:number]:
@@ -176,7 +177,7 @@ class JointDataset:
 
 
 def _names(data: Dataset) -> list[str]:
-    """Of all characters that a data set tests and trains on."""
+    """Names of all characters that a data set tests and trains on."""
     moving = optional.training(data)
     return sorted({*data.characters(), *(name for characters in moving.values() for name in characters)})
 

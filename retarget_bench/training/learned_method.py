@@ -64,7 +64,7 @@ class LearnedMethod:
 
     @property
     def weights_hash(self) -> str:
-        """The hash by which results know the weights; "" where there are none.
+        """The hash of the weights in results; "" where there are none.
 
         Raises FileError where the tensors are not those that the card describes: results of others would
         be shown as theirs.
@@ -83,7 +83,7 @@ class LearnedMethod:
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
-        """Training data of the weights; None where there are none, or where they do not say."""
+        """Training data of the weights; None where there are none, or no manifest."""
         manifest: Mapping[str, Sequence[str]] | None = (self._card or {}).get("training_manifest")
         return manifest
 

@@ -127,7 +127,8 @@ class Loop:
         return nullcontext() if self._average is None else self._average.in_place()
 
     def _share(self) -> float:
-        """Of the budget; by the first process's clock where several train together."""
+        """The share of the budget that is used; by the first process's clock where several train
+        together."""
         share = self.budget.used(self._step, self._seconds)
         return parallel.first(lambda: share) if self.budget.seconds else share
 

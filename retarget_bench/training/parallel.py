@@ -23,7 +23,7 @@ from retarget_bench.errors import BenchError
 T = TypeVar("T")
 
 PATIENCE = timedelta(hours=6)
-"""How long processes wait for one that makes data or validates; one that dies is noticed at once."""
+"""The time that processes wait for one that makes data or validates; a dead one is noticed at once."""
 
 
 def world() -> int:
@@ -32,7 +32,7 @@ def world() -> int:
 
 
 def rank() -> int:
-    """Which of them this is; the first, 0, alone writes."""
+    """The number of this process; only the first, 0, writes."""
     return int(os.environ.get("RANK", "0"))
 
 

@@ -16,7 +16,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms, TrainingModule
 
 NORM = "norm"
-"""What the size of a phase's gradient is called beside its terms."""
+"""The name of the gradient's norm beside a phase's terms."""
 
 
 class OptimiserPhase:

@@ -120,7 +120,7 @@ def read(folder: Path) -> Request | None:
 
 
 def contradicted(earlier: Request, options: Mapping[str, object]) -> None:
-    """Raises BenchError where an option that was given (is not None) says other than the run began with."""
+    """Raises BenchError where an option that was given (is not None) differs from the run's."""
     for name, value in options.items():
         before = getattr(earlier, name)
         if value is not None and value != before:

@@ -94,7 +94,7 @@ def stored(path: Path, make: Callable[[], tuple[Tensors, Facts]]) -> Any:
 
 
 def _name(path: Path) -> str:
-    """What the file is of, wherever the cache lies."""
+    """The content of the file, wherever the cache lies."""
     return f"{path.parent.name}/{path.name}"
 
 

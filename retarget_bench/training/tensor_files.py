@@ -55,7 +55,7 @@ def write(path: Path, arrays: Arrays, card: Mapping[str, Any], schema: int) -> d
 
 
 def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> dict[str, Any]:
-    """A card; ``what`` says whose it should be (``a feature network``), ``needed`` what it must tell.
+    """A card; ``what``: whose it should be (``a feature network``), ``needed``: required entries.
 
     Raises FileError where it is none, or from a newer version.
     """

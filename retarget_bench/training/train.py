@@ -34,7 +34,7 @@ DRAWN = 120.0
 
 
 class TrainingOptions(TrainingSettings):
-    """What is trained, and how. dataset: one, or several (``joint_datasets.py``). None: not given."""
+    """Options of a training. dataset: one, or several (``joint_datasets.py``). None: not given."""
 
     method: Spec | None = field(kw_only=False)
     dataset: Spec | None = field(kw_only=False)
@@ -178,7 +178,7 @@ def _validator(
 
 # -------------------------------------------------------------------------------------- what is asked
 def folder_of(options: TrainingOptions) -> Path:
-    """The folder of a run. Raises BenchError where nothing says so."""
+    """The folder of a run. Raises BenchError where no option names one."""
     if options.out is not None:
         return options.out
     if options.method is None:

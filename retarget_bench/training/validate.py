@@ -51,7 +51,7 @@ class Validator:
         self._cases: dict[str, list[list[Case]]] = {}
 
         def refused(info: CaseInfo) -> bool:
-            """As far as that is known before loading."""
+            """True where the method refuses a case by its bodies, before it is loaded."""
             in_cast = info.source in cast and info.target in cast
             return in_cast and method.supports(cast[info.source], cast[info.target]) is not None
 

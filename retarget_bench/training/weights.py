@@ -26,7 +26,7 @@ LARGEST = 12_000_000
 FEW = 4096
 """Numbers that a tensor may have to be kept in single precision."""
 BEST = "weights"
-"""What ``bench train`` calls the best weights in its folder."""
+"""The name of the best weights in a folder of ``bench train``."""
 NEEDED = ("method", "version", "facts")
 
 Text = Annotated[str, Field(description="a text")]
@@ -93,7 +93,8 @@ class Bundle:
 
     @property
     def hash(self) -> str:
-        """Sixteen hex digits of the tensors as the file has them: what results know weights by."""
+        """Sixteen hex digits of the tensors as the file has them: the identity of the weights in
+        results."""
         return str(self.card["hash"])
 
 
@@ -171,7 +172,7 @@ def check(
     version: str = "",
     facts: Mapping[str, Scalar] | None = None,
 ) -> None:
-    """Raises BenchError where weights do not fit what is asked, which says what would."""
+    """Raises BenchError where weights do not fit the request, with weights that would."""
     if method and card["method"] != method:
         raise BenchError(f"{path}: these are weights of {card['method']}, not of {method}")
     if version and card["version"] != version:

@@ -93,7 +93,7 @@ class Document:
 
 
 def frame_rate(frame_time: float) -> float:
-    """The rate that somebody meant by a printed frame time: 60 for ``0.016667``, 120 for ``.0083333``.
+    """The rate that is meant by a printed frame time: 60 for ``0.016667``, 120 for ``.0083333``.
 
     Of the rates whose frame time agrees within one unit of the last printed digit: an exact whole number,
     else the nearest rate in common use, else the nearest whole one; else the plain reciprocal.

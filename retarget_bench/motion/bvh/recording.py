@@ -1,4 +1,4 @@
-"""From what a BVH file says to a skeleton and its motion."""
+"""A BVH document as a skeleton and its motion."""
 
 from functools import lru_cache
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What is edited around a method, and the order of it."""
+"""The edits around a method, and their order."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,7 +18,7 @@ Answering = Callable[[Prediction, Character], Motion]
 
 
 class Edits(OptionSet):
-    """What a user chooses; the defaults leave start and path as they are. Raises BenchError for others."""
+    """The user's choices; the defaults leave start and path as they are. Raises BenchError for others."""
 
     start: Starts = option(
         "Of a source that begins with a T-pose or elsewhere: keep it, cut it off (fewer frames), or ease "
@@ -38,7 +38,7 @@ USUAL = Edits()
 
 
 def begun(source: Prediction, edits: Edits) -> Prediction:
-    """The source with the start that is wanted."""
+    """The source with the chosen start."""
     if edits.start == "keep" or (start := starts.find(source)) is None:
         return source
     return starts.cut(source, start) if edits.start == "cut" else starts.eased(source, start)
@@ -50,7 +50,8 @@ def compared(source: Motion, edits: Edits) -> Motion:
 
 
 def doubts(source: Prediction, edits: Edits) -> tuple[str, ...]:
-    """Sentences on a start that was kept and does not belong to the motion, and what to say for another."""
+    """Sentences on a start that was kept and does not belong to the motion, and the options that change
+    it."""
     start = starts.find(source) if edits.start == "keep" else None
     return (f"{source.character.name}: {start}: say {' or '.join(start.options)}",) if start else ()
 

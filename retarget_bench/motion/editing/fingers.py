@@ -1,4 +1,4 @@
-"""Fingers that a source says nothing of: a relaxed hand instead of the flat one of the T-pose.
+"""Fingers that a source lacks: a relaxed hand instead of the flat one of the T-pose.
 
 A finger that the source lacks while it has others (a hand of three fingers) does as the nearest one does.
 """
@@ -47,7 +47,7 @@ def fingers(body: Character, side: str) -> dict[str, Finger]:
 
 
 def shown(source: Prediction, side: str) -> frozenset[str]:
-    """The fingers of one hand that the source tells of: all that it has, or none.
+    """The fingers of one hand whose motion the source has: all of them, or none.
 
     One finger beside the thumb tells where it moves; else it is a stub, as in files of CMU.
     """

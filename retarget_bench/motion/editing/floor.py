@@ -168,7 +168,7 @@ def _back(body: Character) -> int:
 
 
 def _raised(answer: Motion, pivot: int, joints: list[int]) -> Motion:
-    """What hangs below a joint turned up about it until some of its joints, and their tips, are clear."""
+    """The joints below a pivot turned up about it until some of its joints, and their tips, are clear."""
     for number in range(_ROUNDS if joints else 0):
         points, start = tips(answer, joints), answer.positions[:, pivot, None]
         if (points[..., 1] > -_NEAR).all():

@@ -26,8 +26,8 @@ _UNFOLDED = 0.5
 
 
 def stance(body: Character) -> Stance:
-    """How a body stands. A bird has a level trunk on two legs, with wings (``roles.has_level_trunk``) or
-    without."""
+    """The kind of a body's stance. A bird has a level trunk on two legs, with wings
+    (``roles.has_level_trunk``) or without."""
     if body.four_legged:
         return "four legs"
     level = PosedBody(body.skeleton, body.roles).level or _wingless(body) is not None

@@ -24,7 +24,7 @@ _SLACK = 1e-6
 
 @dataclass(frozen=True)
 class Gap:
-    """What the last frame differs by from the first, the step of the body left out.
+    """The difference of the last frame from the first, without the body's step.
 
     joints: ``(joints, 3)`` rotation vectors of local rotations, ``last = first * exp(.)``; the root's is
             its tilt in the world, ``last = step * exp(.) * first``.

@@ -36,7 +36,7 @@ _BLEND = 0.5
 
 @dataclass(frozen=True)
 class Start:
-    """What a motion begins with that does not belong to it.
+    """A start that does not belong to the motion.
 
     frames: how many. cuts: the frames at which the body is elsewhere at once, up to ``frames``.
     jump:   metres that joints move on average at the greatest of these; 0 without one.
@@ -66,7 +66,7 @@ class Start:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """What to say for another start: a pose that is left smoothly can only be cut off."""
+        """The options for another start: a pose that is left smoothly can only be cut off."""
         return ("start=cut", "start=ease") if self.cuts else ("start=cut",)
 
 
@@ -106,7 +106,7 @@ def find(source: Prediction) -> Start | None:
 
 @dataclass(frozen=True, eq=False)
 class _Poses:
-    """How far a motion is from the T-pose and from its rest pose.
+    """Distances of a motion from the T-pose and from its rest pose.
 
     bones:   ``(frames, bones, 3)`` unit, of arms and legs, as seen from where the body faces.
     away:    ``(frames,)`` radians, as of ``from_t_pose``.
@@ -197,7 +197,7 @@ def _resting(source: Prediction, away: np.ndarray) -> np.ndarray:
 
 
 def _run(flags: np.ndarray) -> int:
-    """How many flags there are before the first that is not set."""
+    """The number of flags before the first that is not set."""
     return len(flags) if flags.all() else int(np.argmin(flags))
 
 

@@ -1,4 +1,4 @@
-"""How a file is read, where that is not to be found from it: what a user says, or a TOML file has."""
+"""Options of reading a file, where the file leaves them open: from the user or a TOML file."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ _FASTEST = 1e5
 
 
 class Reading(OptionSet):
-    """What a user says of a file, over what is found in it and, where ``reading`` names a TOML file, over
-    what that says; a file of ``roles`` is read, too, so that ``reading`` is None afterwards, and roles are
-    a table. Raises BenchError for values that are not known, FileError for files that cannot be read.
+    """The user's options for a file. They override what is found in it and, where ``reading`` names a TOML
+    file, over what that says; a file of ``roles`` is read, too, so that ``reading`` is None afterwards, and
+    roles are a table. Raises BenchError for values that are not known, FileError for files that cannot be
+    read.
     """
 
     unit: str | float = option("Unit: m, cm, mm, dm, inch, cmu, or metres per unit.", default="auto")
@@ -103,7 +104,7 @@ class Reading(OptionSet):
 
     @property
     def overrides(self) -> Mapping[str, str | None]:
-        """Joint name -> role or None, of those joints whose role is said."""
+        """Joint name -> role or None, of the joints whose role is set."""
         assert self.roles is None or isinstance(self.roles, Mapping)
         return self.roles or {}
 
@@ -131,7 +132,7 @@ class Reading(OptionSet):
 
     @property
     def stated(self) -> dict[str, Any]:
-        """What is said, by its name; the rest is to be found."""
+        """The options that are set, by name."""
         return {
             each.name: value for each in fields(self) if (value := vars(self)[each.name]) != each.default
         }

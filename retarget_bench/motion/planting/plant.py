@@ -7,7 +7,7 @@ from retarget_bench.motion.roles import SIDES
 
 
 def no_legs(body: Character) -> str | None:
-    """Why its feet cannot be planted; None where they can."""
+    """The reason why its feet cannot be planted; None where they can."""
     limbs = rig_of(body).limbs
     if all((side, "leg") in limbs for side in SIDES):
         return None

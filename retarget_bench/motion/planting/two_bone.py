@@ -98,7 +98,7 @@ class Pose:
 
     @classmethod
     def of(cls, motion: Motion) -> Self:
-        """The pose of a motion that nobody else holds: its arrays are changed."""
+        """The pose of a motion, whose arrays are changed in place."""
         return cls(motion.rotations, motion.root, motion.positions, motion.global_rotations)
 
     def stand(self, body: Character) -> None:

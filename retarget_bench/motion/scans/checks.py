@@ -1,4 +1,4 @@
-"""What is wrong with a mesh: what nothing can be made of is refused, the rest is told."""
+"""Faults of a mesh: those that cannot be repaired are refused, the rest is noted."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,7 @@ class Topology:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is told of it."""
+        """Sentences on its faults."""
         notes = []
         if self.open_edges:
             notes.append(f"is open: {self.open_edges} edges have a face on one side only")

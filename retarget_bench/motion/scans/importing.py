@@ -1,4 +1,4 @@
-"""Scanned motion as points, and a body's mesh as a character, in metres, Y up; every guess is told."""
+"""Scanned motion as points, and a body's mesh as a character, in metres, Y up; every guess is listed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ _LOOKED_AT = 20
 
 @dataclass(frozen=True)
 class ScanFindings:
-    """How a file or folder of meshes was understood.
+    """The interpretation of a file or folder of meshes.
 
     unit: name and metres of one unit. unit_told, up_told: True where the user named them.
     up_clear: False where the body is as wide as high, and no mirror image of itself.
@@ -133,7 +133,7 @@ def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:
 
 
 def _points(frame: Frame, number: int) -> tuple[np.ndarray, tuple[str, ...]]:
-    """``(points, 3)`` on the surface of a frame in its file's unit, and what is told of it."""
+    """``(points, 3)`` on the surface of a frame in its file's unit, and notes on it."""
     check_numbers(frame)
     if not len(frame.faces):
         numbers = uniform(number, min(POINTS, len(frame.vertices)))
@@ -145,7 +145,7 @@ def _points(frame: Frame, number: int) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def _alike(notes: dict[str, list[str]]) -> dict[str, list[str]]:
-    """Notes that begin alike, told once with the first one's numbers."""
+    """Notes that begin alike, merged with the first one's numbers."""
     groups: dict[str, tuple[str, list[str]]] = {}
     for note, where in notes.items():
         groups.setdefault(note.partition(":")[0], (note, []))[1].extend(where)

@@ -1,4 +1,4 @@
-"""Unit and up axis of meshes of bodies, which their files do not say."""
+"""Unit and up axis of meshes of bodies, which their files lack."""
 
 import math
 

@@ -52,7 +52,7 @@ def ply(vertices: np.ndarray, faces: np.ndarray) -> bytes:
 
 
 def _umask() -> int:
-    """What new files may not be, by the user's wish; reading it means setting it."""
+    """The process's umask; reading it means setting it."""
     mask = os.umask(0o022)
     os.umask(mask)
     return mask

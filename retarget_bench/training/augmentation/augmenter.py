@@ -1,4 +1,4 @@
-"""What is changed by how much, and in which windows of a batch."""
+"""The choice of changes, their amounts, and the windows of a batch that get them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What augmentation knows of a body: its joints in aligned form, its limbs, its chains, its mirror image.
+"""A body for augmentation: its joints in aligned form, its limbs, its chains, its mirror image.
 
 In aligned form (``motion/aligned.py``) all joint frames are parallel to the world in the reference pose, so
 that a local rotation means the same on every body. Here all joints of a body have it, those above the hips

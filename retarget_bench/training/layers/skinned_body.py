@@ -60,8 +60,8 @@ def mesh_of(character: Character) -> Mesh:
 
 
 def moves(motion: Motion, origin: np.ndarray) -> dict[str, np.ndarray]:
-    """What moves the mesh of a motion's character, seen from ``origin`` ``(frames, 3)``, as arrays
-    ``(frames, ...)``.
+    """The arrays that move the mesh of a motion's character, seen from ``origin`` ``(frames, 3)``, as
+    arrays ``(frames, ...)``.
 
     turns: ``(joints, 4)`` and shifts: ``(joints, 3)`` metres: a point that follows a joint is turned, then
     shifted.

@@ -1,4 +1,4 @@
-"""Which structures a method with networks for each of them is trained on, and which its weights know."""
+"""Structures that a method with networks for each is trained on, and those of its weights."""
 
 from collections.abc import Iterable, Mapping
 

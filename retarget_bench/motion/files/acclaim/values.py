@@ -44,7 +44,7 @@ def read_values(path: Path, widths: Mapping[str, int], skeleton: Path) -> Acclai
 
 
 def _head(path: Path, data: bytes) -> tuple[int, int, float | None]:
-    """Where the frames begin, in which line, and the unit of angles."""
+    """The offset and line at which frames begin, and the unit of angles."""
     start, number, radians = 0, 1, None
     while start < len(data):
         stop = data.find(b"\n", start)

@@ -48,7 +48,7 @@ _PROBLEMS = {
     "Failed to load": "is damaged: ufbx cannot read it",
     **dict.fromkeys(("UnrecognizedFileFormatError", "Not an FBX file"), "is no FBX file"),
 }
-"""What is said of errors by their type, or by their text."""
+"""Sentences on errors, by their type or their text."""
 
 
 class Refused(Exception):
@@ -137,7 +137,7 @@ def _loaded(path: Path) -> Any:
 
 
 def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
-    """What is no array: names, unit, axes and rate."""
+    """The facts that are no arrays: names, unit, axes and rate."""
     import ufbx
 
     settings, metadata = _keep(scene.settings), _keep(scene.metadata)
@@ -181,7 +181,7 @@ def _flat(transform: Any) -> tuple[float, ...]:
 
 
 def _concerned(arrays: dict[str, np.ndarray]) -> list[int]:
-    """The nodes whose motion is wanted: bones and all above them; without bones all nodes."""
+    """The nodes whose motion is read: bones and all above them; without bones all nodes."""
     parents, chosen = arrays["parents"].tolist(), set[int]()
     skinned = [arrays[name].tolist() for name in arrays if name.startswith("skin_joints_")]
     bones = {*np.flatnonzero(arrays["bones"]).tolist(), *(node for each in skinned for node in each)}

@@ -1,4 +1,4 @@
-"""What an FBX file holds, taken out of it by a process of its own (``child.py``)."""
+"""The content of an FBX file, extracted by a process of its own (``child.py``)."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def process(arguments: list[str], seconds: float) -> tuple[int, str]:
 
 
 def _answer(path: Path, folder: Path) -> Content:
-    """What the process wrote. Raises FileError."""
+    """The output of the process. Raises FileError."""
     try:
         if (folder / child.PROBLEM).exists():
             raise FileError(path, (folder / child.PROBLEM).read_text(encoding="utf-8"))
@@ -155,7 +155,7 @@ def _handedness(axes: list[int]) -> float:
 
 
 _TURNS, _MIRROR = np.array([1.0, 1.0, -1.0, -1.0]), np.array([-1.0, 1.0, 1.0])
-"""What a mirror across x = 0 does to a quaternion, and to a place."""
+"""Signs of a quaternion and of a position in a mirror across x = 0."""
 
 
 def _mirrored(name: str, array: np.ndarray) -> np.ndarray:

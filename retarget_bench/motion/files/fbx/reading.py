@@ -176,7 +176,7 @@ class FbxScene(Scene):
 
     @property
     def rate_by(self) -> str:
-        """What tells the frames per second, as the end of a sentence."""
+        """The origin of the frame rate, as the end of a sentence."""
         facts = self.content.facts
         rate = facts.get("rate", facts["fps"])
         if facts["rate_stated"] and _same(rate, facts["fps"]):
@@ -185,7 +185,7 @@ class FbxScene(Scene):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What of the take that was read is not kept."""
+        """The parts of the take that are not kept."""
         facts = self.content.facts
         rate, spaced = facts.get("rate", 0.0), facts.get("keys_per_second", 0.0)
         if not rate or spaced <= _DENSER * rate:

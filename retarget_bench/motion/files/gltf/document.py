@@ -88,7 +88,8 @@ class Document(Values):
         return self._buffers[number]
 
     def linked(self, uri: Any, by: str) -> bytes:
-        """What a URI names. Only ``data:`` and files in the file's own folder or below it are read."""
+        """The bytes that a URI names. Only ``data:`` and files in the file's own folder or below it are
+        read."""
         if not isinstance(uri, str):
             raise self.fail(f"{by} has a URI that is no text")
         if uri.startswith("data:"):

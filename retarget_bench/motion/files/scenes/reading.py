@@ -144,7 +144,7 @@ def _with_root(scene: Scene, nodes: Nodes, body: Body) -> Body:
 
 
 def _size(places: Mapping[int, np.ndarray], nodes: Nodes, node: int) -> float:
-    """What a step in a node's own translation measures in the world at rest."""
+    """The size in the world at rest of a unit step in a node's own translation."""
     parent = nodes.parents[node]
     return float(np.linalg.norm(places[parent][:3, :3], axis=0).max()) if parent in places else 1.0
 

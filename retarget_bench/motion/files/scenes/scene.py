@@ -1,4 +1,4 @@
-"""What a file with a tree of nodes offers to the rules that find bodies in it."""
+"""The interface of files with a tree of nodes to the rules that find bodies in them."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class Scene(ABC):
 
     @abstractmethod
     def tracks(self, number: int, only: Container[int]) -> list[Track]:
-        """How a take moves, turns and scales some nodes."""
+        """The tracks of a take that move, turn and scale some nodes."""
 
     def preferred(self, only: Container[int]) -> Iterable[int]:  # noqa: ARG002
         """The takes, in the order in which the first with tracks on these nodes is read."""

@@ -1,4 +1,4 @@
-"""How one property of one node changes over time."""
+"""The change of one property of one node over time."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from retarget_bench.motion.skeleton import Skeleton
 _ROOT, _TRUNK, _TRANS = ("root_orient", "global_orient"), ("pose_body", "body_pose"), ("trans", "transl")
 """Names of AMASS, and those of the arguments of SMPL models."""
 _OTHERS = ("pose_jaw", "pose_eye", "pose_hand")
-"""What follows root and trunk in ``poses``."""
+"""The joints after root and trunk in ``poses``."""
 _RATES = ("mocap_framerate", "mocap_frame_rate")
 _AXES = ("x", "y", "z", "-x", "-y", "-z")
 _DEFAULT_RATE = 30.0
@@ -209,7 +209,8 @@ def _betas(archive: Archive, frames: int) -> tuple[np.ndarray, list[str]]:
 
 
 def _rate(archive: Archive, explicit: float | None) -> tuple[float, bool]:
-    """Frames per second, and whether the file says them; what it says must be a rate unless one is told."""
+    """Frames per second, and whether the file says them; it must be a valid rate unless ``explicit``
+    gives one."""
     name = _first(archive, _RATES)
     if not name:
         return explicit or _DEFAULT_RATE, False

@@ -31,7 +31,7 @@ _BROKEN = (
     *(SyntaxError, RecursionError, MemoryError, RuntimeError),
     *(zipfile.BadZipFile, zlib.error, tokenize.TokenError),
 )
-"""Whatever damaged files make zipfile and the parser of array headers raise."""
+"""Exceptions of zipfile and of the parser of array headers on damaged files."""
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
@@ -42,7 +42,7 @@ def begins_as_archive(head: bytes) -> bool:
 
 
 class Archive:
-    """An ``.npz`` file: arrays by name, each read when it is asked for.
+    """An ``.npz`` file: arrays by name, each read on access.
 
     Every method raises FileError in a sentence for what is damaged, of another kind or too large.
     """
@@ -131,7 +131,7 @@ def _readable(path: Path) -> Iterator[None]:
 
 
 def _read(path: Path, what: str, file: IO[bytes], size: int, kinds: str) -> np.ndarray:
-    """An array whose header fits the bytes that there are. kinds: of ``dtype.kind`` that are wanted."""
+    """An array whose header fits the bytes that there are. kinds: accepted values of ``dtype.kind``."""
     shape, fortran, dtype = _header(file)
     if dtype.hasobject:
         raise FileError(

@@ -18,7 +18,7 @@ class Ends:
         self.weight, self._reaches = weight, reaches
 
     def shares(self, cast: Sequence[str], names: Sequence[str]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Of both bodies of every row: joints ``(n,)`` and chain lengths ``(rows, n, 1)``."""
+        """Joints ``(n,)`` and chain lengths ``(rows, n, 1)`` of both bodies of every row."""
         bodies = [self._reaches[name] for name in (*cast, *names)]
         roles = [role for role in bodies[0] if all(role in body for body in bodies)]
         shares = []

@@ -26,7 +26,7 @@ from retarget_bench.training.layers.kinematic.unpaired import TrainingBodies
 from retarget_bench.training.learned_method import LearnedMethod
 
 ROOT_RULE = "hip_height"
-"""What the first place of the hips is scaled by."""
+"""The scale of the first position of the hips."""
 
 
 class Stream(Protocol):
@@ -99,11 +99,11 @@ class SightRetargeter(LearnedMethod):
 
     @abstractmethod
     def roles(self, character: Character) -> tuple[str | None, ...]:
-        """Of the joints that the networks see."""
+        """Roles of the joints that the networks see."""
 
     @abstractmethod
     def structure(self, character: Character) -> str:
-        """Whose networks a character that fits is put through."""
+        """The structure whose networks a character goes through."""
 
     @abstractmethod
     def unfit(self, character: Character) -> str:
@@ -141,7 +141,7 @@ class SightRetargeter(LearnedMethod):
         return features.see(source, self.body(character), self.facing, unit, self.variant)
 
     def bones(self, character: Character) -> np.ndarray:
-        """``(joints, 3)`` float32 as the networks are told, in the unit."""
+        """``(joints, 3)`` float32 inputs of the networks, in the unit."""
         unit = features.unit(character, self.lengths)
         return np.asarray(self.body(character).offsets / unit, dtype=np.float32)
 
@@ -216,7 +216,7 @@ class SightRetargeter(LearnedMethod):
         """See ``training/contract.py``."""
 
     def training_bodies(self, training_data: TrainingData) -> TrainingBodies:
-        """The characters by structure, and what networks are told of them."""
+        """The characters by structure, with the networks' inputs of each."""
         cast = training_data.characters
         casts: dict[str, list[str]] = {}
         for name in sorted(training_data.clips):

@@ -1,4 +1,4 @@
-"""Training without pairs: rows of one source and one target structure, and what networks know of them."""
+"""Training without pairs: rows of one source and one target structure, and their networks' inputs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ OWN = 0.5
 
 @dataclass(frozen=True, eq=False)
 class TrainingBodies:
-    """The clips to train on, and what networks are told of their bodies.
+    """The clips to train on, and the networks' inputs of their bodies.
 
     clips: with ``poses`` as ``features.see`` gives them. casts: structure -> its characters. skeletons: of
     each structure. bones: character -> ``(joints, 3)``. lacks: character -> ``(joints,)`` bool, which of
@@ -44,8 +44,8 @@ class TrainingBodies:
 
 @dataclass(frozen=True, eq=False)
 class GroupCast:
-    """Who is in a group of rows: a source and a target of each, ``same`` ``(rows,)`` bool where the target
-    is meant to be the source, and ``among``, all targets that there are."""
+    """The bodies of a group of rows: a source and a target of each, ``same`` ``(rows,)`` bool where the
+    target is meant to be the source, and ``among``, all targets that there are."""
 
     sources: Sequence[str]
     targets: Sequence[str]
@@ -133,14 +133,15 @@ class UnpairedTraining:
         return group
 
     def _beside(self, numbers: np.random.Generator, group: GroupCast) -> dict[str, Any]:
-        """What else a group has."""
+        """Further entries of a group."""
         del numbers, group
         return {}
 
     def _targets(
         self, numbers: np.random.Generator, cast: Sequence[str], same: np.ndarray, among: Sequence[str]
     ) -> list[str]:
-        """Of every row; ``released`` may draw the source itself, ours only where there is no other."""
+        """The target of every row; ``released`` may draw the source itself, ours only where there is no
+        other."""
         names = []
         for name, itself in zip(cast, same, strict=True):
             others = [other for other in among if self._released or other != name]

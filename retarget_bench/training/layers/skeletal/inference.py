@@ -25,7 +25,7 @@ PIECE = 2048
 MARGIN = 64
 """Context frames on both sides of a piece: more than four convolutions reach."""
 STEP = 4
-"""What a number of frames has to be a multiple of."""
+"""The number of frames is a multiple of this."""
 LEAST = 16
 """Frames: shorter clips are lengthened, since convolutions mirror what is beyond the ends."""
 
@@ -35,7 +35,7 @@ Assigned = tuple[str, LayoutBody]
 
 
 class Retargeter(Protocol):
-    """What retargeting reads of a method; see ``SkeletalMethod``."""
+    """The part of a method that retargeting reads; see ``SkeletalMethod``."""
 
     settings: Any
     target_stats: Any

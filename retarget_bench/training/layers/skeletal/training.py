@@ -26,7 +26,7 @@ Side = Mapping[str, Any]
 
 
 class TrainingSettings(Protocol):
-    """What of a method's settings its training reads.
+    """The part of a method's settings that its training reads.
 
     statistics: mean and deviation by ``structure`` or by ``character``; deviations are ``least_deviation``
     or more. shared: structures begin with the same weights for what they have in common.

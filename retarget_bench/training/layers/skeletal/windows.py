@@ -16,7 +16,7 @@ from retarget_bench.training.layers.skeletal.structure import StructureNetworks
 CONSTANT = 1e-5
 """A channel with a smaller deviation is taken for constant and not scaled (released code)."""
 BODIES = ("which", "bones", "unit", "turn")
-"""What a batch has of the bodies of its rows, see ``Windows.draw``."""
+"""Entries of a batch for the bodies of its rows, see ``Windows.draw``."""
 
 
 class Windows:
