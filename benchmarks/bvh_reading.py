@@ -1,4 +1,4 @@
-"""How fast BVH files are read, against the readers on PyPI, on the same files in the same run.
+"""Speed of reading BVH files, against the readers on PyPI, on the same files in the same run.
 
     python benchmarks/bvh_reading.py PATH/TO/DATA [--every 4] [--rounds 3]
 

@@ -39,7 +39,7 @@ from tests.methods.skr_material import halved
 PAGE = Path(__file__).parents[1] / "results" / "correspondence_free.md"
 DATA = {"bare": "puppets[size=default]", "clothed": "puppets[size=default,flesh=clothed]"}
 PRINTED = {"bare": "SMPL ", "clothed": "CAPE "}
-"""Where Table 4 has the columns of each."""
+"""The columns of each in Table 4."""
 RIVALS = ("npt", "nearest_frame", "skinned_copy")
 BODY, SKR_BAR, PA_BAR, MEDL_BAR, SAME_BAR = 1.7, 3.0, 0.058, 0.004, 0.01
 """Metres that bodies are scaled to for SKR's bar; cm; metres (the paper's number); metres; metres."""
@@ -157,7 +157,7 @@ def bars(
 
 
 def trained(method: Any) -> Iterator[str]:
-    """What the cards of the stages say of their training."""
+    """The training of the stages, by their cards."""
     yield from ("", "### Training of the stages", "", "| stage | weights | steps | hours | on |")
     yield "|---|---|---:|---:|---|"
     for name, stage in method.stages.items():

@@ -80,7 +80,7 @@ class Revision:
     data: Path | None = None
 
     def bench(self, *words: str | Path, fails: bool = False) -> str:
-        """What a command prints. Raises RuntimeError where it fails, unless it is one that may."""
+        """The output of a command. Raises RuntimeError where it fails, unless it is one that may."""
         command = [str(self.python), "-m", "retarget_bench", *map(str, words)]
         alone = {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(self.tree), "COLUMNS": "100"}
         cache = {"RETARGET_BENCH_CACHE": str(self.scratch.parent / "cache")}
@@ -346,7 +346,7 @@ def _file(path: Path) -> Path:
 
 
 def doctor(revision: Revision) -> Facts:
-    """What ``bench doctor`` finds in all files of motion."""
+    """The findings of ``bench doctor`` in all files of motion."""
     assert revision.data is not None
     endings = {".bvh", ".glb", ".gltf", ".amc", ".fbx", ".npz", ".npy", ".vrm"}
     files = sorted(

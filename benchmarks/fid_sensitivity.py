@@ -1,4 +1,4 @@
-"""What the shipped feature networks notice: FID, KID, coverage and density of real motion made worse.
+"""Sensitivity of the shipped feature networks: FID, KID, coverage and density of degraded motion.
 
 Either half of the performances against real motion of the other half, averaged, per structure. As many
 windows as FID asks for need some 160 performances. With ``--people``: FID of people, of the references of

@@ -118,7 +118,7 @@ def means(numbers: Numbers, infos: Sequence[CaseInfo], value: str) -> Mean:
 
 
 def mean(values: Sequence[float], infos: Sequence[CaseInfo]) -> Mean:
-    """Likewise of one number for each case."""
+    """The mean over clips of one number for each case, with its interval."""
     _, clips = np.unique([info.clip for info in infos], return_inverse=True)
     (result,) = means_over_clips(np.array([values], dtype=float), clips)
     assert result is not None

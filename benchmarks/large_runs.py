@@ -1,4 +1,4 @@
-"""What runs of up to a million cases cost: the plan, the table, the journal. With made-up answers.
+"""Costs of runs of up to a million cases: the plan, the table, the journal. With made-up answers.
 
     python benchmarks/large_runs.py [--most 1000000] [--methods 10] [-o results/large_runs]
 

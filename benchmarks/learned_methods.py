@@ -46,7 +46,7 @@ OF_KNOWN_STRUCTURES = (
     *("nkn_cross", "nkn_cross+residual", "nkn_cross+residual+footlock"),
     *("pmnet_cross", "pmnet_cross+residual", "pmnet_cross+residual+footlock"),
 )
-"""They know the structures of their training alone, and are compared on fewer cases."""
+"""Methods that answer on the structures of their training alone, and are compared on fewer cases."""
 BESIDE = ("ik", "copy_rotations", "nkn", "pmnet", STILL)
 LABELS = {
     "mpjpe_h.world": "MPJPE, % of height",

@@ -1,4 +1,4 @@
-"""What the thresholds of the metrics ``contact`` (``LOW``) and ``joint_speed`` (``SLOW``) are chosen by.
+"""The measurements behind the thresholds of ``contact`` (``LOW``) and ``joint_speed`` (``SLOW``).
 
     python benchmarks/metric_thresholds.py
 

@@ -41,7 +41,8 @@ PEERS = {
 }
 """Our plug-in -> what papers call it; a star: with networks for each structure, as in PAN's tables."""
 FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
-"""They know the structures of their training alone: others are shown beside them on the same cases."""
+"""Methods that answer on the structures of their training alone: others are shown beside them on the
+same cases."""
 MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "contact_recall"
 METRICS = ("position", "contact")
 SPLITS = {
@@ -53,7 +54,8 @@ SPLITS = {
 
 
 def training(method: str, fold: Path | None = None) -> str:
-    """What shipped weights, or those of a fold's run, cost: minutes of the last run, hours of motion."""
+    """The cost of shipped weights, or of those of a fold's run: minutes of the last run, hours of
+    motion."""
     shipped = PROJECT / "methods" / method / "weights" / "puppets.json"
     if not shipped.exists():
         return "none"

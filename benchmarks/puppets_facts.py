@@ -103,7 +103,7 @@ def world(comparison: Comparison) -> float:
 
 
 def loss(case: Case, rule: str) -> Row:
-    """What copying by a root rule loses in a case: ids of ``SHOWN``, those that apply."""
+    """The loss of copying by a root rule in a case: ids of ``SHOWN``, those that apply."""
     assert case.alternative is not None
     comparison = copied(case, rule)
     row = {"mpjpe_h.world": world(comparison), "second": world(Comparison(case, case.alternative))}
@@ -125,7 +125,7 @@ def best(data: Puppets, infos: Sequence[CaseInfo]) -> tuple[str, list[Row]]:
 
 
 def mean(rows: Sequence[Row], id_: str) -> float:
-    """Of the cases that have the value; NaN where none has."""
+    """The mean over the cases that have the value; NaN where none has."""
     values = [row[id_] for row in rows if id_ in row]
     return float(np.mean(values)) if values else float("nan")
 

@@ -89,7 +89,7 @@ LOW = ("left_foot", "right_foot", "left_toe", "right_toe", "left_hand", "right_h
 
 @dataclass(frozen=True)
 class Found:
-    """What was measured of a pair. faults: the names of the bars that it misses, with numbers."""
+    """The measurements of a pair. faults: the names of the bars that it misses, with numbers."""
 
     faults: tuple[str, ...]
     deeper: float = 0.0
@@ -108,7 +108,7 @@ def loaded(path: Path, frames: int) -> rb.Motion:
 
 
 def depth(motion: Motion) -> float:
-    """How far the lowest foot, hand or head ever gets below y = 0, in % of height."""
+    """The greatest depth of a foot, hand or head below y = 0, in % of height."""
     low = motion.character.joints(LOW)
     return float(100 * max(-motion.positions[:, low, 1].min(), 0.0) / motion.character.height)
 

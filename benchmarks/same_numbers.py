@@ -1,4 +1,4 @@
-"""Which numbers differ between two revisions, and whether each difference is named.
+"""The numbers that differ between two revisions, and whether each difference is named.
 
     python benchmarks/same_numbers.py 2a4e1f43 HEAD --quick      a minute
     python benchmarks/same_numbers.py 2a4e1f43 HEAD --data DIR   everything: about an hour
@@ -185,7 +185,7 @@ def compare(before: Values, after: Values, renamed: Mapping[str, str], named: Se
 
 
 def renames(kind: str) -> dict[str, str]:
-    """What parts of the names of facts of a kind are called now."""
+    """Parts of the names of facts of a kind -> their present names."""
     with RENAMED.open(newline="", encoding="utf-8") as file:
         return {row["old"]: row["new"] for row in csv.DictReader(file) if row["kind"] in ("", kind)}
 

@@ -1,4 +1,4 @@
-"""How often intervals cover the truth, equal methods are told apart, and different ones are not.
+"""Rates at which intervals cover the truth, equal methods are told apart, and different ones are not.
 
     python benchmarks/statistics_calibration.py [--repeats 4000] [--only PART] [--rows RUNS]
 

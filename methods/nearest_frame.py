@@ -93,7 +93,7 @@ class _Album:
 
     @classmethod
     def of(cls, cast: completion.Cast | None, target: Character, most: int) -> Self:
-        """Raises NotSupported, also where it cannot be told which way the target faces."""
+        """Raises NotSupported, also where the target has no facing direction."""
         if target.mesh is None or facing.unknown(target):
             raise NotSupported(facing.unknown(target) or f"{target.name} has no mesh to answer with")
         standing = scan_path.standing(target)

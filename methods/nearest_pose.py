@@ -9,7 +9,7 @@ from retarget_bench.motion import completion
 _NEAR = 1e-3
 """Metres: neighbours nearer than this count alike."""
 _ENOUGH = 200
-"""Poses that tell which given joint a missing one is close to."""
+"""Poses that decide which given joint a missing one is close to."""
 
 
 class NearestPose(completion.Completer):

@@ -269,8 +269,9 @@ def _over(comparison: Comparison, places: np.ndarray) -> np.ndarray:
 
 
 def _kept(places: np.ndarray, level: np.ndarray) -> tuple[int, float]:
-    """Of one stance at places ``(frames, 3)``: the most frames near one of them and at their ``level``
-    ``(frames,)``, and the largest horizontal distance between two places; a block of frames at a time."""
+    """Scores of one stance at places ``(frames, 3)``: the most frames near one of them and at their
+    ``level`` ``(frames,)``, and the largest horizontal distance between two places; a block of frames at
+    a time."""
     (x, _, z), most, extent = places.T, 0, 0.0
     for first in range(0, len(places), _BLOCK):
         block = slice(first, first + _BLOCK)

@@ -28,7 +28,7 @@ FAR = 1.5
 """The ratio from which a frame or a clip counts."""
 
 TOES = ("left_toe", "right_toe")
-"""Recorded motions flip them at thousands of degrees per second where nobody sees it."""
+"""Recorded motions flip them at thousands of degrees per second, invisibly."""
 
 ORDERS = {
     "speed": (

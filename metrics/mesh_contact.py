@@ -230,7 +230,7 @@ def _touches(comparison: Comparison) -> dict[str, float]:
 
 
 def patches(body: Character, vertices: np.ndarray, limit: float) -> Patches:
-    """Where hands touch the body during a motion of its vertices ``(frames, V, 3)``.
+    """Triangles that hands touch during a motion of its vertices ``(frames, V, 3)``.
 
     limit: metres, the distance up to which they do.
     """

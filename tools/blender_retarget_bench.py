@@ -273,7 +273,7 @@ def _pose(
 
 
 def _basis(bone: bpy.types.Bone, matrices: list[Matrix], joint: int, parent: int) -> Matrix:
-    """What the channels of a bone have to say for it to have its matrix, whatever it inherits."""
+    """The channels with which a bone has its matrix, whatever it inherits."""
     if parent < 0:
         return bone.convert_local_to_pose(matrices[joint], bone.matrix_local, invert=True)
     return bone.convert_local_to_pose(
@@ -495,7 +495,7 @@ def _suggested(
 
 
 class Settings(bpy.types.PropertyGroup):
-    """What the panel asks for, kept with the scene."""
+    """The panel's settings, kept with the scene."""
 
     source: bpy.props.PointerProperty(
         type=bpy.types.Object, poll=_is_armature, name="Source", description="The armature that moves"

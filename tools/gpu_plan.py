@@ -1,4 +1,5 @@
-"""What ``gpu_run.sh`` trains: for each METHOD a line of its folder, itself, and options of ``bench train``.
+"""The trainings of ``gpu_run.sh``: for each METHOD a line of its folder, itself, and options of
+``bench train``.
 
     python -m tools.gpu_plan METHOD...
 

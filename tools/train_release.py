@@ -75,7 +75,7 @@ TRAININGS = (
     Training("npt", hours=1, minutes=1.5, cmu=""),
 )
 DATA = "puppets[size=large,bodies=200]"
-"""What all of them are trained on."""
+"""The training data of all of them."""
 TINY = "puppets"
 CMU_FOLDER = "RETARGET_BENCH_CMU"
 """The variable that says where CMU's files lie."""
@@ -101,7 +101,7 @@ class Verdict:
 
 
 class Options(TrainingSettings):
-    """What all trainings have in common."""
+    """Options that all trainings share."""
 
     out: Path = option(
         "The folder of runs and results.", default=Path("runs/release"), letter="o", metavar="DIR"

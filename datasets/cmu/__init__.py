@@ -290,7 +290,7 @@ class Cmu:
 
 
 class Clips(LazyClips[str]):
-    """Takes of one body, each read or made when it is asked for."""
+    """Takes of one body, each read or made on access."""
 
     def __init__(self, motion: Callable[[str], Motion], listed: Sequence[str]) -> None:
         super().__init__(listed)

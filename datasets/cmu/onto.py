@@ -57,7 +57,7 @@ class Onto:
 
     @cached_property
     def identity(self) -> str:
-        """Of bodies and method."""
+        """The identity of bodies and method, for caches."""
         return f"on {self._puppets.content}, {METHOD} {bound.method_code(METHOD)}, {VERSION}"
 
     @cached_property

@@ -21,8 +21,8 @@ _OF_A_FIGURE = re.compile(r"s(?P<performer>\d{1,3})t(?P<take>\d{1,2})")
 
 
 def performer(take: str) -> str:
-    """Whose skeleton a take has: the subject of CMU's number (two digits at least), or a figure's name; ""
-    where the name is no take's."""
+    """The owner of a take's skeleton: the subject of CMU's number (two digits at least), or a figure's
+    name; "" where the name is no take's."""
     match = _TAKE.fullmatch(take)
     if not match:
         return ""

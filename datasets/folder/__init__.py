@@ -30,7 +30,7 @@ Protocol = Literal["all", "split", "train"]
 Part = Literal["test", "validation"]
 
 TENTHS = ("test", "test", "validation", *["train"] * 7)
-"""What protocol=split does with each tenth of the names of clips."""
+"""The part of each tenth of the names of clips with protocol=split."""
 STILL = 1e-4
 """Share of a body's height within which something counts as not moving at all."""
 
@@ -338,7 +338,7 @@ class Folder:
 
     @cached_property
     def _reading(self) -> Reading:
-        """How all files are read."""
+        """The reading of all files."""
         return Reading(
             unit=self._unit,
             up=self._up,

@@ -25,7 +25,7 @@ TAKES = {
     PERSON: re.compile(r"(?P<recording>[A-Za-z]+\d+)_subject(?P<subject>\d+)"),
     DOG: re.compile(r"D1_(?P<recording>[0-9a-z]+?)z?_KAN\d+_\d+"),
 }
-"""What takes are called in LAFAN1 and in MANN's archive; takes of one recording go to one part."""
+"""Names of takes in LAFAN1 and in MANN's archive; takes of one recording go to one part."""
 LIKE = {PERSON: "walk1_subject1.bvh", DOG: "D1_009_KAN01_001.bvh"}
 EXAMPLE = "DIR holds two folders, as in DIR/lafan1/walk1_subject1.bvh and DIR/dog/D1_009_KAN01_001.bvh"
 
@@ -79,7 +79,7 @@ class Takes:
 
 
 def find(root: str, folders: Mapping[str, str], protocol: Protocol) -> Takes:
-    """Look at the folders; raises BenchError that says what is there instead and what to give.
+    """Look at the folders; raises BenchError with what is there instead and what to give.
 
     folders: species -> its folder, under ``root`` or on its own.
     """

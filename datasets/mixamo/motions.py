@@ -1,4 +1,4 @@
-"""Rigs and motions of a Mixamo folder, read when they are asked for and kept while memory allows."""
+"""Rigs and motions of a Mixamo folder, read on access and kept while memory allows."""
 
 from collections import Counter, OrderedDict
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ STRUCTURE_A = "mixamo-A"
 STRUCTURE_B = "mixamo-B"
 """The characters with the suffix ``_m``: a spine joint and both shoulders split in two, ends as joints."""
 PAPER = {STRUCTURE_A: "S23", STRUCTURE_B: "S28"}
-"""What SAN and PAN reduce these to."""
+"""The structures that SAN and PAN reduce these to."""
 _SPLITS = {"Spine1_split", "LeftShoulder_split", "RightShoulder_split"}
 
 
@@ -41,7 +41,7 @@ class Rig:
         return self.native if self.reduction is None else self.reduction.character
 
     def motion(self, recording: bvh.Recording, fps: float) -> Motion:
-        """A recording of this body at the wanted rate, on the joints that cases use."""
+        """A recording of this body at another rate, on the joints that cases use."""
         complete = self.native.motion(recording.rotations, recording.root, recording.fps).resample(fps)
         return complete if self.reduction is None else self.reduction.apply(complete)
 
@@ -79,7 +79,7 @@ def structure_of(skeleton: Skeleton, roles: Sequence[str | None]) -> str:
 
 
 KEEP_BYTES = 200_000_000
-"""How much a process keeps of motions that it may be asked for again."""
+"""Bytes of motions that a process keeps in memory."""
 _BYTES_PER_JOINT = 8 * (4 + 3 + 4)
 """Local rotations, and the positions and global rotations that a motion computes once."""
 METRES = {"cm": 0.01, "m": 1.0}

@@ -63,7 +63,7 @@ class Layout:
 
 
 def find(root: str) -> Layout:
-    """Look at the folder; raises BenchError that says what is there instead and what to give."""
+    """Look at the folder; raises BenchError with what is there instead and what to give."""
     if not root:
         raise BenchError(
             "mixamo needs a folder of BVH files that you have got from Mixamo (they may not be passed on): "

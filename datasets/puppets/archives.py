@@ -24,7 +24,7 @@ _FLOATS = {4: "<f4", 8: "<f8"}
 
 
 class Archive(Mapping[str, np.ndarray]):
-    """Arrays of an ``.npz`` file by name, each read when it is asked for."""
+    """Arrays of an ``.npz`` file by name, each read on access."""
 
     def __init__(self, content: bytes) -> None:
         self._file = np.load(io.BytesIO(content), allow_pickle=False)

@@ -131,7 +131,7 @@ def _joints(name: str) -> int:
 
 
 def columns(performers: Mapping[str, bool]) -> tuple[Column, ...]:
-    """The motions of a clip in the order of its arrays: everybody's, then second answers of targets.
+    """The motions of a clip in the order of its arrays: all bodies', then second answers of targets.
 
     performers: body -> whether it is the target of a case.
     """

@@ -35,14 +35,14 @@ _DEFINED = 1e-3
 
 
 class FindsJoints(Protocol):
-    """What is used of the method ``skr``."""
+    """The part of the method ``skr`` that is used."""
 
     def joints(self, points: Sequence[np.ndarray]) -> np.ndarray: ...
     def resting(self, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray: ...
 
 
 class MovesJoints(Protocol):
-    """What is used of the method ``smrm``: its networks, its features and the kind of path."""
+    """The part of the method ``smrm`` that is used: its networks, its features and the kind of path."""
 
     path: root_rules.PathKind
     features: Any
@@ -52,7 +52,7 @@ class MovesJoints(Protocol):
 
 
 class GivesWeights(Protocol):
-    """What is used of the method ``skin``."""
+    """The part of the method ``skin`` that is used."""
 
     def shares(self, points: np.ndarray, joints: np.ndarray) -> np.ndarray: ...
 
@@ -68,7 +68,7 @@ class Networks:
 
 @dataclass(eq=False)
 class Memory:
-    """What a frame leaves to the next.
+    """The state after a frame.
 
     states: of the encoder and of the decoder. legs, frames: sum of leg lengths, metres, and of how many
     frames. joints: ``(1, 22, 3)`` of the last frame. turn, moves: ``(1, 2)`` and ``(1, 3)`` of the last
@@ -143,7 +143,7 @@ class OnlineRetargeter:
         return np.asarray(LEG_TO_HIPS * total / counts)
 
     def _facing(self, joints: np.ndarray, units: np.ndarray) -> np.ndarray:
-        """``(frames,)`` unit complex numbers; where it cannot be told, the last that could decides."""
+        """``(frames,)`` unit complex numbers; where it is undefined, the last defined one."""
         forward = _forward(joints)
         size = np.abs(forward)
         defined = size > _DEFINED * units

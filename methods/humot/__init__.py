@@ -1,4 +1,4 @@
-"""HuMoT: one encoder and one decoder for every skeleton, told what it is by a neutral pose."""
+"""HuMoT: one encoder and one decoder for every skeleton, which a neutral pose describes."""
 
 from __future__ import annotations
 

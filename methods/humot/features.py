@@ -1,4 +1,4 @@
-"""A body as HuMoT sees it: positions of its joints, Z up, and the neutral pose that says what it is."""
+"""A body as HuMoT sees it: positions of its joints, Z up, and its neutral pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from retarget_bench.motion.motion import Motion, Positions, Prediction
 from retarget_bench.motion.roles import SIDES, ancestors
 
 USUAL = 1.3
-"""Metres: the stature of the bodies that the networks know, that of an adult."""
+"""Metres: the stature of the bodies that the networks were trained on, that of an adult."""
 HEIGHTS = {"foot": 0.0, "leg": 0.31, "hand": 0.57, "up_leg": 0.61, "forearm": 0.78, "arm": 1.0}
 MAJOR = {f"{side}_{part}": height for side in SIDES for part, height in HEIGHTS.items()}
 """Ankles, hips, knees, shoulders, elbows and wrists, which every structure has (section 3.4.1). Numbers:
@@ -117,7 +117,7 @@ class HumotBody:
 
 @lru_cache(maxsize=1024)
 def body(character: Character) -> HumotBody:
-    """Of a part of a body without its hips, all joints: it can be read, and not written.
+    """The body of a character; a part without hips has all joints: it can be read, and not written.
 
     Raises SkeletonError where a whole character has no hips or nothing below them."""
     hipless = character.whole is not None and "hips" not in character.joint_of

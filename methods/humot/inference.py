@@ -25,7 +25,7 @@ TOKENS = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """A source at 30 frames per second, Z up, and the body that it is asked for.
+    """A source at 30 frames per second, Z up, and the target body.
 
     frames: of the source. positions: ``(frames or more, joints, 3)`` metres: a source shorter than a window
     is held at its last frame, since training has next to no window of a frame or two. actor_size,
@@ -103,7 +103,7 @@ def _centre(question: Question, start: int, stop: int) -> np.ndarray:
 
 
 def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
-    """Of about one size, not too many at once."""
+    """Pieces of about one size, not too many at once."""
     waiting = sorted(pieces, key=lambda piece: (piece.stop - piece.start, len(piece.question.body.joints)))
     while waiting:
         questions = [piece.question for piece in waiting]

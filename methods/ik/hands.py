@@ -35,7 +35,7 @@ _BONES = (
     ("right_arm", "right_forearm"),
     ("right_forearm", "right_hand"),
 )
-"""What a hand can touch: lines between two joints (``chest``: the last of the spine)."""
+"""Lines between two joints that a hand can touch (``chest``: the last of the spine)."""
 
 
 @dataclass(frozen=True)

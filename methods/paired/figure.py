@@ -1,4 +1,4 @@
-"""Bodies as the network is told of them: nothing about them lies outside of what it was trained on.
+"""Bodies as the network sees them: nothing about them lies outside of what it was trained on.
 
 Generated bodies rest in one ideal T-pose: legs are straight, arms are level, ankles are near the floor. On
 rigs that people make, thighs slant, soles are thick, and arms droop. All this is the body's shape, which a

@@ -60,7 +60,7 @@ def touch(predicted: Tensor, reference: Tensor, real: Tensor) -> Tensor:
 
 
 def length(vectors: Tensor) -> Tensor:
-    """Of vectors ``(..., 3)``; smooth at zero."""
+    """The length of vectors ``(..., 3)``; smooth at zero."""
     return torch.sqrt(vectors.square().sum(-1) + 1e-6)
 
 

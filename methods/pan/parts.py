@@ -25,7 +25,7 @@ THREE: Parts = {"legs": ("left_leg", "right_leg"), "spine": ("trunk",), "head": 
 HIND, FORE = {"left_leg", "right_leg"}, {"left_arm", "right_arm"}
 """On four legs: a part that has the hind legs has the fore legs too, unless these are a part's by name."""
 BRANCHES = {"head", "left_arm", "right_arm"}
-"""What leaves the trunk at the chest: the edge that leads to the chest is theirs as well."""
+"""The parts that leave the trunk at the chest: the edge that leads to the chest is theirs as well."""
 BY_NAME = {"six": SIX, "three": THREE}
 
 

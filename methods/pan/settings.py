@@ -246,7 +246,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that a variant chooses.
+    """All settings of a variant.
 
     statistics: whether eq. 15 takes mean and deviation by structure or by character; deviations are
     ``least_deviation`` or more. reversed_: training windows run backwards half of the time. shared:

@@ -107,7 +107,7 @@ class PanTraining(SkeletalTraining[Structure]):
         side: Side,
         real: Sequence[Answer],
     ) -> list[Answer]:
-        """Of its partners' motions on bodies of this side; last, its own motion on its own bodies."""
+        """Answers: its partners' motions on bodies of this side; last, its own motion on its own bodies."""
         layouts = [self._structures[name].layout for name in names]
         partners = self._partners(there, len(names))
         order = [*partners, there]

@@ -37,7 +37,7 @@ class Choices:
 
 @dataclass(eq=False)
 class Shown:
-    """What discriminators see of one group: trajectories ``(rows, frames, 3)`` of sources and answers.
+    """The discriminators' inputs of one group: trajectories ``(rows, frames, 3)`` of sources and answers.
 
     structures: of source and target. logits: ``(rows,)`` of the answers, with gradients. fooling: those of
     answers on other bodies, which the generator learns from.

@@ -92,7 +92,7 @@ def _placed(
 
 @dataclass(frozen=True, eq=False)
 class _Bones:
-    """Which of the source's joints each of the target's ``(joints,)`` takes after.
+    """The source's joint that each of the target's ``(joints,)`` takes after.
 
     like:  the joint itself where the source has a counterpart, else the nearest above that has one; the
            hips for what is above them. match: that joint's counterpart.

@@ -1,4 +1,4 @@
-"""What R2ET's network sees of bodies and motions, in centimetres and seen from where the body faces.
+"""Inputs of R2ET's network: bodies and motions, in centimetres and relative to where the body faces.
 
 Sources: Zhang et al., CVPR 2023, and its published code, which prepares motions as NKN's does. In aligned
 form (``motion/aligned.py``) a Mixamo rig has the rotations and offsets of its own file.

@@ -1,4 +1,4 @@
-"""What SAME sees of a motion: numbers of every node in every frame, from where the hips face.
+"""SAME's features of a motion: numbers of every node in every frame, from where the hips face.
 
 The order of the numbers is that of the released weights.
 """

@@ -49,7 +49,7 @@ def answered(network: Autoencoder, source: Motion, target: Character) -> Answer:
 def travelled(
     moves: np.ndarray, source: Motion, target: Character, path: root_rules.PathKind
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the hips face ``(frames, 4)`` and are ``(frames, 3)`` metres, by moves ``(frames, 4)`` of an
+    """The hips' facing ``(frames, 4)`` and positions ``(frames, 3)`` metres, by moves ``(frames, 4)`` of an
     answer. They begin where the source's, scaled to the target, are."""
     orientations = transfer.relative(source)[:, source.character.joint_of["hips"]]
     facing = twist(orientations)

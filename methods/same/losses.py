@@ -49,7 +49,7 @@ def answered(output: Answer, graphs: Graphs) -> Performed:
 
 
 def performed(features: Tensor, graphs: Graphs) -> Performed:
-    """What features ``(nodes, frames, 26)`` say."""
+    """The motion in features ``(nodes, frames, 26)``."""
     root, local = features[graphs.hips][..., ROOT], features[..., POSITION]
     contact = features[..., CONTACT.start]
     return Performed(matrices(features[..., ROTATION]), local, world(local, root, graphs), root, contact)

@@ -63,7 +63,7 @@ class GraphAttention(nn.Module):
 
 
 class Autoencoder(nn.Module):
-    """Encoder and decoder, which know bodies by their graphs alone: 298,947 parameters."""
+    """Encoder and decoder, which see of bodies their graphs alone: 298,947 parameters."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -102,7 +102,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that a variant chooses.
+    """All settings of a variant.
 
     statistics: whether mean and deviation are by structure or by character; deviations are
     ``least_deviation`` or more. rerooted: trees begin where the legs do (``skeletal/tree.py``). heights:

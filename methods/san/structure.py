@@ -25,7 +25,7 @@ class Structure(StructureNetworks):
         self.decoder = Decoder(self.levels, design.padded)
 
     def codes(self, bones: Tensor) -> Codes:
-        """Of bodies with these bones ``(bodies, edges + 1, 3)``, the last of which is zero."""
+        """The codes of bodies with these bones ``(bodies, edges + 1, 3)``, the last of which is zero."""
         codes: Codes = self.skeleton(self.design.arranged(bones))
         return codes
 
@@ -99,7 +99,7 @@ def _skeletal(structure: Structure) -> Iterator[tuple[str, Skeletal, list[Hashab
 
 
 def _meaning(names: Sequence[str], chains: Slots, edges: int) -> list[Hashable]:
-    """Of each slot; edges: how many there are before the root's."""
+    """The meaning of each slot; edges: how many there are before the root's."""
     meanings: list[Hashable] = ["root"] * (edges + 1)
     for name, chain in zip(names, chains, strict=True):
         for rank, edge in enumerate(reversed(chain)):

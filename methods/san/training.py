@@ -97,7 +97,7 @@ class SanTraining(SkeletalTraining[Structure]):
         real: Sequence[Answer],
         bodies: Codes,
     ) -> list[Answer]:
-        """Of every side's motion on bodies of this one; last, this side's own motion on its own bodies."""
+        """Answers: every side's motion on bodies of this one; last, its own motion on its own bodies."""
         name, order = names[there], [*range(len(names)), there]
         part = self._structures[name]
         inputs = [carried(codes[here], self._structures[names[here]].layout, part.layout) for here in order]

@@ -142,7 +142,7 @@ class SKIN(LearnedMethod):
 
     @property
     def weights_hash(self) -> str:
-        """Of the weights, and of those of SKR, where it finds the joints."""
+        """The hash of the weights, and of SKR's where it finds the joints."""
         each = [super().weights_hash, *(stage.weights_hash for stage in self.stages.values())]
         return (digest(" ".join(each)) if len(each) > 1 else each[0]) if all(each) else ""
 

@@ -21,7 +21,7 @@ _ROWS = 8
 
 
 VIEWS = np.array([[1, 1, 1], [-1, 1, -1], [-1, 1, 1], [1, 1, -1]], dtype=np.float32)
-"""What places are multiplied by to be seen as they are, turned to their back, in a mirror, and both."""
+"""Factors of positions: unchanged, turned about, mirrored, and both."""
 LEAST = 128
 """Points that a view shows at least, as in training; of fewer than four times as many each shows all."""
 _OTHER = {"left": "right", "right": "left"}

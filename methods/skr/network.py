@@ -70,7 +70,7 @@ class SkeletonRegressor(nn.Module):
         return frame.back(self.estimate(frame.into(points)))
 
     def frame(self, points: Tensor) -> "Frame":
-        """Where points ``(rows, V, 3)`` metres are seen from."""
+        """The frame that points ``(rows, V, 3)`` metres are seen from."""
         return Frame.of(points, self.principal)
 
     def estimate(self, points: Tensor) -> Tensor:
@@ -99,7 +99,7 @@ def _of_relu(layer: nn.Linear) -> None:
 
 
 class Frame(NamedTuple):
-    """Where sets of points are seen from, so that answers move, grow and turn with them.
+    """Frames that sets of points are seen from, so that answers move, grow and turn with them.
 
     middle: ``(rows, 1, 3)`` metres, the mean of the points. unit: ``(rows, 1, 1)`` metres, their root mean
     square distance from it. turn: ``(rows, 3, 3)``, see ``level_axes``; None: the world's directions.

@@ -41,9 +41,9 @@ PARTS = (
 SHARED = 0.8
 """Share of the variance that parts of a limb have in common."""
 _FORKS = {0: 1, 3: 4}
-"""Where the bone of a joint with several children ends: the spine's goes on."""
+"""The end of the bone of a joint with several children: the spine's goes on."""
 _LEADS_TO = {parent: rank for rank, parent in enumerate(PARENTS) if parent >= 0} | _FORKS
-"""Where the bone that begins at a joint of the 22 ends."""
+"""The end of the bone that begins at a joint of the 22."""
 
 
 class StretchedBody:

@@ -111,8 +111,8 @@ class Features:
         return step
 
     def moved_by(self, shifts: np.ndarray) -> np.ndarray:
-        """What shifts of the hips ``(..., frames, 3)``, seen from where the character faces, add to
-        ``moves``; what turns between two frames is left out."""
+        """The change that shifts of the hips ``(..., frames, 3)``, seen from where the character faces,
+        make in ``moves``; what turns between two frames is left out."""
         if self.root == "position":
             return shifts
         change = np.diff(shifts, axis=-2, prepend=shifts[..., :1, :])

@@ -146,7 +146,7 @@ class SmrmTraining:
     def _noisy(
         self, numbers: np.random.Generator, inputs: Mapping[str, np.ndarray]
     ) -> dict[str, np.ndarray]:
-        """What the encoder is shown: positions and moves of joints that are not where they should be."""
+        """Inputs of the encoder with noise on positions and moves of joints."""
         positions, moves = inputs["positions"], inputs["moves"]
         if self._noise:
             off = numbers.normal(0.0, self._noise, positions.shape).astype(np.float32)

@@ -36,7 +36,7 @@ def rate(body: Character, vertices: np.ndarray) -> float | None:
 
 @lru_cache(maxsize=256)
 def limbs(body: Character) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    """Of each limb its vertices ``(n,)`` and those of the body without it ``(m,)``, by number."""
+    """Vertices of each limb ``(n,)`` and those of the body without it ``(m,)``, by number."""
     return tuple(_limbs(body))
 
 

@@ -87,8 +87,8 @@ def _offers(size: str, part: Part, seed: int, split: str) -> Mapping[Clip, tuple
 
 @cache
 def _most(size: str, part: Part, seed: int) -> Mapping[str, int]:
-    """Number of cases of each split: what the size says, or more for every clip to have one, while the sum
-    over the splits stays what the size says."""
+    """Number of cases of each split: the size's, or more for every clip to have one, while the sum
+    over the splits stays the size's."""
     counts = SIZES[size].cases if part == "test" else SIZES[size].validation
     least = {split: len(_offers(size, part, seed, split)) for split in counts}
     most = {split: max(number, least[split]) for split, number in counts.items()}
@@ -130,7 +130,7 @@ def _troupes(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[str, ...]]
 def _troupe(
     clip: Clip, names: Sequence[str], most: int, used: Counter[str], sure: Sequence[str]
 ) -> tuple[str, ...]:
-    """Out of every structure its share, and at least two: those who are sure to be asked, then those who
+    """Out of every structure its share, and at least two: those who are targets for sure, then those who
     performed least so far."""
     if not most or len(names) <= most:
         return tuple(names)

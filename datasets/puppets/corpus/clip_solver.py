@@ -47,7 +47,7 @@ Rests = Mapping[tuple[str, str], np.ndarray]
 
 
 def hand_rests(score: Score) -> dict[tuple[str, str], np.ndarray]:
-    """Of those places where a hand ever rests."""
+    """Frames in which a hand rests, of places where one ever does."""
     rested: dict[tuple[str, str], np.ndarray] = {}
     for side in SIDES:
         for touch in score.hands[side].touches:
@@ -58,7 +58,7 @@ def hand_rests(score: Score) -> dict[tuple[str, str], np.ndarray]:
 
 
 def self_touches(rests: Rests, body: Body) -> tuple[Touch, ...]:
-    """The same hands on places of a body, as cases tell them: those whose joints the rig has."""
+    """The same hands on places of a body, as touches of cases: those whose joints the rig has."""
     roles = dict(zip(body.structure.parts, body.structure.roles, strict=False))
     touches = []
     for (side, name), full in rests.items():

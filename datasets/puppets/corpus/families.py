@@ -138,7 +138,7 @@ RATIOS: Mapping[str, Callable[[Proportions], float]] = {
     "ankle to leg": lambda p: p.ankle / p.leg,
     "head to trunk": lambda p: p.head / p.trunk,
 }
-"""Of lengths of the skeleton alone; what any method makes of them has no say."""
+"""Chosen by lengths of the skeleton alone, not by any method's answers."""
 
 
 def build(sizes: Proportions) -> np.ndarray:

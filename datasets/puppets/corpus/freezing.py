@@ -87,7 +87,7 @@ def _hands() -> Mapping[str, tuple[str, str]]:
 
 
 def _touches(body: Body) -> dict[str, Touch]:
-    """Label -> what cases tell of the touch; without those on places whose joints the body lacks."""
+    """Label -> the touch in cases; without those on places whose joints the body lacks."""
     rests = np.zeros(0, dtype=bool)
     by_label = {label: self_touches({hand: rests}, body) for label, hand in _hands().items()}
     return {label: touch for label, touches in by_label.items() for touch in touches}

@@ -1,4 +1,4 @@
-"""A corpus whose motions are solved when they are first asked for, and kept in the cache folder."""
+"""A corpus whose motions are solved on first access, and kept in the cache folder."""
 
 from __future__ import annotations
 

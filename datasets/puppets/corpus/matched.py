@@ -30,7 +30,7 @@ LOCOMOTION: Mapping[str, tuple[str, ...]] = {
     "jog": ("jog",),
     "run": ("run",),
 }
-"""What is matched, each as often and for as long as the others, and the kinds of a person that it is."""
+"""Ways of locomotion that are matched, equally often and long, and a person's kinds of each."""
 
 _NUMBERS = {"tiny": {"train": 6, "test": 4}, "default": {"train": 40, "test": 15}}
 _NUMBERS["large"] = {"train": 400, "test": _NUMBERS["default"]["test"]}

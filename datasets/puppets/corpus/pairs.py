@@ -49,7 +49,7 @@ class Pairs(StoredPairs):
         return Clip(name, kind, round(length * FPS), self._seed)
 
     def troupe(self, number: int) -> tuple[str, ...]:
-        """The bodies that are asked for a performance: any of its family, all as likely as each other."""
+        """The bodies of a performance: any of its family, all as likely as each other."""
         clip = self.clip(number)
         free = list(self._everybody[clip.family.name])
         stream = Stream("puppets", self._seed, clip.name, "troupe")

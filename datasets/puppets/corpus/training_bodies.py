@@ -73,7 +73,7 @@ def _held_out() -> np.ndarray:
 
 
 def _person(stream: Stream) -> Proportions:
-    """Somebody of the published statistics, of any thickness."""
+    """A person of the published statistics, of any thickness."""
     sex, age = stream.choice(("woman", "man")), stream.choice(_AGES)
     proportions = drawn(f"{stream.name} {stream.uniform(0.0, 1.0):.12f}", sex, age)
     thick = math.exp(stream.normal(_GIRTH))

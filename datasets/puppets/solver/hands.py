@@ -129,7 +129,7 @@ class Arm:
 
 
 def order(score: Score) -> Sequence[tuple[str, ...]]:
-    """Which arms are set together: a hand on the other arm comes after it; where each rests there at its
+    """The order of setting arms: a hand on the other arm comes after it; where each rests there at its
     own time, one comes twice."""
     left_first, right_first = (
         any(touch.place in OF_ARM[other] for touch in score.hands[side].touches)
@@ -208,7 +208,7 @@ def _oriented(pose: Pose, arms: Sequence[Arm], lower: np.ndarray) -> np.ndarray:
 
 
 def _aimed(aim: np.ndarray, side: str) -> np.ndarray:
-    """Orientations ``(frames, 3, 3)`` of a hand whose palm and fingers point where they are told."""
+    """Orientations ``(frames, 3, 3)`` of a hand whose palm and fingers point in given directions."""
     out = np.array([sign(side), 1.0, 1.0])
     back = -unit(aim[:, :3] * out)
     fingers = aim[:, 3:] * out

@@ -202,7 +202,7 @@ class Person:
 
 
 def _up_to(most: float, value: np.ndarray) -> np.ndarray:
-    """Values that are asked for, eased below a limit."""
+    """Values eased below a limit."""
     return most * np.tanh(value / most)
 
 

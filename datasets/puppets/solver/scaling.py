@@ -78,7 +78,8 @@ KNEELING_PITCH = 1.3
 
 
 def pelvis_place(score: Score, body: Body) -> np.ndarray:
-    """``(frames, 3)`` metres: the middle between the hip joints, before feet and balance have a say."""
+    """``(frames, 3)`` metres: the middle between the hip joints, before corrections for feet and
+    balance."""
     c, s = np.cos(score.heading), np.sin(score.heading)
     left, ahead = score.sway[:, 0], score.sway[:, 1]
     x = score.path[:, 0] + left * c + ahead * s

@@ -16,7 +16,7 @@ from .layers import ELU, RELU, Anchors, FrameMean, TemporalConvolution, initiali
 from .tokens import RaggedTokens, in_groups, styled, time_code
 
 NEAR = 4.0
-"""What a token has in the channel of an anchor at its joint."""
+"""The value of a token in the channel of an anchor at its joint."""
 STYLE, FIRST = 0.5, 0.1
 """Initial spread of styles and, about, of positions: noise there would teach to ignore codes."""
 
@@ -86,7 +86,7 @@ class Encoder(nn.Module):
 
 
 class Decoder(nn.Module):
-    """Tokens begin as the template's and are multiplied, before each block, by what the code says.
+    """Tokens begin as the template's and are multiplied, before each block, by a projection of the code.
 
     They are multiplied by one more than what a block's style MLP answers: at the start answers are small,
     and tokens stay. That MLP has a rectifier between its two layers and none behind.

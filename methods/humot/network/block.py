@@ -24,7 +24,7 @@ SMALLEST = 1e-12
 FEW = 2
 """A sequence with fewer tokens than so many widths has its queries and keys worked out."""
 LONG = 1 << 14
-"""Tokens of a sequence beyond which it is read in parts, where no gradients are wanted."""
+"""Tokens of a sequence beyond which it is read in parts, where no gradients are needed."""
 SIDE = (32, 64)
 """Tracks and frames of a part."""
 MOMENTUM = 0.1

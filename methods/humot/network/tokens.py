@@ -16,13 +16,14 @@ from torch import Tensor
 from ..settings import Design
 
 TOGETHER = 1 << 15
-"""Tokens that go through layers of single joints at a time where no gradients are wanted."""
+"""Tokens that go through layers of single joints at a time where no gradients are needed."""
 HALO = 2
-"""How far the two convolutions of a block's local interaction reach."""
+"""The reach of the two convolutions of a block's local interaction."""
 
 
 class RaggedTokens(NamedTuple):
-    """Where the tracks of each sequence of a batch are; made on the CPU beside the batch, moved with it.
+    """The positions of the tracks of each sequence of a batch; made on the CPU beside the batch, moved with
+    it.
 
     counts:  tracks of each sequence, without the blank one. lengths: frames of each sequence.
     length:  frames of a track, padding included.
@@ -88,7 +89,7 @@ class RaggedTokens(NamedTuple):
     def between(
         cls, source: np.ndarray, target: np.ndarray, frames: np.ndarray
     ) -> tuple[RaggedTokens, RaggedTokens]:
-        """Of the encoder and of the decoder, by the joints of both."""
+        """The tokens of encoder and decoder, by the joints of both."""
         return cls.with_latent(source, frames), cls.of(target, frames)
 
     @property

@@ -37,7 +37,7 @@ class Habit:
 
     @classmethod
     def draw(cls, stream: Stream) -> Habit:
-        """A dog's habits: each time the same for a stream that belongs to somebody."""
+        """A dog's habits: each time the same for one dog's stream."""
         if stream.person:
             stream = Stream(stream.person)
         return cls(
@@ -123,7 +123,7 @@ def summed(rate: np.ndarray) -> np.ndarray:
 EVER = 100_000
 """A frame after every clip."""
 _BEYOND = 120
-"""Frames before and after the clip of which paws still have to know."""
+"""Frames before and after the clip that paws depend on."""
 Span = tuple[float, float]
 
 
@@ -233,7 +233,7 @@ class Rhythm:
 
 
 def rhythm(gait: Gait, route: Way, start: float) -> Rhythm:
-    """As many periods a second as the speed asks for, and no fewer than of the slowest. start: phase of the
+    """As many periods a second as the speed needs, and no fewer than of the slowest. start: phase of the
     first frame, 0 to 1. Who stands there starts with a hind paw, the right one if it is above a half."""
     speed = route.speed
     rate = np.maximum(speed, gait.speed[0]) / gait.at(gait.stride, speed)

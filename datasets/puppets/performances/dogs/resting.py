@@ -20,7 +20,7 @@ CHANNELS = (
     *("heading", "path", "sway", "height", "balance", "support"),
     *("fore", "anchor", "neck", "tail", "spread"),
 )
-"""What a dog's score has for each frame, beside trunk and paws."""
+"""Channels of a dog's score beside trunk and paws."""
 
 
 def backwards(score: DogScore) -> DogScore:

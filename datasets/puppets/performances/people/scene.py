@@ -216,7 +216,7 @@ class Scene(Performer):
         return plateau(self.k, start, top, fall, end)
 
     def weight(self, share: np.ndarray, on_left: float | np.ndarray) -> None:
-        """The weight goes, so far as ``share`` says, to a share of the left foot."""
+        """Shift the weight to a share of the left foot, as far as ``share``."""
         self.feet = replace(self.feet, support=self.feet.support + share * (on_left - self.feet.support))
 
     def arm(

@@ -176,7 +176,7 @@ _BRISK = ((0.45, 0.72), (-0.32, -0.14), (-0.02, 0.10), (0.0, 0.4), (0.5, 0.8), (
 _HELD_OUT = ((0.24, 0.45), (-0.22, 0.00), (0.10, 0.45), (0.0, 0.5), (0.3, 0.6), (0.0, 0.6))
 _RAISED = ((0.42, 0.70), (-0.55, -0.30), (0.00, 0.20), (0.9, 1.5), (0.3, 0.6), (0.1, 0.7))
 _WAYS = (_HANGING,) * 4 + (_BRISK,) * 3 + (_HELD_OUT,) * 2 + (_RAISED,) * 2
-"""Ranges of what ``Carriage`` says of arms, in the order of ``_ARMS``."""
+"""Ranges of the arms in ``Carriage``, in the order of ``_ARMS``."""
 
 
 def personal(stream: Stream, style: Style, step: float) -> Carriage:

@@ -33,7 +33,7 @@ def takes(path: Path) -> tuple[str, ...]:
 
 class GltfScene(Scene):
     """The nodes, skins, animations and meshes of a glTF document. Raises FileError where the nodes are
-    damaged, and later for whatever else is, once it is asked for."""
+    damaged, and for other parts when they are read."""
 
     unit, up, kind = "m", "y", "animation"
 
