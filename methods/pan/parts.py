@@ -84,7 +84,7 @@ def layout_of(
         if own:
             by_part[name] = tuple(sorted(own))
     if not by_part:
-        raise BenchError("there is no joint of any of the body parts that pan looks at")
+        raise BenchError("there is no joint of any of the body parts that pan uses")
     return Layout(tuple(parents), tuple(roles), tuple(by_part), tuple(by_part.values()), slots, four_legged)
 
 

@@ -293,7 +293,7 @@ class Settings:
             raise BenchError("conv_mask=released is a mistake about edges, and these networks see joints")
         if settings.weights.velocity and settings.features.root == "position":
             raise BenchError(
-                "eq. 20 (velocity) is about how hips move, and root=position does not say it; "
+                "eq. 20 (velocity) is about how hips move, and root=position lacks that; "
                 "use root=velocity or root=height"
             )
         return settings

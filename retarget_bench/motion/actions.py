@@ -33,7 +33,9 @@ def action(motion: Motion | Positions, floor: float = 0.0) -> Action:
     character = motion.character
     height = character.measures.hip_height
     if "hips" not in character.joint_of or not height > 0:
-        raise NotSupported(f"{character.name} has no hips over the floor; nobody can tell whether it sits")
+        raise NotSupported(
+            f"{character.name} has no hips over the floor, so it cannot be seen whether it sits"
+        )
     places = motion.positions
     lower = [at for role, at in character.joint_of.items() if role == "hips" or role.startswith("tail")]
     touching = places[:, lower, 1].min(axis=1) - floor < TOUCHING * height

@@ -71,7 +71,7 @@ def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> di
     if not isinstance(version, int) or version > schema:
         raise FileError(facts, f"has schema {version}; this version reads up to {schema}")
     if missing:
-        raise FileError(facts, f"is not the card of {what} (it does not tell {', '.join(missing)})")
+        raise FileError(facts, f"is not the card of {what} (it lacks {', '.join(missing)})")
     return dict(card)
 
 

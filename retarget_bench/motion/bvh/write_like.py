@@ -147,7 +147,7 @@ def _placed(pattern: _Pattern, root: np.ndarray) -> tuple[list[int], np.ndarray,
     hierarchy, still = pattern.document.hierarchy, pattern.document.values[0]
     movable = [j for j in range(pattern.first + 1) if len(_columns(hierarchy, j, POSITIONS)) == 3]
     if not movable:
-        raise FileError(pattern.path, "has no position channels: it cannot say where a body is")
+        raise FileError(pattern.path, "has no position channels: it cannot hold where a body is")
     mover = movable[-1]
     turned = local_rotations(replace(pattern.document, values=pattern.document.values[:1]))[0]
     fixed, heading, at_mover = np.zeros(3), rotation.identity(), rotation.identity()

@@ -147,7 +147,7 @@ def _read(path: Path) -> Reading:
     """The reading in a TOML file, with a table ``roles``."""
     table = read_toml(path)
     if "reading" in table:
-        raise FileError(path, "says 'reading', which one reading cannot: name one file")
+        raise FileError(path, "has a line 'reading', and no reading file may name another: name one file")
     if isinstance(roles := table.get("roles"), dict):
         table["roles"] = _roles(path, roles)
     try:
