@@ -126,9 +126,9 @@ def _findings(
     axis: Axis,
     size: "_Size",
     settled: inner.Settled,
-    rate_told: bool,
+    rate_explicit: bool,
 ) -> Findings:
-    """All findings. stated: as the file has it; recording: at the true rate; rate_told: the user says
+    """All findings. stated: as the file has it; recording: at the true rate; rate_explicit: set by the user
     that."""
     motion = settled.motion
     joints, roles = motion.skeleton, motion.character.roles
@@ -137,12 +137,12 @@ def _findings(
     return Findings(
         path=path,
         unit=size.unit,
-        unit_told=size.explicit,
+        unit_explicit=size.explicit,
         other_unit=size.other,
         unit_prescribed=not size.explicit and size.unit[0] == recording.unit,
         up=axis.up,
         up_sure=axis.sure,
-        up_told=axis.explicit,
+        up_explicit=axis.explicit,
         up_prescribed=not axis.explicit and recording.up != "",
         notes=(*recording.notes, *settled.notes),
         doubts=(*recording.doubts, *axis.doubts, *settled.doubts),
@@ -158,7 +158,7 @@ def _findings(
         facing=_facing(motion),
         fps=motion.fps,
         fps_stated=stated.fps if stated.rate_stated else None,
-        rate_told=rate_told,
+        rate_explicit=rate_explicit,
         frames=motion.frames,
         floor=_floor(motion),
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),

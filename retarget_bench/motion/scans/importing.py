@@ -26,16 +26,16 @@ _LOOKED_AT = 20
 class ScanFindings:
     """The interpretation of a file or folder of meshes.
 
-    unit: name and metres of one unit. unit_told, up_told: True where the user named them.
+    unit: name and metres of one unit. unit_explicit, up_explicit: True where the user named them.
     up_clear: False where the body is as wide as high, and no mirror image of itself.
     height: metres, the extent along the up axis. frames: their names. notes: what is wrong with the meshes.
     """
 
     path: Path
     unit: tuple[str, float]
-    unit_told: bool
+    unit_explicit: bool
     up: str
-    up_told: bool
+    up_explicit: bool
     up_clear: bool
     height: float
     frames: tuple[str, ...]
@@ -45,11 +45,11 @@ class ScanFindings:
     def warnings(self) -> tuple[str, ...]:
         """Doubtful points, and what settles each."""
         warnings = list(self.notes)
-        if not self.unit_told and not 1.1 <= self.height <= 2.6:
+        if not self.unit_explicit and not 1.1 <= self.height <= 2.6:
             warnings.append(
                 f"the unit is a guess: in {self.unit[0]} the body is {self.height:.2f} m tall; say unit=..."
             )
-        if not self.up_told and not self.up_clear:
+        if not self.up_explicit and not self.up_clear:
             warnings.append(f"the up axis is a guess ({self.up}): say up=y or up=z")
         return tuple(warnings)
 
@@ -170,9 +170,9 @@ def _findings(
     return ScanFindings(
         path=path,
         unit=(chosen, scale),
-        unit_told=metres is not None,
+        unit_explicit=metres is not None,
         up=axis,
-        up_told=reading.up != "auto",
+        up_explicit=reading.up != "auto",
         up_clear=clear,
         height=height * scale,
         frames=tuple(names),
