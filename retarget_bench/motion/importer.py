@@ -128,8 +128,8 @@ def _findings(
     settled: inner.Settled,
     rate_explicit: bool,
 ) -> Findings:
-    """All findings. stated: as the file has it; recording: at the true rate; rate_explicit: set by the user
-    that."""
+    """All findings. stated: as the file has it; recording: at the true rate; rate_explicit: the
+    user set it."""
     motion = settled.motion
     joints, roles = motion.skeleton, motion.character.roles
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
