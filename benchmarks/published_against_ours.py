@@ -118,13 +118,13 @@ def table(title: str, results: rb.Results, out: Path) -> Iterator[str]:
     yield from ("", f"### {title}", "", f"{'; '.join(sizes.values())}.", "")
     yield f"| method | minutes | steps | {heads} |"
     yield "|---|---:|---:|" + "---:|" * (len(splits) * len(VALUES))
-    labels = dict(zip(results.methods, _asked(), strict=True))
+    labels = dict(zip(results.methods, _methods(), strict=True))
     for label, method in labels.items():
         shown = " | ".join(_cell(cells.get((label, split, value))) for split in splits for value in VALUES)
         yield f"| {method.replace('_', chr(92) + '_')} {facts(method, out)}| {shown} |"
 
 
-def _asked() -> list[str]:
+def _methods() -> list[str]:
     return [*(method for methods in PAIRS.values() for method in methods), *UNTRAINED]
 
 
@@ -143,7 +143,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs/published"), metavar="DIR", help="of runs")
     options = parser.parse_args()
     data = options.dataset or ["puppets[size=large,bodies=200]"]
-    trained = _asked()[: -len(UNTRAINED)]
+    trained = _methods()[: -len(UNTRAINED)]
     for method in trained:
         train(method, data, options.minutes, options.out)
     methods = [*(with_weights(method, options.out) for method in trained), *UNTRAINED]

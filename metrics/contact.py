@@ -173,7 +173,7 @@ def _agreement(comparison: Comparison, labels: ReferenceContacts) -> dict[str, f
     level = np.abs(over - labels.over) <= LEVEL
     matched, extents = 0, []
     for column, first, end in labels.stances:
-        most, extent = _kept(scaled[first:end, column], level[first:end, column])
+        most, extent = _stance_scores(scaled[first:end, column], level[first:end, column])
         matched += most
         extents.append(extent)
     recall = matched / int(labels.planted.sum())
@@ -202,7 +202,7 @@ def of_reference(comparison: Comparison) -> ReferenceContacts | None:
         joints = comparison.target.joints(comparison.contact_roles)
         places = comparison.expected[:, joints]
         over = _over(comparison, places) / comparison.height
-        return _found(comparison, joints, places / comparison.height, over)
+        return _labels_of(comparison, joints, places / comparison.height, over)
     if (labels := comparison.contact_labels) is None:
         return None
     places = comparison.expected[:, labels.joints]
@@ -223,10 +223,10 @@ def of_source(comparison: Comparison) -> ReferenceContacts | None:
     places = source.positions[:, at_source] / height
     stand = target.standing_places[joints, 1] / comparison.height
     differ = stand - source.character.standing_places[at_source, 1] / height
-    return _found(comparison, joints, places, places[..., 1] - ground.height / height + differ)
+    return _labels_of(comparison, joints, places, places[..., 1] - ground.height / height + differ)
 
 
-def _found(
+def _labels_of(
     comparison: Comparison, joints: list[int], places: np.ndarray, over: np.ndarray
 ) -> ReferenceContacts | None:
     """The labels of joints at places ``(frames, contacts, 3)`` and ``over`` the ground, both in heights."""
@@ -268,7 +268,7 @@ def _over(comparison: Comparison, places: np.ndarray) -> np.ndarray:
     return np.asarray(places[..., 1] - floor)
 
 
-def _kept(places: np.ndarray, level: np.ndarray) -> tuple[int, float]:
+def _stance_scores(places: np.ndarray, level: np.ndarray) -> tuple[int, float]:
     """Scores of one stance at places ``(frames, 3)``: the most frames near one of them and at their
     ``level`` ``(frames,)``, and the largest horizontal distance between two places; a block of frames at
     a time."""

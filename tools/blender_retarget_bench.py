@@ -381,7 +381,7 @@ class Job:
         """The new action, and what the command said. Raises CannotRetarget with the command's own words."""
         self._said.seek(0)
         lines = [line for line in self._said.read().decode("utf-8", "replace").splitlines() if line.strip()]
-        lines = [self._named(line.removeprefix("bench: ")) for line in lines]
+        lines = [self._readable(line.removeprefix("bench: ")) for line in lines]
         if self.process.returncode != 0:
             raise CannotRetarget(
                 " ".join(lines[-3:]) or f"the command ended with {self.process.returncode}"
@@ -392,7 +392,7 @@ class Job:
         name = f"{source_name} on {self.target.armature.name}"
         return make_action(self.target, places, turns, self.frames.start, name), lines
 
-    def _named(self, line: str) -> str:
+    def _readable(self, line: str) -> str:
         """A line that names the armatures, not the temporary files."""
         for file, body in (("source.bvh", self.source), ("target.bvh", self.target)):
             line = line.replace(str(self._at / file), body.armature.name)

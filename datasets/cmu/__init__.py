@@ -89,7 +89,7 @@ class Cmu:
             raise BenchError("cmu[own=false] has nothing to train on but what bodies=NUMBER gives")
         self._bodies, self._own = bodies, own
         self._take = lru_cache(maxsize=_CACHED)(self._read)
-        self._character = lru_cache(maxsize=None)(self._found)
+        self._character = lru_cache(maxsize=None)(self._first_body)
 
     # ------------------------------------------------------------------------------- the contract
     @property
@@ -273,7 +273,7 @@ class Cmu:
             f"cmu/{names[0]}>{names[1]}/{clip}", "retarget", split, *names, clip, frames=end - first
         )
 
-    def _found(self, who: str) -> Character:
+    def _first_body(self, who: str) -> Character:
         """The body of a performer's first take; its structure is named after the number of joints."""
         first = next(part[who][0] for part in self._takes.values() if who in part)
         body = self._imported(first).character

@@ -90,7 +90,7 @@ class Onto:
 
     def motion(self, take: str, name: str) -> Motion:
         """A whole take by a body. Raises Unusable where it fails a check."""
-        stored = self._kept(take)
+        stored = self._stored(take)
         faults = json.loads(stored.metadata()["faults"])
         if name in faults:
             raise Unusable(take, f"{name}: {faults[name]}")
@@ -98,14 +98,14 @@ class Onto:
         return self.cast[name].motion(unit(rotations), root, float(stored.metadata()["fps"]))
 
     def performance(self, take: str, first: int, end: int) -> _Window:
-        return _Window(self, take, self._kept(take), slice(first, end))
+        return _Window(self, take, self._stored(take), slice(first, end))
 
-    def _kept(self, take: str) -> Any:
+    def _stored(self, take: str) -> Any:
         name = f"{take}-{digest(self.data.content_of(take))}"
         path = cache_folder() / "cmu" / slug(self.identity) / f"{slug(name)}.safetensors"
-        return stored(Path(path), lambda: self._made(take))
+        return stored(Path(path), lambda: self._retargeted(take))
 
-    def _made(self, take: str) -> tuple[Tensors, Facts]:
+    def _retargeted(self, take: str) -> tuple[Tensors, Facts]:
         method, source = bound.method(METHOD).built, self.data.motion(take)
         labels = _planted(source)
         tensors = _tensors(source, labels)
@@ -149,7 +149,7 @@ class _Window:
     exact, kind = False, ""
 
     def __init__(self, onto: Onto, take: str, stored: Any, frames: slice) -> None:
-        self._onto, self._kept, self._frames = onto, stored, frames
+        self._onto, self._stored, self._frames = onto, stored, frames
         self.clip = f"{take}@{frames.start}"
         faults = json.loads(stored.metadata()["faults"])
         self._performer = onto.data.body(take)
@@ -160,9 +160,10 @@ class _Window:
         performer = self._performer
         body = performer if name == performer.name else self._onto.cast[name]
         rotations, root, labels = (
-            self._kept.get_slice(f"{name} {key}")[self._frames] for key in ("rotations", "root", "planted")
+            self._stored.get_slice(f"{name} {key}")[self._frames]
+            for key in ("rotations", "root", "planted")
         )
-        motion = body.motion(unit(rotations), root, float(self._kept.metadata()["fps"]))
+        motion = body.motion(unit(rotations), root, float(self._stored.metadata()["fps"]))
         return Performed(motion, Contacts(tuple(_roles(body)), labels))
 
 

@@ -22,7 +22,7 @@ from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
-from .bodies import LAYOUTS, ROUNDING, Found, find
+from .bodies import LAYOUTS, ROUNDING, Files, find
 
 _CACHED = 64
 """So many motions a process keeps."""
@@ -105,9 +105,9 @@ class Folder:
     def content(self) -> str:
         """A hash of the files' bytes and of how they are read."""
         paths = {
-            f"{name}/{clip}": path for name, own in self._found.bodies.items() for clip, path in own.items()
+            f"{name}/{clip}": path for name, own in self._files.bodies.items() for clip, path in own.items()
         }
-        files = fingerprint({name: self._found.entries[path] for name, path in paths.items()})
+        files = fingerprint({name: self._files.entries[path] for name, path in paths.items()})
         overrides = self._reading.overrides
         roles = digest(repr(sorted(overrides.items()))) if overrides else "found"
         protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
@@ -128,7 +128,7 @@ class Folder:
 
     @property
     def label(self) -> str:
-        aim = f" to {self._found.targets[0]}" if self._target else ""
+        aim = f" to {self._files.targets[0]}" if self._target else ""
         protocol = "" if self._protocol == "all" else f", {self._protocol}"
         part = ", validation" if self._part == "validation" else ""
         return f"folder {Path(self._root).name}{aim}{protocol}{part}"
@@ -154,11 +154,11 @@ class Folder:
     def _unread(self) -> Sequence[str]:
         """Notes on files and bodies that no case uses."""
         notes = []
-        broken = {path: entry.problem for path, entry in self._found.entries.items() if entry.problem}
+        broken = {path: entry.problem for path, entry in self._files.entries.items() if entry.problem}
         if broken:
             unreadable = [f"{path.name} ({problem})" for path, problem in broken.items()]
             notes.append(
-                f"{len(unreadable)} of {len(self._found.entries)} files cannot be read: "
+                f"{len(unreadable)} of {len(self._files.entries)} files cannot be read: "
                 f"{some(unreadable, 5)}"
             )
         if problems := self._models[1]:
@@ -190,7 +190,7 @@ class Folder:
 
     def motion(self, body: str, clip: str) -> Motion:
         """The motion of a body in a clip, as its own character where the file has that body exactly."""
-        path = self._found.bodies.get(body, {}).get(clip)
+        path = self._files.bodies.get(body, {}).get(clip)
         if path is None:
             raise BenchError(f"{self._root} holds no clip {clip!r} of {body!r}")
         return self._read(body, path)
@@ -200,7 +200,7 @@ class Folder:
         """Structure -> body -> those of its clips that the protocol keeps for training."""
         cast: dict[str, dict[str, NamedClips]] = {}
         if self._protocol != "all":
-            for body in filter(self._models[0].__contains__, self._found.sources):
+            for body in filter(self._models[0].__contains__, self._files.sources):
                 if names := self._clips(body, "train"):
                     clips = NamedClips(names, partial(self._trained, body))
                     cast.setdefault(self._character(body).structure, {})[body] = clips
@@ -235,34 +235,34 @@ class Folder:
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Bodies, structures and clips that training and its validation have: what weights carry."""
-        aside = [clip for body in self._found.sources for clip in self._clips(body, "validation")]
+        aside = [clip for body in self._files.sources for clip in self._clips(body, "validation")]
         return manifest(self.training(), aside)
 
     def _clips(self, body: str, part: str) -> tuple[str, ...]:
         """Those of a body's clips that are of a part."""
-        return tuple(clip for clip in self._found.sources[body] if part_of(clip, self._protocol) == part)
+        return tuple(clip for clip in self._files.sources[body] if part_of(clip, self._protocol) == part)
 
     def _any(self, part: str) -> bool:
-        return any(self._clips(body, part) for body in self._found.sources)
+        return any(self._clips(body, part) for body in self._files.sources)
 
     @property
     def _count(self) -> str:
-        clips = len({clip for own in self._found.sources.values() for clip in own})
+        clips = len({clip for own in self._files.sources.values() for clip in own})
         return f"{clips} clip{'s' * (clips > 1)}"
 
     # ------------------------------------------------------------------------------- what there is
     @cached_property
-    def _found(self) -> Found:
+    def _files(self) -> Files:
         return find(self._root, self._target)
 
     @cached_property
     def _infos(self) -> tuple[CaseInfo, ...]:
         infos = []
         usable = self._models[0]
-        for source in filter(usable.__contains__, self._found.sources):
+        for source in filter(usable.__contains__, self._files.sources):
             for clip in self._clips(source, self._part):
-                path = self._found.sources[source][clip]
-                for target in filter(usable.__contains__, self._found.targets):
+                path = self._files.sources[source][clip]
+                for target in filter(usable.__contains__, self._files.targets):
                     case = f"{self.card.name}/{source}>{target}/{clip}"
                     same = usable[source].structure == usable[target].structure
                     split = "self" if source == target else "intra" if same else "cross"
@@ -276,7 +276,7 @@ class Folder:
         """Clips that would be pairs but for their lengths."""
         if self._pairs == "none":
             return []
-        infos = (info for info in self._infos if info.clip in self._found.bodies[info.target])
+        infos = (info for info in self._infos if info.clip in self._files.bodies[info.target])
         return sorted({x.clip for x in infos if not self._paired(x.source, x.target, x.clip)})
 
     # ------------------------------------------------------------------------------- one at a time
@@ -284,31 +284,31 @@ class Folder:
         """True where the target's clip of that name is the reference."""
         if source == target:
             return True
-        target_clip = self._found.bodies[target].get(clip)
+        target_clip = self._files.bodies[target].get(clip)
         if self._pairs == "none" or target_clip is None:
             return False
-        source_clip = self._found.bodies[source][clip]
+        source_clip = self._files.bodies[source][clip]
         rates = self._fps_of(source_clip), self._fps_of(target_clip)
         same_rate = bool(self._fps) or abs(rates[0] - rates[1]) < 1e-3 * rates[0]
         return same_rate and self._frames(source_clip) == self._frames(target_clip)
 
     def _frames(self, path: Path) -> int:
-        frames = self._found.entries[path].frames
+        frames = self._files.entries[path].frames
         return resampled_frames(frames, self._fps_of(path), self._fps) if self._fps else frames
 
     def _fps_of(self, path: Path) -> float:
-        return self._rate or self._found.entries[path].fps
+        return self._rate or self._files.entries[path].fps
 
     @cached_property
     def _models(self) -> tuple[dict[str, Character], dict[str, str]]:
         """Every body that can be used, and why others cannot."""
         models, problems = {}, {}
-        for body in self._found.bodies:
+        for body in self._files.bodies:
             try:
                 models[body] = self._character(body)
             except BenchError as error:
                 problems[body] = str(error)
-        if not set(models) & set(self._found.sources) or not set(models) & set(self._found.targets):
+        if not set(models) & set(self._files.sources) or not set(models) & set(self._files.targets):
             unusable = [f"{body} ({problem})" for body, problem in problems.items()]
             raise BenchError(
                 f"no body of {self._root} and {self._target or 'itself'} can be used: {some(unusable)}"
@@ -317,7 +317,7 @@ class Folder:
 
     def _model(self, body: str) -> Character:
         """The body as its first clip has it; what that drops of the motion is kept for the notes."""
-        path = next(iter(self._found.bodies[body].values()))
+        path = next(iter(self._files.bodies[body].values()))
         imported = self._fresh(body, path)
         if imported.findings.dropped:
             self._dropped[body] = f"{path.name}: {imported.findings.dropped}"

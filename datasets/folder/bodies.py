@@ -30,7 +30,7 @@ Bodies = dict[str, dict[str, Path]]
 
 
 @dataclass(frozen=True)
-class Found:
+class Files:
     """The bodies and clips found.
 
     sources: the bodies of ``root``, with the clips that can be read.
@@ -45,7 +45,7 @@ class Found:
     entries: Mapping[Path, CatalogueEntry]
 
 
-def find(root: str, target: str) -> Found:
+def find(root: str, target: str) -> Files:
     """Look at ``root`` and, where it is not "", at ``target``: files, or folders of files.
 
     Raises BenchError where there is nothing to work with, saying what is there instead.
@@ -63,16 +63,16 @@ def find(root: str, target: str) -> Found:
         problems = [f"{path.name} ({entry.problem})" for path, entry in entries.items()]
         raise BenchError(f"none of the files of {root} can be read: {some(problems, 5)}")
     if not target:
-        return Found(sources, tuple(sources), sources, entries)
+        return Files(sources, tuple(sources), sources, entries)
     clips = _readable(aim, entries)
     if not clips:
         raise FileError(target, "; ".join(entries[path].problem for path in aim.values()))
     files = {path.resolve() for path in clips.values()}
     for name, own in sources.items():
         if files <= {path.resolve() for path in own.values()}:
-            return Found(sources, (name,), sources, entries)
+            return Files(sources, (name,), sources, entries)
     name = free_name(Path(target).stem, sources)
-    return Found(sources, (name,), {**sources, name: clips}, entries)
+    return Files(sources, (name,), {**sources, name: clips}, entries)
 
 
 def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:

@@ -183,7 +183,7 @@ class Motions:
     def body(self, species: str) -> Character:
         """Raises BenchError where no take can be read, or what is read is no person or dog."""
         if species not in self._bodies:
-            self._bodies[species] = self._found(species)
+            self._bodies[species] = self._first_body(species)
         return self._bodies[species][1]
 
     def misfit(self, species: str, name: str) -> str:
@@ -213,11 +213,11 @@ class Motions:
             raise FileError(path, MISFIT)
         return body.motion(motion.rotations, motion.root, motion.fps)
 
-    def _found(self, species: str) -> tuple[Path, Character]:
+    def _first_body(self, species: str) -> tuple[Path, Character]:
         problems = []
         for path in self.files[species].values():
             try:
-                return path, _named(species, _imported(path).character, path)
+                return path, _plausible(species, _imported(path).character, path)
             except FileError as error:
                 problems.append(str(error))
         raise BenchError(f"no take of a {species} can be used: {problems[0]}")
@@ -228,7 +228,7 @@ def _imported(path: Path) -> Motion:
     return importer.load(path, Reading(unit="cm", up="y", root_place="absolute"), fps=FPS).motion
 
 
-def _named(species: str, character: Character, path: Path) -> Character:
+def _plausible(species: str, character: Character, path: Path) -> Character:
     low, high = PLAUSIBLE[species]
     if character.four_legged != (species == DOG):
         legs = "four legs" if character.four_legged else "two legs"

@@ -178,7 +178,7 @@ class Mixamo:
             return f"mixamo fold {self._fold} of {protocols.FOLDS}{self._variant}"
         if self._protocol == "all":
             return f"mixamo{self._variant}"
-        expected, pairs, listing = self._asked_clips, protocols.SAN_PAIRS, self._listing
+        expected, pairs, listing = self._expected_clips, protocols.SAN_PAIRS, self._listing
         if self._whole_san:
             return f"mixamo san ({expected} clips, {pairs} pairs)"
         return f"mixamo san-partial ({listing.clips} of {expected} clips, {listing.pairs} of {pairs} pairs)"
@@ -189,7 +189,7 @@ class Mixamo:
         if self._part == "validation":
             return (f"{len(self._selection.clips)} clips that no test case shows", *notes)
         if self._protocol == "san" and not self._whole_san:
-            expected, infos = self._asked_clips, self._listing.infos
+            expected, infos = self._expected_clips, self._listing.infos
             notes.insert(
                 0,
                 f"not the papers' test set but {len(infos)} of its {expected * protocols.SAN_PAIRS} cases, "
@@ -287,13 +287,13 @@ class Mixamo:
         return Mixamo(*same, part)
 
     @property
-    def _asked_clips(self) -> int:
+    def _expected_clips(self) -> int:
         """The clips that SAN's protocol asks for, found or not."""
         return max(protocols.SAN_CLIPS, len(self._selection.clips))
 
     @property
     def _whole_san(self) -> bool:
-        listed = self._layout.listed is not None and self._asked_clips == protocols.SAN_CLIPS
+        listed = self._layout.listed is not None and self._expected_clips == protocols.SAN_CLIPS
         return listed and len(self._listing.infos) == protocols.SAN_CLIPS * protocols.SAN_PAIRS
 
     @property

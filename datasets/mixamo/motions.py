@@ -107,7 +107,7 @@ class Motions:
         key = (name, entry.hierarchy)
         if key not in self._rigs:
             try:
-                self._rigs[key] = self._made(name, path)
+                self._rigs[key] = self._new_rig(name, path)
             except BenchError as error:
                 self._rigs[key] = error
         cached = self._rigs[key]
@@ -133,7 +133,7 @@ class Motions:
         """Mixamo's files state the root's place in the world."""
         return bvh.read(path, root="absolute", scale=METRES[self.unit])
 
-    def _made(self, name: str, path: Path) -> Rig:
+    def _new_rig(self, name: str, path: Path) -> Rig:
         built = rig(name, self._recording(path).skeleton, self.structure)
         height = built.native.height
         if not PLAUSIBLE[0] < height < PLAUSIBLE[1]:

@@ -238,7 +238,7 @@ class Frozen:
 
         Real motion of bodies that are the target of no case is without a second answer.
         """
-        take, target = self._asked(info), _cast()[info.target]
+        take, target = self._take_of(info), _cast()[info.target]
         source = take.motion(info.source, USUAL)
         if info.target not in self._performed[info.clip]:
             return Case(info, source, target)
@@ -253,7 +253,7 @@ class Frozen:
             touches=self._touches(info.clip, info.target),
         )
 
-    def _asked(self, info: CaseInfo) -> Take:
+    def _take_of(self, info: CaseInfo) -> Take:
         bodies, performers = _index()["bodies"], self._performed.get(info.clip, {})
         if info.source in performers and info.target in bodies:
             legs = bodies[info.source]["family"] != bodies[info.target]["family"]
@@ -284,7 +284,7 @@ class Frozen:
         )
 
     def labels(self, info: CaseInfo) -> Labels:
-        facts, take = self._facts["clips"][info.clip], self._asked(info)
+        facts, take = self._facts["clips"][info.clip], self._take_of(info)
         kinds = [np.full(frames, kind) for kind, frames in facts["stretches"]]
         return Labels(
             np.concatenate(kinds),

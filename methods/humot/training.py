@@ -139,7 +139,7 @@ class HumotTraining:
     ) -> dict[str, np.ndarray]:
         """One draw of every row's joints, side by side, zeros behind them."""
         every = [
-            kept(numbers, body.major) if self._settings.subsampling else np.arange(len(body.joints))
+            subsampled(numbers, body.major) if self._settings.subsampling else np.arange(len(body.joints))
             for body in bodies
         ]
         arrays = blank([len(joints) for joints in every], self._frames)
@@ -172,7 +172,7 @@ DROP_MAJOR, DROP_OTHER = 0.1, 0.5
 FEWEST = 2
 
 
-def kept(numbers: np.random.Generator, major: np.ndarray) -> np.ndarray:
+def subsampled(numbers: np.random.Generator, major: np.ndarray) -> np.ndarray:
     """Indices of the joints that stay, increasing; drawn again where fewer than two do.
 
     major: ``(joints,)`` bool.

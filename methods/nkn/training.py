@@ -120,7 +120,7 @@ class NknTraining(UnpairedTraining):
         for group in groups:
             for name, term in self._terms(group, fakes).items():
                 sums.setdefault(name, []).append(term)
-        same_frames = self._kept(groups) if self._released else frames
+        same_frames = self._same_frames(groups) if self._released else frames
         over = {"same_places": same_frames, "same_moves": same_frames}
         terms = {name: torch.stack(each).sum() / over.get(name, frames) for name, each in sums.items()}
         if self._choices.losses == "adversarial":

@@ -27,7 +27,7 @@ class Structure(StructureNetworks):
         code: Tensor = self.encoder(edges)
         return code
 
-    def taken(self, code: Tensor, source: Layout) -> Tensor:
+    def rearranged(self, code: Tensor, source: Layout) -> Tensor:
         return arranged(code, source, self.layout)
 
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:

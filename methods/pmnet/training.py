@@ -110,7 +110,7 @@ class PmnetTraining(UnpairedTraining):
                 sums.setdefault(name, []).append(term)
         frames = torch.stack([group["lengths"].sum() for group in groups]).sum()
         over = dict.fromkeys(sums, frames)
-        over |= dict.fromkeys(("same_places", "same_moves"), self._kept(groups))
+        over |= dict.fromkeys(("same_places", "same_moves"), self._same_frames(groups))
         over["adversarial"] = torch.stack([(~group["same"]).sum() for group in groups]).sum().clamp(min=1)
         return {name: torch.stack(each).sum() / over[name] for name, each in sums.items()}
 

@@ -27,7 +27,7 @@ class Nodes(NamedTuple):
     def of(cls, body: SameBody) -> "Nodes":
         return cls(body.skeleton.parents, body.shape, body.turning)
 
-    def kept(self, nodes: np.ndarray) -> "Nodes":
+    def subset(self, nodes: np.ndarray) -> "Nodes":
         """Some of the nodes, increasing; what hangs from one that is left out has to be left out, too."""
         place = np.full(len(self.parents) + 1, -1)
         place[nodes] = np.arange(len(nodes))

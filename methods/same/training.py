@@ -100,7 +100,7 @@ class SameTraining:
             nodes = self._nodes[clip.character]
             chosen = cut(numbers, nodes.parents)
             features = clip.arrays["nodes"][start : start + self._window, chosen]
-            sides.append((nodes.kept(chosen), features.swapaxes(0, 1)))
+            sides.append((nodes.subset(chosen), features.swapaxes(0, 1)))
         return sides
 
     # ----------------------------------------------------------------------------------------- losses

@@ -34,7 +34,7 @@ class Structure(StructureNetworks):
         code: Tensor = self.encoder(edges, self.codes(bones))
         return code
 
-    def taken(self, code: Tensor, source: Layout) -> Tensor:
+    def rearranged(self, code: Tensor, source: Layout) -> Tensor:
         return carried(code, source, self.layout)
 
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:

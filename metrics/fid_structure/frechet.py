@@ -32,10 +32,10 @@ class Frechet:
 
     def _factor(self, sample: Sample) -> np.ndarray:
         if sample not in self._factors:
-            self._factors[sample] = self._made(sample)
+            self._factors[sample] = self._new_factor(sample)
         return self._factors[sample]
 
-    def _made(self, sample: Sample) -> np.ndarray:
+    def _new_factor(self, sample: Sample) -> np.ndarray:
         if sample.whole is None or sample.rows is None or 2 * len(sample.rows) < len(sample.whole.clips):
             return factor(sample.features)
         shorter = without(self._factor(sample.whole), sample.whole.features, sample.rows)

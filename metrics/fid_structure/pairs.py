@@ -43,7 +43,7 @@ class PerPair(Generic[Value]):
         return others[b]
 
 
-def whole(sample: Sample) -> tuple[Sample, np.ndarray]:
+def superset(sample: Sample) -> tuple[Sample, np.ndarray]:
     """The set that a set is a part of, and its windows there; itself and all where it is none."""
     if sample.whole is None or sample.rows is None:
         return sample, np.arange(len(sample.clips))
@@ -65,7 +65,7 @@ class Kid:
         return self._mean(a, a) + self._mean(b, b) - 2.0 * self._mean(a, b)
 
     def _mean(self, x: Sample, y: Sample) -> float:
-        (all_x, rows), (all_y, columns) = whole(x), whole(y)
+        (all_x, rows), (all_y, columns) = superset(x), superset(y)
         one, other = np.zeros(len(all_x.clips)), np.zeros(len(all_y.clips))
         one[rows], other[columns] = 1.0, 1.0
         pairs = _pairs(x.clips, y.clips)
@@ -119,7 +119,7 @@ class Fits:
         return fit
 
     def _fit(self, real: Sample, generated: Sample) -> Fit:
-        (all_real, rows), (all_made, columns) = whole(real), whole(generated)
+        (all_real, rows), (all_made, columns) = superset(real), superset(generated)
         reach = self._near(all_real, all_real).reach(rows, self._k)
         if reach is None:
             return Fit(float("nan"), float("nan"))

@@ -190,7 +190,7 @@ class _Size:
 
 def _size(path: Path, body: Character, recording: Recording, reading: Reading) -> _Size:
     level = has_level_trunk(body.skeleton, body.roles)
-    animal = species.named(path) if level else ""
+    animal = species.animal_of(path) if level else ""
     tall = body.measures.h4 if level else body.height
     guesses = _units(tall, partial(species.improbable, animal=animal) if level else None, recording.unit)
     metres = reading.metres

@@ -206,7 +206,7 @@ def _place(
         body.set_global(pose, joint, _exact(body, rotation.multiply(arc, turned)))
 
 
-def _seen(body: PosedBody, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
+def _as_typical(body: PosedBody, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
     """``(4,)`` a joint's world orientation if it is turned from its parent as it typically is."""
     above = body.get_global(pose, int(body.skeleton.parents[joint]))
     return rotation.multiply(above, typical.local(joint))
@@ -218,7 +218,7 @@ def _trunk(body: PosedBody, pose: np.ndarray, typical: Typical) -> None:
     line = [*body.spine, *body.neck, *body.joints("head")]
     for joint, after in zip(line, [*line[1:], body.joint.get("head_top")], strict=False):
         bone = body.tip(joint, after)
-        observed = _seen(body, pose, typical, joint)
+        observed = _as_typical(body, pose, typical, joint)
         if bone @ bone < 0.5:
             body.set_global(pose, joint, _exact(body, observed))
         else:
@@ -245,7 +245,7 @@ def _arm(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> None
             body.swing_bone(pose, collar[0], bone, direction)
             observed = body.get_global(pose, collar[0])
         else:
-            observed = _seen(body, pose, typical, collar[0])
+            observed = _as_typical(body, pose, typical, collar[0])
         _place(body, pose, collar[0], bone, direction, [(1.0, observed)])
         if bone @ body.bone(arm[0], arm[1]) > _STRAIGHT:  # the arm rests in line with the collar bone
             evidence = [(0.5, body.get_global(pose, collar[0]))]
@@ -253,7 +253,7 @@ def _arm(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> None
         _limb(body, pose, typical, arm, direction, hinge, evidence)
     for joint in body.joints(f"{side}_hand"):
         if not body.quadruped and not _rests_straight(body, joint, side):
-            body.set_global(pose, joint, _exact(body, _seen(body, pose, typical, joint)))
+            body.set_global(pose, joint, _exact(body, _as_typical(body, pose, typical, joint)))
 
 
 def _rests_straight(body: PosedBody, hand: int, side: str) -> bool:

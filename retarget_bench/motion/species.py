@@ -37,7 +37,7 @@ _IMPOSSIBLE = 2.0
 """Added weight of what lies beyond the smallest and the largest animals."""
 
 
-def named(path: Path) -> str:
+def animal_of(path: Path) -> str:
     """The animal that a file's name, else its folder's, speaks of; "" where none is known."""
     for text in (path.stem, path.parent.name):
         words = role_aliases.words(text)

@@ -108,7 +108,7 @@ def reduce(character: Character, name: str) -> Reduction:
     if name == "body22":
         joints, roles = _body22(character)
     elif name in ("S23", "S28"):
-        joints, roles = _named(character, name, S23 if name == "S23" else S28)
+        joints, roles = _by_names(character, name, S23 if name == "S23" else S28)
     else:
         raise NotSupported(f"no structure {name!r}; structures are {', '.join(STRUCTURES)}")
     skeleton = _reduced(character, joints)
@@ -137,7 +137,7 @@ def _body22(character: Character) -> tuple[list[int], list[str | None]]:
     return [joint_of[role] for role in roles], list(roles)
 
 
-def _named(character: Character, name: str, names: Sequence[str]) -> tuple[list[int], list[str | None]]:
+def _by_names(character: Character, name: str, names: Sequence[str]) -> tuple[list[int], list[str | None]]:
     """Joints and roles of one of SAN's structures."""
     bare = {
         strip_prefix(joint): index for index, joint in reversed(list(enumerate(character.skeleton.names)))

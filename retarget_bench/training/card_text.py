@@ -25,7 +25,7 @@ def described(card: Card) -> list[str]:
         "scores": _scores(card.get("scores", {})),
         "scored as": _scored_as(card),
         "validation": _curve(card.get("validation", ())),
-        "has seen": _seen(card.get("training_manifest", {})),
+        "has seen": _training_data(card.get("training_manifest", {})),
         "note": "; ".join(card.get("notes", ())),
         "hash": str(card["hash"]),
     }
@@ -106,7 +106,7 @@ def _mean(entry: Card, name: str) -> float:
     return sum(scores) / len(scores) if scores else float("nan")
 
 
-def _seen(manifest: Card) -> str:
+def _training_data(manifest: Card) -> str:
     parts = []
     for key, names in manifest.items():
         aside = " (only to steer by)" if key == "validation" else ""

@@ -11,7 +11,7 @@ import numpy as np
 from retarget_bench.files import digest
 from retarget_bench.motion.mesh import Mesh
 
-from ..cache import kept
+from ..cache import cached
 from ..randomness import Stream
 from .meshes import mesh
 from .structures import Body
@@ -46,7 +46,7 @@ def clothed(body: Body, pose: np.ndarray) -> Mesh:
     """The clothed surface of a body, in the T-pose, into which ``pose`` ``(joints, 4)`` brings its rig."""
     bare = mesh(body, pose)
     sizes = repr((body.structure.name, body.proportions))
-    arrays = kept(
+    arrays = cached(
         f"puppets clothes {VERSION}",
         f"{body.name}-{digest(sizes)}",
         frozenset(("vertices",)),

@@ -17,7 +17,7 @@ import numpy as np
 from retarget_bench.files import digest
 from retarget_bench.motion.mesh import Mesh
 
-from ..cache import Arrays, kept
+from ..cache import Arrays, cached
 from .structures import Body
 from .volume import BodyVolume
 
@@ -153,7 +153,7 @@ _DENSITY = 1.5
 def mesh(body: Body, pose: np.ndarray) -> Mesh:
     """The skin of a body, drawn in the T-pose, into which ``pose`` ``(joints, 4)`` brings its rig."""
     sizes = repr((body.structure.name, body.proportions))
-    arrays = kept(
+    arrays = cached(
         _MAKE,
         f"{body.name}-{digest(sizes)}",
         frozenset(("vertices", "faces", "weights")),

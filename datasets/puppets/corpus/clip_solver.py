@@ -11,7 +11,7 @@ from retarget_bench.motion.motion import Motion
 
 from ..bodies import rigs
 from ..bodies.structures import Body
-from ..cache import Arrays, kept
+from ..cache import Arrays, cached
 from ..contract import SECOND, USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
 from ..conventions import FPS, SIDES
 from ..performances.score import Score
@@ -96,7 +96,7 @@ class ClipSolver:
         usual = {name: body for family in families() for name, body in family.bodies.items()}
         self.bodies: Mapping[str, Body] = {**usual, **self.drawn}
         self.cast = Cast(self.bodies, lambda name: rigs.character(self.bodies[name], surface))
-        self._arrays = lru_cache(maxsize=_HELD)(self._kept)
+        self._arrays = lru_cache(maxsize=_HELD)(self._cached)
         # whatever kind of clip it is
         self.score = lru_cache(maxsize=_HELD)(_score)
 
@@ -111,9 +111,9 @@ class ClipSolver:
         arrays = self._arrays(clip, name, USUAL)
         return Contacts(self.bodies[name].structure.labelled, arrays["planted"], arrays["pivoting"])
 
-    def _kept(self, clip: Clip, name: str, manner: Manner) -> Arrays:
+    def _cached(self, clip: Clip, name: str, manner: Manner) -> Arrays:
         names, drawn = {"rotations", "root", "planted", "pivoting"}, name in self.drawn
-        arrays = kept(
+        arrays = cached(
             f"{self.identity}{self.drawn_identity if drawn else ''}, {clip.name}",
             f"{name}-{manner}",
             frozenset(names | {"short"} if drawn else names),

@@ -67,7 +67,7 @@ def families() -> tuple[Family, ...]:
     """People first."""
     kinds: dict[str, Callable[[Stream, int], Score]] = {
         **KINDS,
-        "sequence": partial(sequence, among=_seen(STRUNG)),
+        "sequence": partial(sequence, among=_trained_kinds(STRUNG)),
     }
     return (
         Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
@@ -75,7 +75,7 @@ def families() -> tuple[Family, ...]:
     )
 
 
-def _seen(names: Sequence[str]) -> tuple[str, ...]:
+def _trained_kinds(names: Sequence[str]) -> tuple[str, ...]:
     """Kinds that sequences may have, since training has them too."""
     return tuple(name for name in names if name not in HELD_OUT_KINDS)
 

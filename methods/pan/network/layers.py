@@ -153,14 +153,14 @@ class DropoutMask:
         words = self.generator.integers(0, 2**64, -(-count // 8), dtype=np.uint64)
         return torch.from_numpy(words).view(torch.uint8)[:count].view(shape)
 
-    def kept(self, drawn: Tensor, like: Tensor) -> Tensor:
+    def factors(self, drawn: Tensor, like: Tensor) -> Tensor:
         """Factors of elements, 0 or a little more than 1."""
         return torch.ge(drawn, self.limit, out=torch.empty_like(like)).mul_(self.scale)
 
 
 def dropped(values: Tensor, mask: DropoutMask | None) -> Tensor:
     """Values behind dropout."""
-    return values if mask is None else values * mask.kept(mask.bytes(*values.shape), values)
+    return values if mask is None else values * mask.factors(mask.bytes(*values.shape), values)
 
 
 Activation = Literal["relu", "gelu"]
@@ -217,7 +217,7 @@ class _MLP(torch.autograd.Function):
             hidden = work.hidden(values[piece], keep=False)[-1].active
             if mask is not None:
                 ctx.drawn.append(mask.bytes(*hidden.shape))
-                hidden = hidden.mul_(mask.kept(ctx.drawn[-1], hidden))
+                hidden = hidden.mul_(mask.factors(ctx.drawn[-1], hidden))
             torch.addmm(bias, hidden, last, out=result[piece])
         ctx.save_for_backward(values, *weights)
         return result
@@ -232,7 +232,7 @@ class _MLP(torch.autograd.Function):
         first, inward = _FirstGradient(work.first), weights[0].T.contiguous()
         for piece in work.pieces:
             steps, gradient = work.hidden(values[piece], keep=True), output_gradient[piece]
-            kept = None if ctx.mask is None else ctx.mask.kept(next(drawn), steps[-1].active)
+            kept = None if ctx.mask is None else ctx.mask.factors(next(drawn), steps[-1].active)
             for layer in reversed(range(1, len(weights) // 2)):
                 flat, active, spare = steps[layer - 1]
                 if kept is not None:

@@ -122,7 +122,7 @@ def inspect(path: Path) -> CatalogueEntry:
     header = data[: match.start() if match else 0]
     hierarchy = hashlib.sha256(b" ".join(header.split())).hexdigest()[:16]
     with suppress(ValueError):  # numbers of thousands of digits among others
-        complete = match and _looks_whole(header, body, int(match[1]))
+        complete = match and _seems_complete(header, body, int(match[1]))
         if match and complete and 1e-4 < (seconds := float(match[2])) < 10.0:
             return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
     try:
@@ -152,7 +152,7 @@ def fingerprint(entries: Mapping[str, CatalogueEntry]) -> str:
     return "sha256:" + digest("\n".join(lines), 32)
 
 
-def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
+def _seems_complete(header: bytes, body: bytes, frames: int) -> bool:
     channels = sum(int(count) for count in _CHANNELS.findall(header))
     return (
         frames > 0

@@ -59,18 +59,18 @@ def doubts(source: Prediction, edits: Edits) -> tuple[str, ...]:
 def edited(
     source: Prediction, target: Character, edits: Edits, answer: Answering, posed: bool = True
 ) -> tuple[Motion, list[str]]:
-    """The answer of a method to a source, edited; and sentences on what was done unasked.
+    """The answer of a method to a source, edited; and sentences on what was changed unasked.
 
-    answer: the method. It is asked with the edited source, and again with the source going on where that is
-            a loop and the answer is none.
-    posed:  it is asked with reference poses that fit two bodies which do not stand alike (``legs``). What
+    answer: the method. It is called with the edited source, and again with the source going on where that
+            is a loop and the answer is none.
+    posed:  it is called with reference poses that fit two bodies which do not stand alike (``legs``). What
             was trained on the common one is not.
     """
     source = begun(source, edits)
     loop = source if isinstance(source, Motion) and loops.is_loop(source) else None
     source_body, target_body = legs.alike(source.character, target) if posed else (source.character, target)
 
-    def asked(one: Prediction) -> Motion:
+    def retargeted(one: Prediction) -> Motion:
         motion = answer(replace(one, character=source_body), target_body)
         return target.motion(motion.rotations, motion.root, motion.fps)
 
@@ -79,7 +79,7 @@ def edited(
     sunk: list[bool] = []
 
     def mended(one: Prediction) -> Motion:
-        motion = asked(one)
+        motion = retargeted(one)
         clear = floor.above(motion) if differ else floor.no_deeper(motion, one)
         sunk.append(clear is not motion)
         return clear

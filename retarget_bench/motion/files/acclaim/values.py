@@ -115,7 +115,7 @@ def _by_lines(
         line = Line(path, number, words)
         if len(words) == 1 and words[0].isdigit():
             if frames:
-                _whole(line, frames, started)
+                _check_last(line, frames, started)
             frames.append({})
             started = number
             continue
@@ -125,11 +125,11 @@ def _by_lines(
         if name in frames[-1]:
             raise line.fault(f"{name!r} stands twice in frame {len(frames)}")
         frames[-1][name] = numbers(line, words[1:], widths[name])
-    _whole(Line(path, first + block.count(b"\n"), []), frames, started)
+    _check_last(Line(path, first + block.count(b"\n"), []), frames, started)
     return {name: np.array([frame[name] for frame in frames]) for name in frames[0]}
 
 
-def _whole(line: Line, frames: Sequence[Mapping[str, list[float]]], started: int) -> None:
+def _check_last(line: Line, frames: Sequence[Mapping[str, list[float]]], started: int) -> None:
     """Raises FileError where the last frame names other bones than the first."""
     if not frames[-1]:
         raise FileError(line.path, f"frame {len(frames)} is empty", started)

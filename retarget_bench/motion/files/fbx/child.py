@@ -102,7 +102,7 @@ def _array(values: Any) -> np.ndarray:
     return np.array(_keep(memoryview(_keep(values))))
 
 
-def _whole(values: Any) -> np.ndarray:
+def _integers(values: Any) -> np.ndarray:
     """Likewise of a list of whole numbers, which has no buffer."""
     values = _keep(values)
     return np.fromiter(iter(values), np.int64, len(values))
@@ -303,7 +303,7 @@ def _meshes(scene: Any, nodes: list[Any], numbers: dict[int, int]) -> dict[str, 
 
 def _triangles(mesh: Any, number: int) -> dict[str, np.ndarray]:
     """Vertices, and polygons as fans of triangles."""
-    corners = _whole(mesh.vertex_indices)
+    corners = _integers(mesh.vertex_indices)
     faces = _array(mesh.faces).astype(np.int64).reshape(-1, 2)
     extra = np.maximum(faces[:, 1] - 2, 0)
     first = np.repeat(faces[:, 0], extra)
@@ -321,7 +321,7 @@ def _bound(skin: Any, numbers: dict[int, int], number: int) -> dict[str, np.ndar
         node = _keep(cluster.bone_node)
         if node is None or node.element_id not in numbers:
             continue
-        vertices = _whole(cluster.vertices)
+        vertices = _integers(cluster.vertices)
         shares = _array(cluster.weights)
         weights.append(np.stack([np.full(len(vertices), len(joints)), vertices, shares], axis=1))
         joints.append(numbers[node.element_id])

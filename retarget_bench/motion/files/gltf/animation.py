@@ -46,7 +46,7 @@ def tracks(document: Document, number: int, only: Container[int]) -> list[Track]
         document.item("nodes", node, by)
         if node not in only:
             continue
-        sampler = document.whole(channel, "sampler", by)
+        sampler = document.integer(channel, "sampler", by)
         if sampler >= len(samplers):
             raise document.fail(f"{by} refers to sampler {sampler} of {len(samplers)}")
         tracks[node, path] = _track(document, samplers[sampler], node, path, f"{by}.samplers[{sampler}]")

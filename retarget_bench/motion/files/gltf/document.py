@@ -71,7 +71,7 @@ class Document(Values):
         """The bytes of a buffer: the GLB's own, of a ``data:`` URI, or of a file beside this one."""
         if number not in self._buffers:
             item = self.item("buffers", number, "a buffer view")
-            size = self.whole(item, "byteLength", f"buffers[{number}]")
+            size = self.integer(item, "byteLength", f"buffers[{number}]")
             uri = item.get("uri")
             if uri is None:
                 if number or not self.binary:
@@ -118,11 +118,11 @@ class Document(Values):
         name = f"bufferViews[{number}]"
         if any(each in self.inside(item, "extensions", name) for each in _PACKED):
             raise self.fail("is compressed by meshopt, which is not read: export it without compression")
-        buffer = self.buffer(self.whole(item, "buffer", name))
-        start, size = self.whole(item, "byteOffset", name, 0), self.whole(item, "byteLength", name)
+        buffer = self.buffer(self.integer(item, "buffer", name))
+        start, size = self.integer(item, "byteOffset", name, 0), self.integer(item, "byteLength", name)
         if start + size > len(buffer):
             raise self.fail(f"{name} ends at byte {start + size} of a buffer of {len(buffer)}: cut off")
-        return memoryview(buffer)[start : start + size], self.whole(item, "byteStride", name, 0)
+        return memoryview(buffer)[start : start + size], self.integer(item, "byteStride", name, 0)
 
     # ------------------------------------------------------------------------------------- accessors
     def array(self, number: Any, kinds: tuple[str, ...], by: str) -> np.ndarray:
@@ -154,12 +154,12 @@ class Document(Values):
 
     def _read(self, item: dict[str, Any], name: str) -> np.ndarray:
         kind = self._component(item, name)
-        count, width = self.whole(item, "count", name), WIDTHS[item["type"]]
+        count, width = self.integer(item, "count", name), WIDTHS[item["type"]]
         if item.get("bufferView") is None:
             self._count(count * width, name)
             values = np.zeros((count, width), kind)
         else:
-            start = self.whole(item, "byteOffset", name, 0)
+            start = self.integer(item, "byteOffset", name, 0)
             values = self._elements(item["bufferView"], start, count, width, kind, name)
             self._count(count * width, name)
         if sparse := self.inside(item, "sparse", name):
@@ -197,14 +197,14 @@ class Document(Values):
 
     def _replaced(self, elements: np.ndarray, sparse: dict[str, Any], name: str) -> np.ndarray:
         """A copy of the elements with those replaced that a sparse accessor lists."""
-        count = self.whole(sparse, "count", f"{name}.sparse")
+        count = self.integer(sparse, "count", f"{name}.sparse")
         places, values = (self.inside(sparse, key, f"{name}.sparse") for key in ("indices", "values"))
         kind = self._component(places, f"{name}.sparse.indices")
-        start = self.whole(places, "byteOffset", f"{name}.sparse.indices", 0)
+        start = self.integer(places, "byteOffset", f"{name}.sparse.indices", 0)
         rows = self._elements(places.get("bufferView"), start, count, 1, kind, f"{name}.sparse.indices")
         if kind.kind != "u" or (rows >= len(elements)).any():
             raise self.fail(f"{name}.sparse replaces elements that there are not")
-        start = self.whole(values, "byteOffset", f"{name}.sparse.values", 0)
+        start = self.integer(values, "byteOffset", f"{name}.sparse.values", 0)
         by = self._elements(
             values.get("bufferView"),
             start,

@@ -37,7 +37,7 @@ def pieces(document: Document, number: int, joints: int | None) -> Iterator[Piec
         attributes = document.inside(primitive, "attributes", by)
         if "KHR_draco_mesh_compression" in document.inside(primitive, "extensions", by):
             raise document.fail("has a mesh compressed by Draco, which is not read: export it without")
-        mode = document.whole(primitive, "mode", by, _TRIANGLES)
+        mode = document.integer(primitive, "mode", by, _TRIANGLES)
         if mode in (_TRIANGLES, _STRIP, _FAN) and "POSITION" in attributes:
             key = tuple(sorted((name, str(value)) for name, value in attributes.items()))
             shared.setdefault(key, []).append((primitive, mode))

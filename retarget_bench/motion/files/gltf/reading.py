@@ -74,7 +74,7 @@ class GltfScene(Scene):
         scenes = document.items("scenes")
         if not scenes:
             return set()
-        number = document.whole(document.content, "scene", "the file", 0)
+        number = document.integer(document.content, "scene", "the file", 0)
         top = document.listed(
             document.item("scenes", number, "the file"), "nodes", f"scenes[{number}]", int
         )

@@ -57,7 +57,7 @@ class Values:
             raise self.fail(f"{by} has {key!r} of the wrong kind: the file is damaged")
         return entries
 
-    def whole(self, owner: dict[str, Any], key: str, by: str, default: int | None = None) -> int:
+    def integer(self, owner: dict[str, Any], key: str, by: str, default: int | None = None) -> int:
         """A whole number of at least 0; raises FileError where it is missing and has no default."""
         value = owner.get(key, default)
         if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 53:

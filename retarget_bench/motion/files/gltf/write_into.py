@@ -116,11 +116,11 @@ def _copied(document: Document) -> tuple[Builder, tuple[str, ...]]:
         by = f"bufferViews[{number}]"
         packed = document.inside(item, "extensions", by)
         document.view(number, "the file")  # says what is wrong with it
-        start = starts[document.whole(item, "buffer", by)]
+        start = starts[document.integer(item, "buffer", by)]
         if start and packed:
             raise document.fail(f"{by} is compressed, and cannot be moved: export the file as GLB")
         view = content["bufferViews"][number]
-        view["byteOffset"] = document.whole(item, "byteOffset", by, 0) + start
+        view["byteOffset"] = document.integer(item, "byteOffset", by, 0) + start
         view["buffer"] = 0
     builder = Builder(content, bytes(data))
     return builder, tuple(_pictures(document, builder))

@@ -76,9 +76,9 @@ def _about_root(nodes: Nodes, body: Body) -> list[str]:
     """Notes on the joints that are not read."""
     notes = []
     if body.left_out:
-        notes.append(f"left out beside the body: {_named(nodes, body.left_out)}")
+        notes.append(f"left out beside the body: {_listed(nodes, body.left_out)}")
     if body.folded:
-        folded, carried = _named(nodes, body.folded), nodes.names[body.joints[0]]
+        folded, carried = _listed(nodes, body.folded), nodes.names[body.joints[0]]
         verbs = ("only carry", "are") if len(body.folded) > 1 else ("only carries", "is")
         notes.append(f"{folded} {verbs[0]} {carried!r} and {verbs[1]} folded into it")
     return notes
@@ -123,7 +123,7 @@ def _with_scales(scene: Scene, body: Body, performance: _Performance) -> tuple[N
     if not changing:
         return nodes, ()
     return nodes, (
-        f"the {scene.kind} changes the size of {_named(nodes, changing)}: bones keep their length",
+        f"the {scene.kind} changes the size of {_listed(nodes, changing)}: bones keep their length",
     )
 
 
@@ -293,6 +293,6 @@ def _check_finite(scene: Scene, recording: Recording) -> None:
         raise scene.fail("holds numbers that are no motion of a body: it is damaged")
 
 
-def _named(nodes: Nodes, some: Sequence[int]) -> str:
+def _listed(nodes: Nodes, some: Sequence[int]) -> str:
     shown = ", ".join(repr(nodes.names[node]) for node in some[:6])
     return shown + (f" and {len(some) - 6} more" if len(some) > 6 else "")

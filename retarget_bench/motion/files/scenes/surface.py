@@ -74,11 +74,11 @@ def _skinned(rig: Rig, skin: int, places: np.ndarray, weights: np.ndarray) -> tu
     moved = np.einsum("vab,vb->va", blended[:, :3, :3], places) + blended[:, :3, 3]
     own = np.zeros((len(places), len(rig.skeleton)))
     for column, each in enumerate(joints):
-        own[:, _kept(rig, place, each)] += weights[:, column]
+        own[:, _joint_of(rig, place, each)] += weights[:, column]
     return moved, own
 
 
-def _kept(rig: Rig, place: dict[int, int], node: int) -> int:
+def _joint_of(rig: Rig, place: dict[int, int], node: int) -> int:
     """The joint of the skeleton that a joint of a skin belongs to: itself, or the closest above, or the
     root."""
     while node >= 0 and node not in place:

@@ -68,7 +68,7 @@ def load(place: Path, family: Family, gender: str, betas: np.ndarray) -> Shaped:
     family: of the motion; with ``BODY`` any will do.
     Raises FileError where there is none, or it does not fit.
     """
-    path = _found(place, family, gender) if place.is_dir() else place
+    path = _model_file(place, family, gender) if place.is_dir() else place
     _check_kind(path)
     archive = Archive(path)
     if missing := [name for name in _NEEDED if name not in archive.names]:
@@ -127,7 +127,7 @@ def _check_kind(path: Path) -> None:
 
 
 # ------------------------------------------------------------------------------------ which of a folder
-def _found(folder: Path, family: Family, gender: str) -> Path:
+def _model_file(folder: Path, family: Family, gender: str) -> Path:
     """The file of a folder that is named after family and gender: ``SMPLH_MALE.npz``,
     ``smplx/SMPLX_NEUTRAL.npz``, ``smplh/male/model.npz``, ``male/model.npz``."""
     listed = list(islice(_files(folder, 0), _MOST_FILES))

@@ -36,7 +36,7 @@ from retarget_bench.motion.recording import Recording, of_positions
 
 Joints = str | Sequence[str]
 """A skeleton's name, or names of joints."""
-NAMED = {"body": BODY, "smpl": SMPL, "smplh": SMPLH, "smplx": SMPLX, "h36m": H36M}
+FAMILIES_BY_NAME = {"body": BODY, "smpl": SMPL, "smplh": SMPLH, "smplx": SMPLX, "h36m": H36M}
 """Skeletons whose joints are known by a name."""
 FEATURES = 263
 RATE = 20.0
@@ -51,7 +51,7 @@ def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: J
     show.
 
     path: what errors call it. rate: frames per second, where they are told: the array does not say them.
-    joints: see ``named``; none: what its shape says. Raises FileError for other arrays.
+    joints: see ``family_of``; none: what its shape says. Raises FileError for other arrays.
     """
     if not len(array.shape) or not len(array):
         raise FileError(path, "has no frames")
@@ -90,7 +90,7 @@ def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: J
 
 
 def _family(path: Path, array: np.ndarray, joints: Joints) -> Family:
-    family = named(joints) if joints else BY_JOINTS.get(array.shape[1] if array.ndim == 3 else 0)
+    family = family_of(joints) if joints else BY_JOINTS.get(array.shape[1] if array.ndim == 3 else 0)
     if family and array.ndim == 3 and array.shape[1:] == (len(family), 3):
         return family
     if family and joints:
@@ -104,12 +104,12 @@ def _family(path: Path, array: np.ndarray, joints: Joints) -> Family:
     raise FileError(path, f"is of shape {shape_text(array.shape)}; {expected}")
 
 
-def named(joints: Joints) -> Family:
+def family_of(joints: Joints) -> Family:
     """A skeleton by its name, or of joints by their names, all roles or all SMPL's. Raises BenchError for
     others."""
     if isinstance(joints, str):
-        if (family := NAMED.get(joints.casefold().replace("-", ""))) is None:
-            raise BenchError(f"no skeleton is known as {joints!r}; there are {', '.join(NAMED)}")
+        if (family := FAMILIES_BY_NAME.get(joints.casefold().replace("-", ""))) is None:
+            raise BenchError(f"no skeleton is known as {joints!r}; there are {', '.join(FAMILIES_BY_NAME)}")
         return family
     roles = {role: name for name, role in _roles().items()}
     by_name = roles if "hips" in joints else {name: name for name in ABOVE}

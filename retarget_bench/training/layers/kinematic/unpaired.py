@@ -179,7 +179,7 @@ class UnpairedTraining:
             "ends_moves": (moved.square().sum(-1) * real).sum(),
         }
 
-    def _kept(self, groups: Sequence[Mapping[str, Any]]) -> Tensor:
+    def _same_frames(self, groups: Sequence[Mapping[str, Any]]) -> Tensor:
         """Real frames of the rows whose target is the source, at least one."""
         frames = torch.stack([(group["lengths"] * group["same"]).sum() for group in groups])
         return frames.sum().clamp(min=1)

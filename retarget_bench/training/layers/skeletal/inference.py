@@ -160,7 +160,7 @@ def answered(
         normalised = (padded - source_statistics[:, :1]) / source_statistics[:, 1:]
         for first in range(0, padded.shape[1], PIECE):
             start, end = max(first - MARGIN, 0), min(first + PIECE + MARGIN, padded.shape[1])
-            code = target.taken(source.code(normalised[:, start:end], actors), source.layout)
+            code = target.rearranged(source.code(normalised[:, start:end], actors), source.layout)
             out.append(target.answer(code, bodies)[:, first - start :][:, :PIECE])
         plain = torch.cat(out, 1)[:, :frames] * target_statistics[:, 1:] + target_statistics[:, :1]
         if carried:

@@ -39,14 +39,14 @@ class StructureNetworks(nn.Module):
         bones: ``(rows, edges + 1, 3)``, the last of which is zero."""
 
     @abstractmethod
-    def taken(self, code: Tensor, source: Layout) -> Tensor:
+    def rearranged(self, code: Tensor, source: Layout) -> Tensor:
         """A code of another structure, arranged as this one's decoder reads it."""
 
     @abstractmethod
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:
         """``(rows, frames, edges + 1, 4)`` normalised channels of bodies with these bones.
 
-        code: what ``taken`` gives. bones: ``(rows, edges + 1, 3)``."""
+        code: what ``rearranged`` gives. bones: ``(rows, edges + 1, 3)``."""
 
     def statistics_row(self, names: Sequence[str]) -> list[int]:
         """Rows of the statistics: a character's own, or 0, that of all."""
