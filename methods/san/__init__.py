@@ -88,10 +88,10 @@ class San(SkeletalMethod):
         self, variant: Variant = "own", weights: str = "puppets", **overrides: Unpack[Overrides]
     ) -> None:
         super().__init__(weights)
-        given = completed(Overrides, overrides)
-        self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
-        self.allowed = given["structures"]
-        self.settings: Settings = SETTINGS[variant].overridden(given)
+        options = completed(Overrides, overrides)
+        self.variant, self.target_stats, self.tips = variant, options["target_stats"], options["tips"]
+        self.allowed = options["structures"]
+        self.settings: Settings = SETTINGS[variant].overridden(options)
         self.card = MethodCard(
             name="san",
             title="SAN",
@@ -148,7 +148,7 @@ class San(SkeletalMethod):
     def supports(self, source: Character, target: Character) -> str | None:
         if self.untrained:
             return self.untrained
-        layouts = {name: mine.layout for name, mine in self.structures.items()}
+        layouts = {name: networks.layout for name, networks in self.structures.items()}
         names = [name.removesuffix(f"_{FOUR}") for name in layouts]
         for each in (source, target):
             if why := self._unseen(each):
@@ -165,8 +165,8 @@ class San(SkeletalMethod):
 
         from .structure import rebuilt
 
-        found = by_structure(self.tensors)
-        return {name: rebuilt(mine, self.settings.design) for name, mine in found.items()}
+        by_name = by_structure(self.tensors)
+        return {name: rebuilt(tensors, self.settings.design) for name, tensors in by_name.items()}
 
 
 @lru_cache(maxsize=1024)

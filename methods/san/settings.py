@@ -102,7 +102,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that a variant chooses.
+    """All settings of a variant.
 
     statistics: whether mean and deviation are by structure or by character; deviations are
     ``least_deviation`` or more. rerooted: trees begin where the legs do (``skeletal/tree.py``). heights:
@@ -120,13 +120,13 @@ class Settings:
     least_deviation: float = 0.0
     shared: bool = False
 
-    def overridden(self, given: Mapping[str, Any]) -> Self:
+    def overridden(self, options: Mapping[str, Any]) -> Self:
         """With the parameters given; an empty word or a negative number leaves the variant's choice.
 
         Raises BenchError where a number is not finite."""
-        if not all(math.isfinite(given[name]) for name in FIELDS["weights"]):
+        if not all(math.isfinite(options[name]) for name in FIELDS["weights"]):
             raise BenchError("weights of san's losses are finite numbers")
-        chosen = {k: v for k, v in given.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
+        chosen = {k: v for k, v in options.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
         parts = {part: {k: chosen[k] for k in names if k in chosen} for part, names in FIELDS.items()}
         features = replace(self.features, **parts["features"])
         return replace(

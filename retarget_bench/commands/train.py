@@ -177,18 +177,18 @@ class ConsoleReporter:
         if done == total:
             self.close()
 
-    def began(self, asked: Request, at: Checkpoint) -> None:
+    def began(self, run: Request, at: Checkpoint) -> None:
         from tqdm import tqdm
 
         self.close()
-        limit = asked.limit
+        limit = run.limit
         self._timed = bool(limit.seconds)
         if at.step:
             self.say(f"continuing from step {at.step}")
         self._bar = tqdm(
             total=round(limit.seconds) if self._timed else limit.steps,
             initial=round(at.seconds) if self._timed else at.step,
-            desc=asked.method,
+            desc=run.method,
             unit="s" if self._timed else "step",
             leave=False,
             disable=None,
@@ -251,15 +251,15 @@ def _ending(done: TrainingResult) -> str:
     from retarget_bench.training.joint_datasets import tested
     from retarget_bench.training.request import without_places
 
-    method = named.parse(done.asked.method).with_parameters(weights=str(done.folder))
-    data = tested(named.parse(done.asked.dataset))
+    method = named.parse(done.run.method).with_parameters(weights=str(done.folder))
+    data = tested(named.parse(done.run.dataset))
     root = data.parameters.get("root") if data else None
     where = f" --root {shlex.quote(str(root))}" if root else ""
     on = f"'{named.written(named.parse(without_places(str(data))))}'{where}" if data else "DATASET"
     best = done.at.best
     found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
-        f"{done.asked.method}: {done.at.step} steps in {hours(done.at.seconds)}; {found}.\n"
+        f"{done.run.method}: {done.at.step} steps in {hours(done.at.seconds)}; {found}.\n"
         f"Use them: bench run '{named.written(method)}' -d {on}"
     )
 

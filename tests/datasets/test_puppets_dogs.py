@@ -249,7 +249,7 @@ def test_every_part_begins_and_ends_standing_on_four_paws(kind: str) -> None:
             steps = np.linalg.norm(np.diff(score.path, axis=0), axis=-1)
             assert steps[end] < 0.01
         for limb in LIMBS:
-            plants = score.paws[limb].plants
+            plants = score.paws[limb].contacts
             assert plants[0].strike < -1000
             assert plants[-1].off > 1000
             assert plants[0].lift >= 0 or plants[0].off >= 0

@@ -97,8 +97,8 @@ def test_the_second_part_goes_on_from_where_the_first_ended() -> None:
     for anchor in SIDES:
         whole = joined(first, second, anchor)
         assert (
-            len(whole.feet[anchor].plants)
-            == len(first.feet[anchor].plants) + len(second.feet[anchor].plants) - 1
+            len(whole.feet[anchor].contacts)
+            == len(first.feet[anchor].contacts) + len(second.feet[anchor].contacts) - 1
         )
         assert whole.heading[first.frames] == pytest.approx(first.heading[-1], abs=1e-9)
         np.testing.assert_array_equal(whole.height[-second.frames :], second.height)

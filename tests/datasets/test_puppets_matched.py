@@ -13,7 +13,7 @@ from retarget_bench.datasets.puppets.bodies.characters import DOGS
 from retarget_bench.datasets.puppets.bodies.dogs import PAWS
 from retarget_bench.datasets.puppets.corpus.clips import shortfalls
 from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, bodies_of, families
-from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, going
+from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, locomotion_labels
 from retarget_bench.datasets.puppets.performances.dogs.following import PARTNERS, follow
 from retarget_bench.datasets.puppets.performances.people import KINDS as PEOPLE
 from retarget_bench.datasets.puppets.randomness import Stream
@@ -129,7 +129,7 @@ def test_matched_performances_agree_in_speed_and_heading() -> None:
     """The labels of both are the same, and each dog moves as its labels say."""
     data, found = Puppets(), Counter()
     for match in sampled():
-        one, other = going(match.biped[0]), going(match.dog[0])
+        one, other = locomotion_labels(match.biped[0]), locomotion_labels(match.dog[0])
         frames = match.biped[0].frames
         assert one.kind.shape == one.speed.shape == one.heading.shape == (frames,)
         np.testing.assert_array_equal(other.heading, one.heading)
@@ -150,7 +150,7 @@ def test_kinds_differ_in_speed() -> None:
     fastest: dict[str, float] = {}
     slowest: dict[str, float] = {}
     for match in sampled():
-        speed = float(np.median(going(match.dog[0]).speed))
+        speed = float(np.median(locomotion_labels(match.dog[0]).speed))
         kind = match.locomotion
         fastest[kind] = max(fastest.get(kind, speed), speed)
         slowest[kind] = min(slowest.get(kind, speed), speed)

@@ -10,9 +10,9 @@ import pytest
 
 from retarget_bench.datasets.puppets.bodies import meshes, rigs
 from retarget_bench.datasets.puppets.bodies.characters import BODIES, DOGS
-from retarget_bench.datasets.puppets.bodies.flesh import Flesh
 from retarget_bench.datasets.puppets.bodies.meshes import surface
 from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.bodies.volume import BodyVolume
 from retarget_bench.datasets.puppets.conventions import SIDES
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
@@ -66,7 +66,7 @@ def test_it_stands_on_the_floor_and_holds_the_bones(skinned: tuple[Body, Mesh]) 
         height = float(places[body.part["head"], 1]) + 0.24 * p.head
     assert abs(mesh.vertices[:, 1].min()) < 0.002
     assert abs(mesh.vertices[:, 1].max() - height) < 0.03 * height
-    solid = Flesh(body, 0.0)
+    solid = BodyVolume(body, 0.0)
     inner = [j for part, j in body.part.items() if not part.endswith(("_end", "_top"))]
     assert solid.field(places[inner]).max() < 0.0
 

@@ -139,7 +139,7 @@ def test_drawn_bodies_move_well(cache: Path) -> None:
                 left_out += 1
                 continue
             seen += 1
-            contacts = data._generated.studio.contacts(clips.listed[0], name)
+            contacts = data._generated.solver.contacts(clips.listed[0], name)
             joints = [motion.character.joint_of[role] for role in contacts.roles]
             steps = np.linalg.norm(np.diff(motion.positions[:, joints], axis=0), axis=-1)
             assert steps[contacts.planted[1:]].max(initial=0.0) < 1e-3, clips.names[0]

@@ -33,7 +33,7 @@ def test_rows_train(row):
     module = humot_material.training_module(**({"varied": False} | ABLATION.rows[row]))
     batch = humot_material.batch(module)
     assert ("bones" in module.losses("autoencoder", batch, {})) == (row != "HuMoT, no BLC")
-    same = batch["given"]["joints"].shape == batch["asked"]["joints"].shape and bool(
-        (batch["given"]["template"] == batch["asked"]["template"]).all()
+    same = batch["source"]["joints"].shape == batch["target"]["joints"].shape and bool(
+        (batch["source"]["template"] == batch["target"]["template"]).all()
     )
     assert same == (row == "HuMoT, no SJS")

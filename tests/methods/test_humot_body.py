@@ -18,7 +18,7 @@ from retarget_bench.methods.humot.features import (
     unfit,
     upright,
 )
-from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, kept
+from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, subsampled
 from retarget_bench.motion.aligned import neutral_pose
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -122,14 +122,14 @@ def test_joints_are_left_out_as_often_as_the_paper_says():
     numbers = np.random.default_rng(2)
     major = np.arange(40) < 12
     count = 3000
-    stays = sum(np.bincount(kept(numbers, major), minlength=40) for _ in range(count)) / count
+    stays = sum(np.bincount(subsampled(numbers, major), minlength=40) for _ in range(count)) / count
     for share, drop in ((stays[:12], DROP_MAJOR), (stays[12:], DROP_OTHER)):
         assert np.abs(share - (1.0 - drop)).max() < 5.0 * np.sqrt(drop * (1.0 - drop) / count)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))
 def test_at_least_two_joints_stay(seed, joints):
-    found = kept(np.random.default_rng(seed), np.zeros(joints, bool))
+    found = subsampled(np.random.default_rng(seed), np.zeros(joints, bool))
     assert len(found) >= min(2, joints)
     assert (np.diff(found) > 0).all()
 

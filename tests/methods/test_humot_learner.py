@@ -21,7 +21,7 @@ def losses(module, batch):
 # ---------------------------------------------------------------------------------------- what is drawn
 def test_the_whole_skeleton_where_nothing_is_left_out():
     module = humot_material.training_module(lengths=(WINDOW,), subsampling=False, **humot_material.PLAIN)
-    given, asked = (humot_material.batch(module, 4)[key] for key in ("given", "asked"))
+    given, asked = (humot_material.batch(module, 4)[key] for key in ("source", "target"))
     for key in given:
         assert torch.equal(given[key], asked[key])
     for row in range(4):
@@ -45,17 +45,17 @@ def test_two_draws_of_joints_are_independent_and_fit_their_templates():
     module = humot_material.training_module(**humot_material.PLAIN)
     found = humot_material.batch(module, 40)
     differ = 0
-    for side in ("given", "asked"):
+    for side in ("source", "target"):
         part = found[side]
         assert (part["places"][~part["joints"].unsqueeze(1).expand(-1, WINDOW, -1)] == 0.0).all()
         assert (part["places"][~found["frames"]] == 0.0).all()
         assert (part["parents"][~part["joints"]] == -1).all()
         assert part["joints"].sum(1).min() >= 2
     for row in range(40):
-        counts = [int(found[side]["joints"][row].sum()) for side in ("given", "asked")]
+        counts = [int(found[side]["joints"][row].sum()) for side in ("source", "target")]
         templates = [
             found[side]["template"][row, :count]
-            for side, count in zip(("given", "asked"), counts, strict=True)
+            for side, count in zip(("source", "target"), counts, strict=True)
         ]
         differ += counts[0] != counts[1] or not torch.equal(*templates)
     assert differ > 35
@@ -72,13 +72,13 @@ def test_turned_and_mirrored_windows_keep_their_shape():
         12,
     )
     # the numbers that choose the rows are drawn first, so rows are the same
-    joints = plain["given"]["joints"]
-    assert torch.equal(joints, other["given"]["joints"])
-    a, b = (each["given"]["places"] for each in (plain, other))
+    joints = plain["source"]["joints"]
+    assert torch.equal(joints, other["source"]["joints"])
+    a, b = (each["source"]["places"] for each in (plain, other))
     torch.testing.assert_close(torch.cdist(a, a), torch.cdist(b, b), atol=1e-4, rtol=1e-4)
     torch.testing.assert_close(a[..., 2], b[..., 2], atol=1e-5, rtol=0.0)
     assert not torch.allclose(a[..., 0], b[..., 0], atol=0.01)
-    one, two = (each["given"]["template"] for each in (plain, other))
+    one, two = (each["source"]["template"] for each in (plain, other))
     mirrored = [not torch.equal(one[row], two[row]) for row in range(12)]
     assert 0 < sum(mirrored) < 12
     for row in range(12):

@@ -29,7 +29,7 @@ def drawn(split, rows=400):
     found = module.draw(np.random.default_rng(0), rows)
     starts, short = {name: [] for name in NAMES}, 0
     for places, joints, mask in zip(
-        found["given"]["places"], found["given"]["joints"], found["frames"], strict=True
+        found["source"]["places"], found["source"]["joints"], found["frames"], strict=True
     ):
         if not mask.all():
             short += 1
@@ -69,7 +69,7 @@ def test_all_windows_are_drawn_unless_told_and_as_ever():
     assert all(set(mine) == set(range(0, 121, HOP)) for mine in starts.values())
     one, other = (humot_material.training_module(**asked) for asked in ({}, {"split": "clip"}))
     for seed in range(3):
-        batches = [humot_material.batch(each, seed=seed)["given"]["places"] for each in (one, other)]
+        batches = [humot_material.batch(each, seed=seed)["source"]["places"] for each in (one, other)]
         assert batches[0].equal(batches[1])
 
 

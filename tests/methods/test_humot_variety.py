@@ -250,7 +250,7 @@ def drawn():
 
 def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_done(drawn):
     given, asked = (
-        {key: each.double().numpy() for key, each in drawn[side].items()} for side in ("given", "asked")
+        {key: each.double().numpy() for key, each in drawn[side].items()} for side in ("source", "target")
     )
     differ = 0
     for row in range(60):
@@ -273,7 +273,7 @@ def test_slanted_bodies_do_the_same_on_bones_of_the_same_lengths():
         humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
     )
     given, asked = (
-        {key: each.double().numpy() for key, each in batch[side].items()} for side in ("given", "asked")
+        {key: each.double().numpy() for key, each in batch[side].items()} for side in ("source", "target")
     )
     differ = 0
     for row in range(60):
@@ -290,7 +290,7 @@ def test_slanted_bodies_do_the_same_on_bones_of_the_same_lengths():
 
 
 def test_every_body_has_the_usual_size(drawn):
-    for side in ("given", "asked"):
+    for side in ("source", "target"):
         for row in range(60):
             count = int(drawn[side]["joints"][row].sum())
             mine = next(body(BODIES[name]) for name in THREE if len(body(BODIES[name]).joints) == count)

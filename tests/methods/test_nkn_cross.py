@@ -151,7 +151,7 @@ def test_ends_are_seen_in_lengths_of_their_chains(made, name):
     motion = dance(character)
     poses = torch.from_numpy(plugin(**SMALL).see(motion).poses)[:, None]
     joints, lengths = made.ends.shares([name], [other.name])[0]
-    seen = made.ends.seen(poses, [(torch.from_numpy(joints), torch.from_numpy(lengths))], 0)
+    seen = made.ends.scaled(poses, [(torch.from_numpy(joints), torch.from_numpy(lengths))], 0)
     body = plugin(**SMALL).body(character)
     for number, joint in enumerate(body.joints[index] for index in joints):
         chain, at = 0.0, joint

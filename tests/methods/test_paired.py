@@ -11,7 +11,7 @@ from retarget_bench.api import optional
 from retarget_bench.methods.paired import Paired, augmentation, pose
 from retarget_bench.methods.paired.features import BODY22, FEET, RoleBody
 from retarget_bench.methods.paired.inference import retargeted
-from retarget_bench.methods.paired.network import Corrector, applied, copy_of, goals_of, seen
+from retarget_bench.methods.paired.network import Corrector, applied, copy_of, goals_of, inputs_of
 from retarget_bench.methods.paired.training import PairedTraining
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.body22 import PARENTS
@@ -69,7 +69,7 @@ def loosened(network: Corrector, size: float = 0.05) -> Corrector:
 def test_no_correction_is_the_copy(training: PairedTraining) -> None:
     row = batch(training)
     bodies = row["source"], row["target"]
-    found = training.network(*seen(training.network, row["motion"], *bodies), row["real"]["frames"])
+    found = training.network(*inputs_of(training.network, row["motion"], *bodies), row["real"]["frames"])
     answer = applied(training.network, found, row["motion"], *bodies)
     copied = copy_of(training.network, found.scale, row["motion"], *bodies)
     moved = (answer.positions - copied.positions).norm(dim=-1).amax((0, 1))
@@ -86,7 +86,7 @@ def test_limbs_meet_goals_in_reach_and_keep_their_bones(training: PairedTraining
         for k, v in batch(training).items()
     }
     bodies, network = (row["source"], row["target"]), loosened(training.network).double()
-    found = network(*seen(network, row["motion"], *bodies), row["real"]["frames"])
+    found = network(*inputs_of(network, row["motion"], *bodies), row["real"]["frames"])
     found = found._replace(trunk=found.trunk.double(), limbs=0.2 * found.limbs.double())
     start = copy_of(network, found.scale, row["motion"], *bodies)
     goals = goals_of(found, start, row["motion"]["turn"], row["target"])
@@ -236,9 +236,9 @@ def test_padding_changes_nothing(training: PairedTraining) -> None:
     bodies = row["source"], row["target"]
     short = {name: each[:, :40] for name, each in row["motion"].items()}
     longer = {name: torch.cat([each, 3 * torch.ones_like(each[:, :24])], 1) for name, each in short.items()}
-    alone = network(*seen(network, short, *bodies), torch.ones(2, 40, dtype=torch.bool))
+    alone = network(*inputs_of(network, short, *bodies), torch.ones(2, 40, dtype=torch.bool))
     real = torch.arange(64).expand(2, 64) < 40
-    padded = network(*seen(network, longer, *bodies), real)
+    padded = network(*inputs_of(network, longer, *bodies), real)
     for one, other in zip(alone[:-1], padded[:-1], strict=True):
         assert torch.allclose(one, other[:, :40], atol=1e-6)
 

@@ -184,7 +184,7 @@ def by_hand(module, batch):
     shown, again, back = {}, {}, {}
     for there, side in enumerate(batch["sides"]):
         for here in (0, 1):
-            at = [side["asked"][key].chunk(3)[here] for key in ("which", "bones", "unit", "turn")]
+            at = [side["targets"][key].chunk(3)[here] for key in ("which", "bones", "unit", "turn")]
             shown[here, there] = _answered(module, names[there], codes[here], *at)
             again[here, there] = parts[there].encoder(shown[here, there].edges)
     for here, side in enumerate(batch["sides"]):

@@ -243,7 +243,7 @@ def test_rows_do_not_meet(preset):
 def test_dropout_leaves_out_its_share_and_keeps_the_mean():
     mask = DropoutMask(0.2, torch.device("cpu"))
     values = torch.ones(400, 1000)
-    kept = mask.kept(mask.bytes(400, 1000), values)
+    kept = mask.factors(mask.bytes(400, 1000), values)
     share = round(0.2 * LEVELS) / LEVELS
     assert set(kept.unique().tolist()) == {0.0, kept.max().item()}
     assert kept.max().item() == pytest.approx(1 / (1 - share))

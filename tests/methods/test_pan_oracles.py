@@ -115,7 +115,7 @@ class Case:
             self.of(name, self._asked(other, name)) for other in (self.names[k] for k in self.module._names)
         ]
         every = {k: torch.cat([each[k] for each in (*asked, mine)]) for k in mine}
-        return {"structure": self.module._names.index(key), "edges": edges, **mine, "asked": every}
+        return {"structure": self.module._names.index(key), "edges": edges, **mine, "targets": every}
 
     def _asked(self, source: str, target: str) -> np.ndarray:
         return self.step.get(f"step/{source}_{target}/target_character", np.arange(2))
@@ -138,7 +138,7 @@ class Case:
         return self.module._discriminators.discriminators[pan_oracle._key(self.module, name)]
 
     def seen(self, name: str, answer: losses.Answer) -> Tensor:
-        return self.module._seen(pan_oracle._key(self.module, name), answer)
+        return self.module._discriminator_inputs(pan_oracle._key(self.module, name), answer)
 
 
 @pytest.fixture(scope="module")

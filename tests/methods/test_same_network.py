@@ -72,7 +72,7 @@ def test_attention_is_a_softmax_over_neighbours(heads) -> None:
         found = layer(given, side)
         values = layer.linear(given).unflatten(-1, (heads, 4)).double()
     near: dict[int, list[int]] = {node: [node] for node in range(len(side.row))}
-    for node, other in zip(side.mine.tolist(), side.near.tolist(), strict=True):
+    for node, other in zip(side.receivers.tolist(), side.senders.tolist(), strict=True):
         near[node].append(other)
     for node, others in near.items():
         for frame in range(2):

@@ -56,12 +56,12 @@ def test_cut_bodies_are_whole_graphs() -> None:
 
 def test_batches_put_bodies_beside_each_other() -> None:
     found = same_material.batch(same_material.training_module(), 5)
-    for side in ("given", "asked"):
-        graphs, seen = found[side]["graphs"], found[side]["seen"]
+    for side in ("source", "target"):
+        graphs, seen = found[side]["graphs"], found[side]["features"]
         assert seen.shape == (len(graphs.row), same_material.WINDOW, 26)
         assert graphs.row.unique().tolist() == list(range(5))
-        assert torch.equal(graphs.row[graphs.mine], graphs.row[graphs.near])
-        assert len(graphs.mine) == 2 * (len(graphs.row) - 5)
+        assert torch.equal(graphs.row[graphs.receivers], graphs.row[graphs.senders])
+        assert len(graphs.receivers) == 2 * (len(graphs.row) - 5)
 
 
 def test_clips_shorter_than_a_window_are_left_out() -> None:
@@ -84,10 +84,10 @@ def test_statistics_are_of_the_clips() -> None:
 # ----------------------------------------------------------------------------------------------- losses
 def whole(module, rows=4):
     """A batch, its truth, and an answer beside it."""
-    side = same_material.batch(module, rows)["asked"]
-    truth = losses.performed(side["seen"], side["graphs"])
+    side = same_material.batch(module, rows)["target"]
+    truth = losses.performed(side["features"], side["graphs"])
     with torch.no_grad():
-        codes = module.network.encode(side["seen"], side["graphs"])
+        codes = module.network.encode(side["features"], side["graphs"])
         answer = losses.answered(module.network.decode(codes, side["graphs"]), side["graphs"])
     return side["graphs"], truth, answer
 
@@ -155,11 +155,11 @@ def test_terms_are_weighed_as_released() -> None:
     seen = same_material.batch(module, 4)
     with torch.no_grad():
         found = {name: float(each) for name, each in module.losses("network", seen, {}).items()}
-        given, asked = seen["given"], seen["asked"]
-        codes = [module.network.encode(side["seen"], side["graphs"]) for side in (given, asked)]
+        given, asked = seen["source"], seen["target"]
+        codes = [module.network.encode(side["features"], side["graphs"]) for side in (given, asked)]
         graphs = asked["graphs"]
         answer = losses.answered(module.network.decode(codes[0], graphs), graphs)
-        truth = losses.performed(asked["seen"], graphs)
+        truth = losses.performed(asked["features"], graphs)
         plain = losses.terms(answer, truth, graphs, module.network.scale.pose_deviation[ROOT])
     plain["codes"] = (codes[0] - codes[1]).square().mean()
     weights = {"rotations": 5, "positions": 0.01, "root": 10, "velocities": 1, "contacts": 1}

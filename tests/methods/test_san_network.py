@@ -71,7 +71,7 @@ def test_of_an_odd_chain_the_first_edge_stays_alone(length):
     groups, left = edges.pooled()
     assert [len(group) for group in groups] == [1] * (length % 2) + [2] * (length // 2) + [1]
     assert sum(groups, ()) == tuple(range(length + 1))
-    assert left.pooled(whole=True)[0] == (tuple(range(len(left.pairs))), (len(left.pairs),))
+    assert left.pooled(entire=True)[0] == (tuple(range(len(left.pairs))), (len(left.pairs),))
 
 
 @pytest.mark.parametrize(

@@ -161,7 +161,7 @@ def test_neighbours_and_poolings_are_the_authors(found):
     assert groups == listed(found["pooling_list/auto_encoder/0"])
     assert [list(pair) for pair in left.pairs] == found["edges/auto_encoder/1"].tolist()
     assert left.neighbours(2, "released") == listed(found["neighbours/auto_encoder/1"])
-    assert left.pooled(whole=True)[0] == listed(found["pooling_list/auto_encoder/1"])
+    assert left.pooled(entire=True)[0] == listed(found["pooling_list/auto_encoder/1"])
     pairs, last = left.pooled()
     assert pairs == listed(found["pooling_list/discriminator/1"])
     assert [list(pair) for pair in last.pairs] == found["edges/discriminator/2"].tolist()
@@ -365,7 +365,7 @@ def step_batch(oracle: Any) -> dict[str, Any]:
                 "structure": number,
                 "edges": edges,
                 **seen(found, own, frames=64),
-                "asked": seen(found, np.concatenate(bodies), frames=64),
+                "targets": seen(found, np.concatenate(bodies), frames=64),
             }
         )
     return {"sides": sides}
@@ -414,7 +414,7 @@ def test_answers_in_the_step_are_the_authors(step, oracle, here, there):
     record, answer, known = oracle("step"), step.answers[here, there], f"step/{here}_{there}"
     close(channels(answer.edges), record[f"{known}/retargeted"])
     close(step.again[here, there].flatten(2).transpose(1, 2), record[f"{known}/code_of_retargeted"])
-    vectors = step.module._seen(there, answer)
+    vectors = step.module._discriminator_inputs(there, answer)
     close(vectors, record[f"{known}/bone_vectors"])
     ends = answer.in_heights[:, :, oracle(there)["structure/ee_ids"].tolist()]
     # differences of positions about a height away, in single precision: in double ours differ as much

@@ -245,7 +245,7 @@ def test_a_creeping_reference_is_many_plants_and_one_that_stays_high_is_none() -
     lifted[40:, :, 1] += 0.021 * body.height
     for places, frames in ((creeping, 60), (lifted, 40)):
         case.expected = body.positions(places, 30.0)
-        # two steps of 0.002 heights lie within the circle: plants of three frames, and nobody moves
+        # two steps of 0.002 heights lie within the circle: stances of three frames, and nobody moves
         found = compute("contact", case)
         assert (found["contact_recall"], found["contact_drift"]) == (1.0, 0.0)
         assert found["contact_precision"] == pytest.approx(frames / 60)

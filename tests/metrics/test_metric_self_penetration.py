@@ -186,7 +186,7 @@ def test_a_hand_put_into_the_belly_is_found_as_libigl_finds_it() -> None:
     body = puppet("ada")
     places, names = standing(body)[0], body.joint_of
     arm = next(limb for limb in limb_files.limbs(body) if limb.name == "left_arm")
-    own = limb_files.flesh(body.mesh, body.skeleton, names["left_arm"])
+    own = limb_files.moved_vertices(body.mesh, body.skeleton, names["left_arm"])
     joints = body.motion(body.reference_pose[None], np.zeros((1, 3)), 30.0).positions[0]
     moved_arm = places.copy()
     moved_arm[own] += joints[names["hips"]] - joints[names["left_hand"]]

@@ -84,9 +84,9 @@ def test_a_size_that_no_animal_has_is_doubted(tmp_path):
 
 
 def test_species_are_found_as_whole_words(tmp_path):
-    assert species.named(tmp_path / "HorseRun_02.bvh") == "horse"
-    assert species.named(tmp_path / "Elephant" / "walk.bvh") == "elephant"
-    assert species.named(tmp_path / "Mousey_m" / "walk.bvh") == ""
+    assert species.animal_of(tmp_path / "HorseRun_02.bvh") == "horse"
+    assert species.animal_of(tmp_path / "Elephant" / "walk.bvh") == "elephant"
+    assert species.animal_of(tmp_path / "Mousey_m" / "walk.bvh") == ""
     assert all(species.plausible(metres, animal) for animal, metres in species.STANDING.items())
     assert all(species.SMALLEST <= metres <= species.LARGEST for metres in species.STANDING.values())
 

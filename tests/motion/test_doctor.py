@@ -140,7 +140,7 @@ def test_a_wrong_frame_time_is_doubted_and_told_better(file):
     assert wrong.motion.fps == 1.0
     assert any("frame rate is 1 per second" in each and "rate=" in each for each in wrong.findings.warnings)
     cured = load(file, Reading(rate=30.0))
-    assert (cured.motion.fps, cured.findings.fps_stated, cured.findings.rate_told) == (30.0, 1.0, True)
+    assert (cured.motion.fps, cured.findings.fps_stated, cured.findings.rate_explicit) == (30.0, 1.0, True)
     assert not any("rate=" in warning for warning in cured.findings.warnings)
     assert "at 30 per second (as told; the file says 1)" in cured.findings.text()
     assert "rate=30" in cured.findings.text()

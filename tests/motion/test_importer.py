@@ -43,7 +43,7 @@ def written(motion: Motion, path, *, unit: float = 1.0, turn: np.ndarray | None 
 def test_units_are_found_by_the_size_of_the_body(walk, tmp_path, unit):
     found = load(written(walk, tmp_path / "a.bvh", unit=UNITS[unit]))
     assert found.findings.unit == (unit, UNITS[unit])
-    assert not found.findings.unit_told
+    assert not found.findings.unit_explicit
     np.testing.assert_allclose(found.motion.positions, walk.positions, atol=2e-4)
 
 
@@ -51,7 +51,7 @@ def test_units_are_found_by_the_size_of_the_body(walk, tmp_path, unit):
 def test_a_unit_can_be_told(walk, tmp_path, unit, metres):
     found = load(written(walk, tmp_path / "a.bvh", unit=metres), Reading(unit=unit))
     assert found.findings.unit == (unit, metres)
-    assert found.findings.unit_told
+    assert found.findings.unit_explicit
     np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-3)
 
 
@@ -65,7 +65,7 @@ def test_up_axes_are_found_from_feet_to_head(walk, tmp_path, axis):
         np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-5)
         assert found.motion.character.measures.root_offset == pytest.approx(1.0)
         assert found.findings.floor == pytest.approx(lowest_foot(walk), abs=1e-5)
-    assert found.findings.up_told
+    assert found.findings.up_explicit
 
 
 @pytest.mark.parametrize("axis", ["y", "z"])

@@ -245,7 +245,7 @@ def test_a_run_on_both_goes_on_to_the_last_bit_and_its_card_names_both(toy_run, 
     done, _ = toy_run("parts", data=moved, preset="quick", resume=True)
     found, again = card(tmp_path / "whole"), card(tmp_path / "parts")
     assert found["hash"] == again["hash"]
-    assert done.asked.dataset == moved
+    assert done.run.dataset == moved
     assert found["command"] == (
         "bench train toy_trainee -d toy_walks -d 'toy_walks[content=two]' --preset quick --seed 0"
     )

@@ -32,7 +32,7 @@ def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
         "spec": "toy_walks",
         "label": "toy_walks",
         "content": "one",
-        "motion": done.asked.motion,
+        "motion": done.run.motion,
         "clips": 6,
         "hours": pytest.approx(6 * 40 / 30 / 3600, abs=1e-3),
     }
@@ -254,7 +254,7 @@ def test_options_that_contradict_the_run_are_refused(toy_run, options, says):
 def test_data_that_lie_elsewhere_now_are_the_same_data(toy_run):
     toy_run(data="toy_walks[root=/old]", preset="quick", stop=6)
     done, _ = toy_run(data="toy_walks[root=/new]", resume=True)
-    assert (done.at.step, done.asked.dataset) == (10, "toy_walks[root=/new]")
+    assert (done.at.step, done.run.dataset) == (10, "toy_walks[root=/new]")
 
 
 def test_only_the_torchrun_that_began_a_run_goes_on_with_it_by_itself(toy_run, monkeypatch):
@@ -279,7 +279,7 @@ def test_another_number_of_processes_is_said(toy_run, tmp_path):
 def test_a_run_goes_on_by_its_folder_alone(toy_run):
     toy_run(budget="30it", preset="quick", seed=2, stop=20)
     done, _ = toy_run(method=None, data=None, resume=True)
-    assert (done.at.step, done.asked.preset, done.asked.seed) == (30, "quick", 2)
+    assert (done.at.step, done.run.preset, done.run.seed) == (30, "quick", 2)
 
 
 def test_resume_begins_a_run_where_there_is_none_yet(toy_run):
@@ -323,7 +323,7 @@ def test_init_begins_with_given_weights_and_a_fresh_optimiser(toy_run, tmp_path)
     toy_run("first", budget="200it")
     first = weights.read(tmp_path / "first")
     done, _ = toy_run("more", init=str(tmp_path / "first"), budget="10it")
-    assert done.asked.init == first.hash
+    assert done.run.init == first.hash
     assert card(tmp_path / "more")["init"] == first.hash
     assert str(tmp_path) not in json.dumps(card(tmp_path / "more"))
     started, fresh = (

@@ -91,7 +91,7 @@ def test_a_run_from_before_motion_was_hashed_goes_on(toy_run, tmp_path):
     old = {name: value for name, value in facts.items() if name not in ("motion", "seen", "seen_all")}
     path.write_text(json.dumps(old))
     done, _ = toy_run(resume=True)
-    assert (done.at.step, done.asked.motion) == (10, facts["motion"])
+    assert (done.at.step, done.run.motion) == (10, facts["motion"])
 
 
 # ------------------------------------------------------------------------------------ what the card says

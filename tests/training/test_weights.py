@@ -179,8 +179,8 @@ def test_a_pipe_in_place_of_tensors_does_not_block(tmp_path):
     [
         ({"schema": weights.SCHEMA + 1}, rf"has schema {weights.SCHEMA + 1}; this version reads up to"),
         ({"schema": "1"}, "has schema 1"),
-        ({"hash": None}, "does not tell hash"),
-        ({"facts": None}, "does not tell facts"),
+        ({"hash": None}, "it lacks hash"),
+        ({"facts": None}, "it lacks facts"),
     ],
 )
 def test_cards_that_cannot_be_relied_on_are_refused(tmp_path, change, words):
@@ -222,8 +222,8 @@ def test_weights_that_are_not_there_are_told_from_weights_without_a_card(tmp_pat
             {"facts": {"cell": "tf", "layers": 1, "dropout": 0.1}},
             r"trained as mine\[cell=torch,layers=2\]; write cell=torch,layers=2 in",
         ),
-        ({"facts": {**CARD["facts"], "width": 3}}, "one of the two does not know width"),
-        ({"facts": {"cell": "torch", "layers": 2}}, "one of the two does not know dropout"),
+        ({"facts": {**CARD["facts"], "width": 3}}, "one of the two lacks width"),
+        ({"facts": {"cell": "torch", "layers": 2}}, "one of the two lacks dropout"),
     ],
 )
 def test_weights_of_another_method_version_or_make_are_refused(tmp_path, asked, words):

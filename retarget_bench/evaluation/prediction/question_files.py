@@ -56,10 +56,6 @@ def _written(folder: Path, token: str, data: bytes, ending: str) -> Path:
     return path
 
 
-_GROUP = "group:"
-"""Before the role of a vertex group, in the file of a mesh."""
-
-
 # ---------------------------------------------------------------------------------------------- bodies
 def character_facts(body: Character) -> dict[str, Any]:
     """All of a body but its skin, as JSON: field -> value, arrays as lists."""
@@ -181,7 +177,6 @@ def _motion(arrays: Mapping[str, np.ndarray], body: Character) -> Prediction:
 
 def write_mesh(folder: Path, token: str, mesh: Mesh) -> Path:
     arrays = {name: getattr(mesh, name) for name in ("vertices", "faces", "weights")}
-    arrays |= {_GROUP + role: group for role, group in mesh.groups.items()}
     if mesh.pose is not None:
         arrays["pose"] = mesh.pose
     stream = BytesIO()
@@ -191,11 +186,7 @@ def write_mesh(folder: Path, token: str, mesh: Mesh) -> Path:
 
 def read_mesh(path: Path) -> Mesh:
     """Raises Changed."""
-    arrays = _arrays(path)
-    groups = {
-        name.removeprefix(_GROUP): arrays.pop(name) for name in list(arrays) if name.startswith(_GROUP)
-    }
-    return Mesh(**arrays, groups=groups)
+    return Mesh(**_arrays(path))
 
 
 def ground_facts(ground: Ground) -> dict[str, Any]:

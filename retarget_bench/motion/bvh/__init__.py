@@ -46,7 +46,7 @@ def parse(path: str | Path, *, cache: bool = True) -> Document:
     if not cache:
         return _parse(path, _read(path))
     stamp = bvh_cache.stamp(path)
-    if (document := bvh_cache.load(bvh_cache.known(stamp))) is not None:
+    if (document := bvh_cache.load(bvh_cache.content_hash(stamp))) is not None:
         return document
     data = _read(path)
     text = hashlib.sha256(data).hexdigest()
