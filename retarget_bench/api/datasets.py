@@ -104,26 +104,17 @@ Manifest = Mapping[str, Sequence[str]]
 """``characters``, ``structures``, and ``kinds`` or ``clips``: what training had."""
 
 
-@runtime_checkable
-class OffersTraining(Protocol):
+class TrainingDataset(Dataset, Protocol):
+    """A data set that can be trained on. Optional: without these methods it is for tests alone."""
+
     def training(self) -> Cast:
         """All clips to train on, whichever part the cases are of; none of them is in a case of the test or
         of ``validation()``. Empty where there is nothing to train on."""
 
-
-@runtime_checkable
-class OffersValidation(Protocol):
     def validation(self) -> Dataset | None:
         """The validation part: cases that share no clip with the test and none with
         ``training()``, best with characters that ``training()`` does not have."""
 
-
-@runtime_checkable
-class OffersTrainingManifest(Protocol):
     def training_manifest(self) -> Manifest:
         """All that training and its validation have. Weights carry it, so that tables can part what is new
         to them from what is not."""
-
-
-class TrainingDataset(Dataset, OffersTraining, OffersValidation, OffersTrainingManifest, Protocol):
-    """A data set that can be trained on. Optional: without these methods it is for tests alone."""

@@ -187,8 +187,8 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
             target.add(files["labels_file"], json.dumps(known) + "\n")
     present = {key: file for key, file in files.items() if target.has(file)}
     row = {**asdict(info), **present}
-    if isinstance(data, optional.OffersUnseen):
-        row["not_in_training"] = sorted(data.unseen(info))
+    if (unseen := optional.unseen(data, info)) is not None:
+        row["not_in_training"] = sorted(unseen)
     return {"part": part, **row} if part else row
 
 
@@ -200,8 +200,7 @@ def _labels(data: Dataset, info: CaseInfo, contacts: Any) -> dict[str, Any]:
             if (label := getattr(contacts, name)) is not None:
                 columns = zip(contacts.roles, np.asarray(label).T, strict=True)
                 found[name] = {role: runs(column).tolist() for role, column in columns}
-    if isinstance(data, optional.OffersLabels):
-        known = data.labels(info)
+    if (known := optional.labels(data, info)) is not None:
         starts = [0, *(np.flatnonzero(known.kind[1:] != known.kind[:-1]) + 1).tolist(), len(known.kind)]
         found["kind"] = [[str(known.kind[first]), first, end] for first, end in pairwise(starts)]
         found["phase"] = [round(float(value), 4) for value in known.phase]
