@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import cached_property
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.config import TrainingConfig
@@ -119,10 +118,10 @@ class HuMoT(LearnedMethod):
     }
 
     def __init__(
-        self, variant: Variant = "small", weights: str = "puppets", **overrides: Unpack[Overrides]
+        self, variant: Variant = "small", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
     ) -> None:
         super().__init__(weights)
-        given = completed(Overrides, overrides)
+        given = asdict(Overrides(**overrides))
         self.variant, self.windows = variant, given.pop("windows")
         self.root_rule = root_rules.check(given.pop("root_rule"), root_rules.SCALING_RULES)
         self.settings = Settings(**given)

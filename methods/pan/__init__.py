@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Annotated, Any
 
 from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.config import TrainingConfig
@@ -123,10 +123,10 @@ class Pan(SkeletalMethod):
         variant: Variant = "own",
         parts: str = "six",
         weights: str = OWN,
-        **overrides: Unpack[Overrides],
+        **overrides: Annotated[Any, Overrides],
     ) -> None:
         super().__init__(BETWEEN if weights == OWN and parts == "three" else weights)
-        given = completed(Overrides, overrides)
+        given = asdict(Overrides(**overrides))
         self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
         self._asked = parts
         self.parts, self._part_map = parts_of(parts)

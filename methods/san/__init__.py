@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Annotated, Any
 
 from retarget_bench.api import Method, MethodCard
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
@@ -85,10 +85,10 @@ class San(SkeletalMethod):
     }
 
     def __init__(
-        self, variant: Variant = "own", weights: str = "puppets", **overrides: Unpack[Overrides]
+        self, variant: Variant = "own", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
     ) -> None:
         super().__init__(weights)
-        given = completed(Overrides, overrides)
+        given = asdict(Overrides(**overrides))
         self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
         self.allowed = given["structures"]
         self.settings: Settings = SETTINGS[variant].overridden(given)

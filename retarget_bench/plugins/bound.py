@@ -6,7 +6,7 @@ A bound plug-in is the same object for the same text as long as the process live
 is first used, and knows what its results depend on and what they call it.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -17,13 +17,7 @@ from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError
 from retarget_bench.files import facts_digest, slug
 from retarget_bench.plugins import assets, registry
-from retarget_bench.plugins.code_hash import (
-    code_hash,
-    folder_hash,
-    imports,
-    package_code,
-    reached_code,
-)
+from retarget_bench.plugins.code_hash import code_hash, folder_hash, package_code, reached
 from retarget_bench.plugins.parameters import class_card
 from retarget_bench.plugins.spec import Spec
 
@@ -31,7 +25,7 @@ LAYERS, FEATURES = "training.layers", "training.features"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
 SETS = "evaluation.set_metrics"
 """The package that draws sets and evaluates metrics of them."""
-APART = ("motion/files/", "motion/editing/")
+APART = ("motion.files", "motion.editing")
 """Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
 
 
@@ -153,15 +147,15 @@ class BoundMetrics:
     @cached_property
     def versions(self) -> dict[str, str]:
         """Metric name -> ``version+code``; the engine's comparison counts as code of each, the drawing and
-        evaluation of sets as code of set metrics, and the feature networks where a metric imports them."""
-        found = {}
+        evaluation of sets as code of set metrics, and what a metric reaches of the feature networks."""
+        versions = {}
         for name, metric in zip(self.names, self.built, strict=True):
-            own = list(_own_code("metrics", Spec.parse(name).name))
-            sets = package_code(SETS) if optional.is_set_metric(metric) else ()
-            shared = package_code(FEATURES) if any(imports(path, FEATURES) for _, path in own) else ()
-            code = code_hash([*own, *package_code("api.comparison"), *sets, *shared])
-            found[metric.card.name] = f"{metric.card.version}+{code}"
-        return found
+            files = reached(registry.code_files("metrics", Spec.parse(name).name), FEATURES)
+            files |= package_code("api.comparison")
+            if optional.is_set_metric(metric):
+                files |= package_code(SETS)
+            versions[metric.card.name] = f"{metric.card.version}+{code_hash(files)}"
+        return versions
 
 
 # --------------------------------------------------------------------------------------------- binding
@@ -205,17 +199,9 @@ def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
     reads formats of motion files has their code in its own ``content``.
 
     stages: plug-ins that the method is composed of (``optional.stage_names``). Nothing is imported."""
-    own = [file for name in dict.fromkeys((spec.name, *stages)) for file in _own_code("methods", name)]
-    own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    motion = (each for each in package_code("motion") if not each[0].startswith(APART))
-    layers = reached_code(LAYERS, (path for _, path in own))
-    return code_hash([*own, *motion, *layers])
-
-
-def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
-    """A plug-in's own files, under names that do not depend on where the plug-in lies."""
-    for relative, path in registry.code_files(kind, name):
-        yield f"{kind}/{name}/{relative}", path
+    own = set().union(*(registry.code_files("methods", name) for name in (spec.name, *stages)))
+    own = own.union(*(registry.code_files("posts", post.name) for post in spec.posts))
+    return code_hash(reached(own, LAYERS) | package_code("motion").difference(*map(package_code, APART)))
 
 
 def declared_values(found: Iterable[Metric | SetMetric]) -> dict[str, Value]:
