@@ -48,30 +48,37 @@ class BoundMethod:
     def card(self) -> MethodCard:
         return optional.method_card(self.built)
 
+    @property
+    def _local(self) -> tuple[dict[str, Any], list[str]]:
+        """Parameters that may say where files lie: of weights, with whose they are, and of assets."""
+        weighted = {"weights": self.built, **optional.stages(self.built)}
+        parameters = self.spec.parameters
+        return (
+            {name: each for name, each in weighted.items() if name in parameters},
+            [name for name in self.card.assets if name in parameters],
+        )
+
     @cached_property
     def known_as(self) -> Spec:
         """The spec as results have it: local weights and assets go by their hash, since where they lie
         does not matter, but what they hold does. Raises BenchError where there are none."""
-        weighted = {"weights": self.built, **optional.stages(self.built)}
-        labels = {
-            name: optional.weights_label(each)
-            for name, each in weighted.items()
-            if name in self.spec.parameters
-        }
-        labelled = self.spec.with_parameters(**{name: each for name, each in labels.items() if each})
-        return assets.labelled(labelled, self.built)
+        weighted, held = self._local
+        labels = {name: optional.weights_label(each) for name, each in weighted.items()}
+        for name in held:
+            labels[name] = f"local-{assets.asset_hash(assets.asset_path(self.built, name))[:8]}"
+        return self.spec.with_parameters(**{name: label for name, label in labels.items() if label})
 
     @cached_property
     def located(self) -> Spec:
         """The spec with the paths of local weights and assets in full, for processes that work in other
         folders."""
-        spec = assets.in_full(self.spec, self.built)
-        found = {}
-        for name in ("weights", *optional.stages(self.built)):
-            path = Path(str(value := spec.parameters.get(name, "")))
-            if self.known_as.parameters.get(name, "") != value and not path.is_absolute() and path.exists():
-                found[name] = str(path.resolve())
-        return spec.with_parameters(**found)
+        weighted, held = self._local
+        paths = {name: assets.asset_place(self.built, name)[0] for name in held}
+        for name in weighted:
+            path = Path(str(value := self.spec.parameters[name]))
+            if self.known_as.parameters[name] != value and not path.is_absolute() and path.exists():
+                paths[name] = path.resolve()
+        return self.spec.with_parameters(**{name: str(path) for name, path in paths.items()})
 
     @property
     def code(self) -> str:

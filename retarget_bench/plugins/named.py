@@ -78,7 +78,7 @@ def try_import(path: Path) -> None:
     mark = (
         cache_folder()
         / "plugins"
-        / digest(f"{sys.version}\0{registry.file_entry(path.resolve()).state}", 24)
+        / digest(f"{sys.version}\0{registry.file_entry(path.resolve()).module}", 24)
     )
     if mark.exists():
         return

@@ -149,7 +149,7 @@ class Composed:
         bare = Context(context.seed, context.device, context.precision, context.ground)
         case, again = Case(_NO_CASE, source, target), Case(_NO_CASE, source, source.character)
         found, before = verified(answer, case), self.method.card.name
-        kept = _kept(own, again) if self._twice else None
+        kept = _verified(own, again, "asked for the source's own body, it") if self._twice else None
         for number, post in enumerate(self.posts, 1):
             given = bare
             if kept is not None and RECONSTRUCTION in needs(post):
@@ -181,19 +181,15 @@ def _through(post: Post, found: Prediction, before: str, case: Case, context: Co
     name, kind, takes = post.card.name, kind_of(found), post.card.accepts
     if kind not in takes:
         raise NotSupported(f"{name} takes {' or '.join(takes)}, but {before} gives {kind} only")
-    answer = post.process(found.copy(), case.source.copy(), context=context)
+    return _verified(post.process(found.copy(), case.source.copy(), context=context), case, name)
+
+
+def _verified(answer: object, case: Case, subject: str) -> Prediction:
+    """A valid answer. Raises Invalid that begins with a subject."""
     try:
         return verified(answer, case)
     except Invalid as error:
-        raise Invalid(f"{name} {error}") from error
-
-
-def _kept(own: object, case: Case) -> Prediction:
-    """The method's answer on the source's own body. Raises Invalid where it is none."""
-    try:
-        return verified(own, case)
-    except Invalid as error:
-        raise Invalid(f"asked for the source's own body, it {error}") from error
+        raise Invalid(f"{subject} {error}") from error
 
 
 def needs(post: Post) -> tuple[str, ...]:

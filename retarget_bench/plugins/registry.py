@@ -15,7 +15,7 @@ import importlib
 import importlib.util
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from functools import cache
@@ -44,8 +44,6 @@ _MARKS: dict[Kind, tuple[str, ...]] = {
     "posts": ("process",),
 }
 _FILES: dict[Path, PluginEntry] = {}
-_STATES: dict[Path, str] = {}
-"""State of the code of every file in ``_FILES`` when it was imported."""
 
 
 @dataclass(frozen=True)
@@ -108,11 +106,6 @@ class PluginEntry:
         installed = self.origin != BUILT_IN and not self.by_file
         return own_files(self.path, self.module if installed else "")
 
-    @property
-    def state(self) -> str:
-        """A digest of its code, comments included."""
-        return files_.digest(repr([file.read_bytes() for file in sorted(self.code_files)]))
-
     def __str__(self) -> str:
         return f"{SINGULAR[self.kind]} {self.name} ({self.origin})"
 
@@ -120,8 +113,11 @@ class PluginEntry:
 # -------------------------------------------------------------------------------------------- finding
 def names(kind: Kind) -> list[PluginEntry]:
     """Every plug-in of a kind, sorted by name, built-ins first, none of them imported."""
-    found = [*_built_in(kind), *_installed(kind), *(e for e in _FILES.values() if e.kind == kind)]
-    return sorted(found, key=lambda entry: (entry.name, entry.origin != BUILT_IN, entry.origin))
+    rooms = [Path(base) / ROOMS[kind] for base in retarget_bench.__path__]
+    built_in = [entry for room in rooms for entry in _in_room(kind, room)]
+    by_file = [entry for entry in _FILES.values() if entry.kind == kind]
+    entries = [*built_in, *_installed(kind), *by_file]
+    return sorted(entries, key=lambda entry: (entry.name, entry.origin != BUILT_IN, entry.origin))
 
 
 def find(kind: Kind, name: str) -> PluginEntry:
@@ -177,11 +173,6 @@ def _cure(name: str, entries: list[PluginEntry]) -> str:
     close = [each for each in known if each.startswith(name.casefold())]
     close = close or difflib.get_close_matches(name.casefold(), known, 3, 0.7)
     return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
-
-
-def _built_in(kind: Kind) -> Iterator[PluginEntry]:
-    for base in retarget_bench.__path__:
-        yield from _in_room(kind, Path(base) / ROOMS[kind])
 
 
 @cache
@@ -245,7 +236,6 @@ def add_file(path: str | Path) -> PluginEntry:
             "and process (a post-processor)"
         )
     _FILES[path] = replace(entry, kind=kind)
-    _STATES[path] = entry.state
     return _FILES[path]
 
 
@@ -255,24 +245,25 @@ def file_of(path: Path) -> Path:
 
 
 def file_entry(path: Path, kind: Kind = "methods") -> PluginEntry:
-    """The plug-in in a file or folder. kind: the right one where it is known."""
-    module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
-    return PluginEntry(path.stem, kind, str(path), module, path=file_of(path))
+    """The plug-in in a file or folder. kind: the right one where it is known.
+
+    The name of its module moves when its code does, so that it is imported anew.
+    """
+    file = file_of(path)
+    code = [each.read_bytes() for each in sorted(own_files(file))] if file.is_file() else []
+    module = f"{_FILE_MODULE}{path.stem}_{files_.digest(repr((path, code)), 24)}"
+    return PluginEntry(path.stem, kind, str(path), module, path=file)
 
 
 def refresh_files() -> None:
     """Import added files anew whose code has changed, and forget those that are gone. Raises BenchError."""
     for path, entry in list(_FILES.items()):
-        there = file_of(path).is_file()
-        if there and entry.state == _STATES.get(path):
-            continue
-        for module in [each for each in sys.modules if f"{each}.".startswith(f"{entry.module}.")]:
-            del sys.modules[module]
-        del _FILES[path]
-        if there:
-            for file in entry.code_files:  # a second file of one second and size has the same bytecode
-                Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
-            add_file(path)
+        if file_entry(path).module != entry.module:
+            del _FILES[path]
+            if file_of(path).is_file():
+                for file in entry.code_files:  # a second file of one second and size has the same bytecode
+                    Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
+                add_file(path)
 
 
 def files() -> tuple[tuple[str, Kind], ...]:
