@@ -71,13 +71,13 @@ class Dataset(Protocol):
     def load(self, info: CaseInfo) -> Case: ...
 
 
-def chosen_splits(data: Dataset, asked: Sequence[str]) -> list[str]:
+def chosen_splits(data: Dataset, names: Sequence[str]) -> list[str]:
     """The splits asked for, or all, in the order of the data set. Raises BenchError for one that it has
     not."""
     there = data.card.splits
-    if unknown := [split for split in asked if split not in there]:
+    if unknown := [split for split in names if split not in there]:
         raise BenchError(f"{data.label} has no split {unknown[0]!r}; it has {' and '.join(there)}")
-    return [split for split in there if split in asked or not asked]
+    return [split for split in there if split in names or not names]
 
 
 @runtime_checkable

@@ -77,7 +77,7 @@ class MethodCard:
 
 @dataclass(frozen=True)
 class Context:
-    """All that a method may know beside the source motion and the target character.
+    """The inputs of a method beside the source motion and the target character.
 
     ground: the case's floor, for post-processors; None for methods, and where it is not known.
     The privileged inputs are None unless the card's ``needs`` names them.

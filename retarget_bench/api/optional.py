@@ -1,7 +1,7 @@
-"""What plug-ins may offer beyond their contract, read here, with a default where they do not.
+"""Optional methods and attributes of plug-ins beyond their contracts, with defaults.
 
-Every function is one optional method or attribute of that name. A plug-in offers it by having it; nothing
-is declared, and no base class is needed.
+Every function reads one of them, mostly of its own name. A plug-in offers it by having it; nothing is
+declared, and no base class is needed.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class FrameLabels(Protocol):
 
 
 def training(data: object) -> Cast:
-    """All that there is to train on (``TrainingDataset``); empty where there is nothing."""
+    """All clips to train on (``TrainingDataset``); empty where there are none."""
     return _offer(data, "training", {})
 
 
@@ -149,7 +149,7 @@ def warm_up(method: object) -> None:
 def reconstructed(
     method: Method, sources: Sequence[Any], targets: Sequence[Character], contexts: Sequence[Context]
 ) -> Sequence[Prediction]:
-    """What a method makes of each source on the source's own body, where it is asked for a target.
+    """A method's answer to each source on the source's own body, where it is asked for a target.
 
     Most ask nothing of the target; one with networks for each kind of body takes the target's, and offers
     ``reconstruct_batch(sources, targets, contexts=contexts)``.
@@ -171,16 +171,16 @@ def takes_batches(method: Method) -> TypeGuard[BatchMethod]:
 def method_card(method: Any) -> MethodCard:
     """A method's card with every field: cards of a plug-in's own class may leave fields out, and one word
     may stand for a tuple of one."""
-    said: dict[str, Any] = {}
+    stated: dict[str, Any] = {}
     for each in fields(MethodCard):
         value = getattr(method.card, each.name, MISSING)
         if value is not MISSING:
             one_word = isinstance(value, str) and each.name in ("accepts", "needs", "uses", "tasks")
-            said[each.name] = (value,) if one_word else value
+            stated[each.name] = (value,) if one_word else value
     for name in ("accepts", "tasks"):
-        if not said.get(name):
-            said.pop(name, None)
-    return MethodCard(**{"name": "", "summary": "", "version": "", **said})
+        if not stated.get(name):
+            stated.pop(name, None)
+    return MethodCard(**{"name": "", "summary": "", "version": "", **stated})
 
 
 # -------------------------------------------------------------------------------------------- metrics

@@ -1,4 +1,4 @@
-"""Plug-ins bound to their parameters: a text is read once, and what it stands for is passed on.
+"""Plug-ins bound to their parameters: a text is parsed once, and the bound object is passed on.
 
     method("pan[weights=mine]+footlock").built.retarget(...)
 
@@ -41,8 +41,8 @@ class BoundMethod:
 
         Raises BenchError.
         """
-        found: Method = registry.create("methods", self.spec.here)
-        return found
+        method: Method = registry.create("methods", self.spec.here)
+        return method
 
     @cached_property
     def card(self) -> MethodCard:
@@ -60,7 +60,7 @@ class BoundMethod:
 
     @cached_property
     def known_as(self) -> Spec:
-        """The spec as results have it: local weights and assets go by their hash, since where they lie
+        """The spec in results: local weights and assets go by their hash, since where they lie
         does not matter, but what they hold does. Raises BenchError where there are none."""
         weighted, held = self._local
         labels = {name: optional.weights_label(each) for name, each in weighted.items()}
@@ -95,8 +95,8 @@ class BoundDataset:
     @cached_property
     def built(self) -> Dataset:
         """The plug-in object. Raises BenchError."""
-        found: Dataset = registry.create("datasets", self.spec)
-        return found
+        data: Dataset = registry.create("datasets", self.spec)
+        return data
 
     @cached_property
     def locations(self) -> tuple[str, ...]:
@@ -113,8 +113,8 @@ class BoundDataset:
     @cached_property
     def located(self) -> Spec:
         """The spec with the paths of its files in full, for processes that work in other folders."""
-        given = {n: str(self.spec.parameters[n]) for n in self.locations if n in self.spec.parameters}
-        paths = {name: str(Path(path).resolve()) for name, path in given.items() if Path(path).exists()}
+        places = {n: str(self.spec.parameters[n]) for n in self.locations if n in self.spec.parameters}
+        paths = {name: str(Path(path).resolve()) for name, path in places.items() if Path(path).exists()}
         return self.spec.with_parameters(**paths)
 
     @cached_property
@@ -137,9 +137,9 @@ class BoundMetrics:
     @cached_property
     def built(self) -> tuple[Any, ...]:
         """The plug-in objects. Raises BenchError."""
-        found = tuple(registry.create("metrics", Spec.parse(name)) for name in self.names)
-        declared_values(found)
-        return found
+        built = tuple(registry.create("metrics", Spec.parse(name)) for name in self.names)
+        declared_values(built)
+        return built
 
     @cached_property
     def of_cases(self) -> tuple[Metric, ...]:
@@ -211,10 +211,10 @@ def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
     return code_hash(reached(own, LAYERS) | package_code("motion").difference(*map(package_code, APART)))
 
 
-def declared_values(found: Iterable[Metric | SetMetric]) -> dict[str, Value]:
+def declared_values(metrics: Iterable[Metric | SetMetric]) -> dict[str, Value]:
     """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
     declared: dict[str, tuple[str, Value]] = {}
-    for metric in found:
+    for metric in metrics:
         for value in metric.card.computed:
             if value.id in declared:
                 raise BenchError(

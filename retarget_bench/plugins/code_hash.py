@@ -1,4 +1,4 @@
-"""The Python files that decide what a plug-in does, and hashes of their statements.
+"""The Python files that a plug-in depends on, and hashes of their statements.
 
 Comments, docstrings, blank lines and the engine's own layout do not count. Nothing is imported.
 """

@@ -51,18 +51,18 @@ def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
     except (TypeError, ValueError):
         return [], True
     hints = _hints(factory)
-    found, others = [], False
+    parameters, others = [], False
     for each in signature.parameters.values():
         if each.kind is each.VAR_KEYWORD:
             hint = hints.get(each.name)
             if typing.get_origin(hint) is Annotated:
-                found += known(typing.get_args(hint)[1])[0]
+                parameters += known(typing.get_args(hint)[1])[0]
             else:
                 others = True
         elif each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
             accepted, choices = _accepted(hints.get(each.name), each.default)
-            found.append(Parameter(each.name, accepted, choices, each.default))
-    return found, others
+            parameters.append(Parameter(each.name, accepted, choices, each.default))
+    return parameters, others
 
 
 def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
@@ -144,9 +144,9 @@ def _accepted(hint: Any, default: Any) -> tuple[tuple[type, ...], tuple[Scalar, 
         return tuple({type(each): None for each in choices}), choices
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
         parts = [_accepted(part, inspect.Parameter.empty) for part in typing.get_args(hint)]
-        open_ended = any(found and not choices for found, choices in parts)
+        open_ended = any(plain_types and not choices for plain_types, choices in parts)
         choices = () if open_ended else tuple(each for _, some in parts for each in some)
-        return tuple({t: None for found, _ in parts for t in found}), choices
+        return tuple({t: None for plain_types, _ in parts for t in plain_types}), choices
     if hint in plain:
         return (hint,), ()
     if isinstance(hint, type) and issubclass(hint, Path):

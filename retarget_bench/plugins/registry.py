@@ -163,39 +163,39 @@ def spelled(text: str, kinds: tuple[Kind, ...] = KINDS) -> str:
     """
     name, parameters = re.fullmatch(r"([^\[+@]*)(.*)", text.strip(), re.DOTALL).groups()  # type: ignore[union-attr]
     entries = [entry for kind in kinds for entry in names(kind)]
-    found = _matching(name, entries) or [e for e in entries if folded(e.title) == folded(name)]
-    return f"{found[0].name}{parameters}" if found else text
+    matches = _matching(name, entries) or [e for e in entries if folded(e.title) == folded(name)]
+    return f"{matches[0].name}{parameters}" if matches else text
 
 
 def _cure(name: str, entries: list[PluginEntry]) -> str:
-    """The names that were perhaps meant, else all of them."""
-    known = sorted({entry.name for entry in entries})
-    close = [each for each in known if each.startswith(name.casefold())]
-    close = close or difflib.get_close_matches(name.casefold(), known, 3, 0.7)
-    return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
+    """Advice for an unknown name: close names, else all."""
+    existing = sorted({entry.name for entry in entries})
+    close = [each for each in existing if each.startswith(name.casefold())]
+    close = close or difflib.get_close_matches(name.casefold(), existing, 3, 0.7)
+    return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(existing) or 'none'}"
 
 
 @cache
 def _in_room(kind: Kind, room: Path) -> tuple[PluginEntry, ...]:
-    found = []
+    entries = []
     for path in sorted(room.iterdir()) if room.is_dir() else ():
         file = file_of(path)
         if path.name[0] not in "_." and file.suffix == ".py" and file.is_file():
             module = f"retarget_bench.{ROOMS[kind].replace('/', '.')}.{path.stem}"
-            found.append(PluginEntry(path.stem, kind, BUILT_IN, module, path=file))
-    return tuple(found)
+            entries.append(PluginEntry(path.stem, kind, BUILT_IN, module, path=file))
+    return tuple(entries)
 
 
 @cache
 def _installed(kind: Kind) -> tuple[PluginEntry, ...]:
     from importlib.metadata import entry_points
 
-    found: dict[PluginEntry, None] = {}
+    entries: dict[PluginEntry, None] = {}
     for point in entry_points(group=f"retarget_bench.{kind}"):
         origin = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"
         where = point.module, point.attr or "plugin", _locate(point.module)
-        found[PluginEntry(point.name, kind, origin, *where)] = None
-    return tuple(found)
+        entries[PluginEntry(point.name, kind, origin, *where)] = None
+    return tuple(entries)
 
 
 def _locate(module: str) -> Path | None:
@@ -287,17 +287,17 @@ def _factory(entry: PluginEntry) -> Callable[..., Any]:
     """Raises BenchError."""
     try:
         with redirect_stdout(sys.stderr):  # what plug-ins print is no part of a table
-            found = _import_file(entry) if entry.by_file else importlib.import_module(entry.module)
+            factory = _import_file(entry) if entry.by_file else importlib.import_module(entry.module)
     except (Exception, SystemExit) as error:
         raise _broken(entry, "imported", error) from error
     for part in entry.attribute.split("."):
-        found = getattr(found, part, None)
-    if not callable(found):
+        factory = getattr(factory, part, None)
+    if not callable(factory):
         raise BenchError(
             f"{entry}: module {entry.module} has no {entry.attribute} that can be called; "
             f"a plug-in's module ends with a line such as {entry.attribute} = MyMethod"
         )
-    return found
+    return factory
 
 
 def _import_file(entry: PluginEntry) -> Any:
@@ -364,16 +364,16 @@ def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:
 
     Those that must be given a parameter are in neither.
     """
-    found: dict[str, Any] = {}
+    plugins: dict[str, Any] = {}
     problems: dict[str, None] = {}
     for entry in names(kind):
         try:
             factory = load(kind, entry.name)
             if not any(each.required for each in parameters.known(factory)[0]):
-                found[entry.name] = create(kind, entry.name)
+                plugins[entry.name] = create(kind, entry.name)
         except BenchError as error:
             problems[str(error)] = None
-    return found, list(problems)
+    return plugins, list(problems)
 
 
 def _broken(entry: PluginEntry, what: str, error: BaseException) -> BenchError:

@@ -25,7 +25,7 @@ HASH = "hash"
 
 @dataclass(frozen=True)
 class CaseMetadata:
-    """What is known of the cases of a split beside the case list; empty where nothing is.
+    """Metadata of the cases of a split beside the case list; empty where nothing is known.
 
     structures: target -> its structure.
     heights:    target -> its height in metres: what errors are divided by.
@@ -48,8 +48,8 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     """The metadata of a split, as far as the data set knows them."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
-    known = sorted(({info.source for info in infos} & set(bodies)).union(targets))
-    facts = [(LEGS, name, "", "4" if bodies[name].four_legged else "2") for name in known]
+    characters = sorted(({info.source for info in infos} & set(bodies)).union(targets))
+    facts = [(LEGS, name, "", "4" if bodies[name].four_legged else "2") for name in characters]
     for name in targets:
         facts.append((STRUCTURE, name, "", bodies[name].structure))
         facts.append((HEIGHT, name, "", f"{bodies[name].height:.12g}"))
@@ -83,13 +83,13 @@ def path_of(paths: ResultPaths) -> Path:
 def parts(body: Character) -> dict[str, str]:
     """Joint -> part of the body. Joints without a role go with the joint that carries them."""
     parents = body.skeleton.parents.tolist()
-    found = {}
+    part_of = {}
     for joint, name in enumerate(body.skeleton.names):
         while joint >= 0 and body.roles[joint] is None:
             joint = parents[joint]
         role = body.roles[joint] if joint >= 0 else None
-        found[name] = body_part(role) if role else "trunk"
-    return found
+        part_of[name] = body_part(role) if role else "trunk"
+    return part_of
 
 
 def read(paths: ResultPaths) -> CaseMetadata:
@@ -143,9 +143,9 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
     The motion counts as known where training had its kind, or, where kinds are not known, its clip.
     """
     kinds = bool(info.kind) and "kinds" in manifest
-    known = {
+    trained = {
         "source": info.source in manifest.get("characters", ()),
         "target": info.target in manifest.get("characters", ()),
         "kind": info.kind in manifest["kinds"] if kinds else info.clip in manifest.get("clips", ()),
     }
-    return frozenset(word for word, there in known.items() if not there)
+    return frozenset(word for word, there in trained.items() if not there)

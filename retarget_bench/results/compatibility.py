@@ -12,7 +12,7 @@ from retarget_bench.results.header import ResultHeader
 
 @dataclass(frozen=True)
 class Newest:
-    """Of some results on one data set: the content of the newest, and the newest version of each metric.
+    """The content of the newest results on a data set, and the newest version of each metric.
 
     metric_of: value id -> metric; headers of earlier versions did not say it.
     """
@@ -43,7 +43,7 @@ class Newest:
 
 
 def newest(headers: Iterable[ResultHeader]) -> Newest:
-    """Of results on one data set; by date, and where dates are equal by version."""
+    """The newest of results on one data set: by date, and where dates are equal by version."""
     ordered = sorted(headers, key=lambda header: header.date)
     metrics: dict[str, tuple[str, str]] = {}
     metric_of: dict[str, str] = {}
@@ -62,9 +62,9 @@ def metric_versions(header: ResultHeader) -> dict[str, str]:
 
 def other_code(headers: Sequence[ResultHeader]) -> list[str]:
     """Metrics that scored some of these results by other code under the same version."""
-    seen: dict[tuple[str, str], set[str]] = {}
+    codes_of: dict[tuple[str, str], set[str]] = {}
     for header in headers:
         for name, version in header.metrics.items():
             declared, _, code = version.partition("+")
-            seen.setdefault((name, declared), set()).add(code)
-    return sorted({name for (name, _), codes in seen.items() if len(codes) > 1})
+            codes_of.setdefault((name, declared), set()).add(code)
+    return sorted({name for (name, _), codes in codes_of.items() if len(codes) > 1})
