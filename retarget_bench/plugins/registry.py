@@ -161,10 +161,10 @@ def spelled(text: str, kinds: tuple[Kind, ...] = KINDS) -> str:
     Case, spaces, underscores and hyphens do not count, and a title may stand for the name. A text that is
     no plug-in's name is given back.
     """
-    name, parameters = re.fullmatch(r"([^\[+@]*)(.*)", text.strip(), re.DOTALL).groups()  # type: ignore[union-attr]
+    name = re.split(r"[\[+@]", text.strip())[0]
     entries = [entry for kind in kinds for entry in names(kind)]
     matches = _matching(name, entries) or [e for e in entries if folded(e.title) == folded(name)]
-    return f"{matches[0].name}{parameters}" if matches else text
+    return matches[0].name + text.strip().removeprefix(name) if matches else text
 
 
 def _cure(name: str, entries: list[PluginEntry]) -> str:
