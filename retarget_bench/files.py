@@ -40,7 +40,7 @@ _FORMULA = ("=", "+", "-", "@")
 
 
 def check_ordinary(path: str | Path, most: float = math.inf) -> None:
-    """Raises FileError for what is no ordinary file, which reading could wait for or never end, and for one
+    """Raises FileError for what is not an ordinary file, which reading could wait for or never end, and for one
     of more than ``most`` bytes. Where nothing is, whoever opens it says so."""
     try:
         status = Path(path).stat()
@@ -51,7 +51,7 @@ def check_ordinary(path: str | Path, most: float = math.inf) -> None:
     if not stat.S_ISREG(status.st_mode):
         kinds = {stat.S_IFIFO: "pipe", stat.S_IFSOCK: "socket"}
         kind = kinds.get(stat.S_IFMT(status.st_mode), "device")
-        raise FileError(path, f"is no ordinary file but a {kind}: save what it gives to a file")
+        raise FileError(path, f"is not an ordinary file but a {kind}: save what it gives to a file")
     if status.st_size > most:
         sizes = f"{status.st_size / 1e9:,.4g} GB; files of up to {most / 1e9:.2g} GB are read"
         raise FileError(path, f"has {sizes}: cut it into parts, or see whether it is damaged")

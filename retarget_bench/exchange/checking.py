@@ -52,7 +52,7 @@ def check(folder: Path, root: str | None = None) -> tuple[list[str], list[str]]:
     there is no folder.
     """
     if not folder.is_dir() or folder.is_symlink():
-        raise FileError(folder, "is no folder; a submission is one (bench submit --make writes it)")
+        raise FileError(folder, "is not a folder; a submission is one (bench submit --make writes it)")
     warnings: list[str] = []
     errors = sorted(unsafe(folder)) or list(_wrong(folder, root, warnings))
     if not errors:
@@ -73,7 +73,7 @@ def unsafe(folder: Path) -> Iterator[str]:
         if stat.S_ISLNK(status.st_mode):
             yield f"{path} is a link; a submission holds its files itself"
         elif not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
-            yield f"{path} is no ordinary file"
+            yield f"{path} is not an ordinary file"
         elif status.st_size > LARGEST:
             yield f"{path} is of {status.st_size:,} bytes, more than the {LARGEST:,} that it may have"
 
@@ -132,7 +132,7 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
         called = f"{header.dataset.label} in {place.dataset}/"
         yield f"the data set is called {called}; it is {data.label} in {dataset.slug}/"
     if header.method.control:
-        yield "a control is no submission"
+        yield "a control cannot be submitted"
     there = [place.file(end) for end in store.ENDS if end not in header.files and place.file(end).exists()]
     if there:
         yield f"its header has no checksum of {', '.join(path.name for path in there)}"

@@ -98,7 +98,7 @@ def _head(path: Path) -> str:
     try:
         return str(read_json(path)["export"])
     except (FileError, KeyError, TypeError) as error:
-        raise BenchError(f"{path} is no manifest of an export; name a new folder") from error
+        raise BenchError(f"{path} is not the manifest of an export; name a new folder") from error
 
 
 def _checksum(path: Path) -> str:

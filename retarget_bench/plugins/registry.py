@@ -223,7 +223,7 @@ def add_file(path: str | Path) -> PluginEntry:
         return _FILES[path]
     entry, file = file_entry(path), file_of(path)
     if not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
-        what = "is no plug-in" if path.exists() else "no such plug-in file"
+        what = "is not a plug-in" if path.exists() else "no such plug-in file"
         raise BenchError(
             f"{path}: {what}; it is a .py file or a folder with an __init__.py, named with letters, "
             "digits and _.-"

@@ -112,7 +112,7 @@ def read_rows(path: Path, cases: Sequence[str]) -> dict[Key, np.ndarray]:
             raise FileError(path, f"names case {case!r}, which the case list beside it does not list", line)
         column, at = columns[value_id, index], position[case]
         if not math.isnan(column[at]):
-            raise FileError(path, f"{value_id!r} of {case!r} stands twice", line)
+            raise FileError(path, f"{value_id!r} of {case!r} is listed twice", line)
         column[at] = number
     if both := {value for value, index in columns if index} & {
         value for value, index in columns if not index

@@ -293,7 +293,7 @@ def _cases(path: Path, task: str, split: str, changed: int) -> tuple[CaseInfo, .
         if not frames.isdecimal() or len(frames) > 12:
             raise FileError(path, f"{frames!r} is not a number of frames", line)
         if case in infos:
-            raise FileError(path, f"{case!r} stands twice", line)
+            raise FileError(path, f"{case!r} is listed twice", line)
         infos[case] = CaseInfo(case, task, split, source, target, clip, kind, int(frames))
     return tuple(infos.values())
 
