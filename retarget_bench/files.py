@@ -40,8 +40,8 @@ _FORMULA = ("=", "+", "-", "@")
 
 
 def check_ordinary(path: str | Path, most: float = math.inf) -> None:
-    """Raises FileError for anything but an ordinary file, which reading could wait for or never end, and for
-    one of more than ``most`` bytes. Where nothing is, whoever opens it says so."""
+    """Raises FileError for anything but an ordinary file, which reading could wait for or never end, and
+    for one of more than ``most`` bytes. Where nothing is, whoever opens it says so."""
     try:
         status = Path(path).stat()
     except (OSError, ValueError):
