@@ -121,10 +121,10 @@ class HuMoT(LearnedMethod):
         self, variant: Variant = "small", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
     ) -> None:
         super().__init__(weights)
-        given = asdict(Overrides(**overrides))
-        self.variant, self.windows = variant, given.pop("windows")
-        self.root_rule = root_rules.check(given.pop("root_rule"), root_rules.SCALING_RULES)
-        self.settings = Settings(**given)
+        options = asdict(Overrides(**overrides))
+        self.variant, self.windows = variant, options.pop("windows")
+        self.root_rule = root_rules.check(options.pop("root_rule"), root_rules.SCALING_RULES)
+        self.settings = Settings(**options)
         self.card = MethodCard(
             name="humot",
             title="HuMoT",

@@ -126,12 +126,12 @@ class Pan(SkeletalMethod):
         **overrides: Annotated[Any, Overrides],
     ) -> None:
         super().__init__(BETWEEN if weights == OWN and parts == "three" else weights)
-        given = asdict(Overrides(**overrides))
-        self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
+        options = asdict(Overrides(**overrides))
+        self.variant, self.target_stats, self.tips = variant, options["target_stats"], options["tips"]
         self._asked = parts
         self.parts, self._part_map = parts_of(parts)
         variants = BETWEEN_LEGS if self.parts == "three" else SETTINGS
-        self.settings: Settings = variants[variant].overridden(given)
+        self.settings: Settings = variants[variant].overridden(options)
         self.yaw = self.settings.yaw
         self.card = MethodCard(
             name="pan",

@@ -88,10 +88,10 @@ class San(SkeletalMethod):
         self, variant: Variant = "own", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
     ) -> None:
         super().__init__(weights)
-        given = asdict(Overrides(**overrides))
-        self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
-        self.allowed = given["structures"]
-        self.settings: Settings = SETTINGS[variant].overridden(given)
+        options = asdict(Overrides(**overrides))
+        self.variant, self.target_stats, self.tips = variant, options["target_stats"], options["tips"]
+        self.allowed = options["structures"]
+        self.settings: Settings = SETTINGS[variant].overridden(options)
         self.card = MethodCard(
             name="san",
             title="SAN",
