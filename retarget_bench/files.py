@@ -41,7 +41,7 @@ _FORMULA = ("=", "+", "-", "@")
 
 def check_ordinary(path: str | Path, most: float = math.inf) -> None:
     """Raises FileError for anything but an ordinary file, which reading could wait for or never end, and
-    for one of more than ``most`` bytes. Where nothing is, whoever opens it says so."""
+    for one of more than ``most`` bytes. A missing file passes: opening it fails."""
     try:
         status = Path(path).stat()
     except (OSError, ValueError):
@@ -59,7 +59,7 @@ def check_ordinary(path: str | Path, most: float = math.inf) -> None:
 
 def read_json(path: Path, most: int = _LARGEST_TEXT) -> Any:
     """The content of a JSON file of at most so many bytes. Raises FileError where it is none, or is nested
-    too deeply for whoever goes through it."""
+    too deeply to be walked."""
     return _content(path, json.loads, "JSON", most)
 
 

@@ -76,7 +76,7 @@ class _Dict(dict[Any, Any]):
 # --------------------------------------------------------------------------------------------- objects
 @dataclass(frozen=True)
 class _ImmutableSkin:
-    """Makes a mesh that nobody can write to, when it is first asked for."""
+    """Makes a read-only mesh when it is first asked for."""
 
     skin: Callable[[], Mesh]
 
@@ -93,7 +93,7 @@ def _close(value: Any) -> None:
         held["skin"] = _ImmutableSkin(value.skin)
     for name in _computed(type(value)):  # type: ignore[arg-type]
         if name not in held:
-            with suppress(Exception):  # whoever asks for it will be told
+            with suppress(Exception):  # it is raised again where it is asked for
                 getattr(value, name)
     for name, each in held.items():
         if (closed := _immutable(each)) is not each:

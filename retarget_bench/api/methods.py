@@ -48,7 +48,7 @@ class MethodCard:
     assets:     files that answers depend on, by name: a parameter's, whose value is the path, or that of a
                 file beside the module. They belong to the key of a result (``plugins/assets.py``).
     trained_on: what has been trained on, out of ``characters``, ``structures``, ``kinds``, ``clips``; None:
-                nothing. The manifest of weights of ours stands before it.
+                nothing. The manifest of weights has precedence.
     """
 
     name: str

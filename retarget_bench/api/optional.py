@@ -32,8 +32,8 @@ def _offer(plugin: object, name: str, default: T, *arguments: object) -> T:
 class TrainingPairs(Protocol):
     """Pairs by index, always the same under an index, each made or read when it is asked for.
 
-    together: so many pairs in a row share their motions and are made together: who draws at random loses
-    nothing, who makes all beforehand (``bench train --prepare``) asks for every ``together``-th.
+    together: so many pairs in a row share their motions and are made together; ``bench train --prepare``,
+    which makes all beforehand, asks for every ``together``-th.
     """
 
     @property

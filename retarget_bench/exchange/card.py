@@ -16,7 +16,7 @@ from retarget_bench.results.header import MethodInfo
 CARD, LARGEST = "card.toml", 1_000_000
 """The file, and the bytes that it may have."""
 FILL_IN = "TO BE FILLED IN"
-"""What stands where only the authors know."""
+"""The placeholder of facts that only the authors know."""
 
 
 Text = Annotated[str, Field(min_length=1, max_length=10_000)]

@@ -58,7 +58,7 @@ def check(folder: Path, root: str | None = None) -> tuple[list[str], list[str]]:
     if not errors:
         try:
             builder.tables(split_summaries(store.find_results(folder)))
-        except Exception as error:  # whatever somebody sent
+        except Exception as error:  # a submission may hold anything
             errors.append(f"no table can be made of it: {type(error).__name__} {error}")
     return [printable(each)[:LONGEST] for each in errors], [printable(each)[:LONGEST] for each in warnings]
 
@@ -151,7 +151,7 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
 
 
 def _check_cases(place: ResultPaths, data: Dataset) -> None:
-    """Raises BenchError where the cases, or what else is said of them, are not the data set's."""
+    """Raises BenchError where the cases or their metadata are not the data set's."""
     infos = list(data.cases(place.task, place.split))
     with TemporaryDirectory() as temporary:
         own = replace(place, root=Path(temporary))

@@ -48,7 +48,7 @@ def leaderboard(folder: Path, root: str | None = None) -> tuple[list[Table], lis
                 raise BenchError(f"{label} is submitted twice")
             cards[label] = card.read(each)
             places += results
-        except Exception as error:  # whatever somebody sent, the others are shown
+        except Exception as error:  # a submission may hold anything; the others are shown
             problem = str(error) or type(error).__name__
             left_out.append(printable(f"{each.name} is left out: {problem}")[:LONGEST])
     left_out.sort()

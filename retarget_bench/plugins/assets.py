@@ -39,7 +39,7 @@ def asset_hashes(method: Any) -> dict[str, str]:
 
 
 def asset_place(method: Any, name: str) -> tuple[Path, str]:
-    """Where an asset is to lie, and the parameter that says so, if there is one."""
+    """Where an asset has to lie, and the parameter that holds this path, "" where none does."""
     method = method.method if isinstance(method, Composed) else method
     home = Path(inspect.getfile(type(method))).parent
     parameters = inspect.signature(type(method)).parameters

@@ -70,8 +70,8 @@ def add_file(path: str | PathLike[str]) -> registry.PluginEntry:
 def try_import(path: Path) -> None:
     """Import a plug-in file elsewhere, once for each state of its code.
 
-    What it raises is left to the import here, which tells it. Raises BenchError where importing it ends the
-    process, or takes longer than ``LONGEST`` seconds.
+    Raises BenchError where importing it ends the process, or takes longer than ``LONGEST`` seconds. Errors
+    of the plug-in itself are left to the import here.
     """
     if not registry.file_of(path).is_file():
         return

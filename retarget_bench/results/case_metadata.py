@@ -107,7 +107,7 @@ def _read(path: Path, changed: int) -> CaseMetadata:
         if last == [HASH, "", "", _hash(rows)]:
             return _parsed(rows)
     except ValueError:
-        pass  # no number: somebody else wrote it
+        pass  # not a number: another program wrote it
     raise FileError(
         path, "is not as it was written; groups of cases could be wrong. bench run writes it anew"
     )

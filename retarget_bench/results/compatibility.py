@@ -1,7 +1,7 @@
 """Results that may share a table: those of the newest data, with every metric in its newest version.
 
-What counts is the version that a metric's card declares, which moves when any of its numbers does. Other
-code under the same version is told in a note: it should give the same numbers.
+A metric's version is that of its card, which moves when any of its numbers does. Other code under the same
+version should give the same numbers, and is mentioned in a note.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,7 +22,7 @@ class Newest:
     metric_of: Mapping[str, str]
 
     def why_outdated(self, header: ResultHeader) -> str:
-        """The reason why no number of a result may stand here; "" where its data are the newest."""
+        """Why no number of a result may be shown here; "" where its data are the newest."""
         content = header.dataset.content
         if content == self.content:
             return ""
@@ -32,7 +32,7 @@ class Newest:
         )
 
     def why_value_outdated(self, header: ResultHeader, value: str) -> str:
-        """The reason why a value of a result may not stand here; "" where its metric is the newest."""
+        """Why a value of a result may not be shown here; "" where its metric is the newest."""
         metric = self.metric_of.get(value, "")
         if metric not in (had := metric_versions(header)) or had[metric] == self.metrics[metric]:
             return ""
