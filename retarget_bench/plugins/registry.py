@@ -215,8 +215,8 @@ def _locate(module: str) -> Path | None:
 def add_file(path: str | Path) -> PluginEntry:
     """Make the plug-in in a ``.py`` file (or in a folder with an ``__init__.py``) known by its stem.
 
-    Its kind follows from an attribute of its ``plugin``: ``retarget``, ``compute`` or ``features``, ``cases``,
-    or ``process``; so the file is imported here. Adding a file twice is the same as once. Raises BenchError.
+    The attributes of its ``plugin`` decide its kind: ``retarget``, ``compute`` or ``features``, ``cases``,
+    or ``process``; so the file is imported here. Adding it again changes nothing. Raises BenchError.
     """
     path = Path(path).resolve()
     if path in _FILES:
