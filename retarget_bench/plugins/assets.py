@@ -21,7 +21,7 @@ from retarget_bench.plugins.post_processors import Composed
 def asset_path(method: Method, name: str) -> Path:
     """Where an asset lies, in full. Raises BenchError where it is not there or not what the card says."""
     asset = method_card(method).assets[name]
-    path, parameter = asset_place(method, name)
+    path, parameter = _place(method, name)
     needing = method.card.name.partition("+")[0]
     if not path.exists():
         cure = f"give {parameter}=PATH" if parameter else "put it there"
@@ -38,7 +38,7 @@ def asset_hashes(method: Any) -> dict[str, str]:
     return {name: asset_hash(asset_path(method, name)) for name in sorted(method_card(method).assets)}
 
 
-def asset_place(method: Any, name: str) -> tuple[Path, str]:
+def _place(method: Any, name: str) -> tuple[Path, str]:
     """Where an asset has to lie, and the parameter that holds this path, "" where none does."""
     method = method.method if isinstance(method, Composed) else method
     home = Path(inspect.getfile(type(method))).parent

@@ -48,37 +48,31 @@ class BoundMethod:
     def card(self) -> MethodCard:
         return optional.method_card(self.built)
 
+    @cached_property
+    def _labels(self) -> dict[str, str]:
+        """Parameter that names local weights or assets -> the hash that it goes by in results.
+
+        Raises BenchError where these are missing."""
+        weighted, values = {"weights": self.built, **optional.stages(self.built)}, self.spec.parameters
+        labels = {name: optional.weights_label(each) for name, each in weighted.items() if name in values}
+        for name in self.card.assets:
+            if name in values:
+                labels[name] = f"local-{assets.asset_hash(assets.asset_path(self.built, name))[:8]}"
+        return {name: label for name, label in labels.items() if label not in ("", values[name])}
+
     @property
-    def _local(self) -> tuple[dict[str, Any], list[str]]:
-        """Parameters that may say where files lie: of weights, with whose they are, and of assets."""
-        weighted = {"weights": self.built, **optional.stages(self.built)}
-        parameters = self.spec.parameters
-        return (
-            {name: each for name, each in weighted.items() if name in parameters},
-            [name for name in self.card.assets if name in parameters],
-        )
-
-    @cached_property
     def known_as(self) -> Spec:
-        """The spec in results: local weights and assets go by their hash, since where they lie
-        does not matter, but what they hold does. Raises BenchError where there are none."""
-        weighted, held = self._local
-        labels = {name: optional.weights_label(each) for name, each in weighted.items()}
-        for name in held:
-            labels[name] = f"local-{assets.asset_hash(assets.asset_path(self.built, name))[:8]}"
-        return self.spec.with_parameters(**{name: label for name, label in labels.items() if label})
+        """The spec in results: local weights and assets go by their hash, since where they lie does not
+        matter, but what they hold does. Raises BenchError where there are none."""
+        return self.spec.with_parameters(**self._labels)
 
-    @cached_property
+    @property
     def located(self) -> Spec:
         """The spec with the paths of local weights and assets in full, for processes that work in other
-        folders."""
-        weighted, held = self._local
-        paths = {name: assets.asset_place(self.built, name)[0] for name in held}
-        for name in weighted:
-            path = Path(str(value := self.spec.parameters[name]))
-            if self.known_as.parameters[name] != value and not path.is_absolute() and path.exists():
-                paths[name] = path.resolve()
-        return self.spec.with_parameters(**{name: str(path) for name, path in paths.items()})
+        folders. Raises BenchError where there are none."""
+        paths = {name: Path(str(self.spec.parameters[name])).expanduser() for name in self._labels}
+        full = {name: str(path.absolute()) for name, path in paths.items() if path.exists()}
+        return self.spec.with_parameters(**full)
 
     @property
     def code(self) -> str:
