@@ -148,7 +148,7 @@ def test_the_code_of_a_variant_is_known_by_that_of_the_other_too(variant):
     from retarget_bench.plugins import registry
 
     kind, name = variant.split("/")
-    files = {path.resolve() for _, path in registry.code_files(kind, name)}
+    files = {path.resolve() for path in registry.code_files(kind, name)}
     other = ROOT / VARIANTS[variant]
     assert files & set(python_files(other))
     assert ROOT / variant / "__init__.py" in files

@@ -278,7 +278,7 @@ def test_nothing_beside_a_result_takes_the_place_of_another_file(bench, folders,
 def test_an_empty_folder_a_pipe_and_two_takes_are_sentences(bench, folders):
     Path("none").mkdir()
     os.mkfifo("pipe.bvh")
-    for source, told in (("none", "has no frames of a scan"), ("pipe.bvh", "no ordinary file but a pipe")):
+    for source, told in (("none", "has no frames of a scan"), ("pipe.bvh", "ordinary file but a pipe")):
         code, _, err = bench("retarget", source, "--target", "bodies/large.bvh", "-o", "x.bvh", *COPY)
         assert code == 2
         assert told in err

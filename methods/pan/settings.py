@@ -7,7 +7,7 @@ three parts what it does between two legs and four.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Final, Literal, Self, TypedDict
+from typing import Any, Final, Literal, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
@@ -24,27 +24,28 @@ NEGATIVE: Final = -1.0
 """A number that the variant sets."""
 
 
-class Overrides(TypedDict, total=False):
-    """Parameters of PAN that take the place of its variant's; defaults stand behind the types."""
+@dataclass(frozen=True)
+class Overrides:
+    """Parameters of PAN that take the place of its variant's."""
 
-    root: Annotated[Literal["", Root], UNSET]
-    lengths: Annotated[Literal["", Lengths], UNSET]
-    facing: Annotated[float, NEGATIVE]
-    yaw: Annotated[Literal["", Yaw], UNSET]
-    path: Annotated[Literal["", Path], UNSET]
-    statistics: Annotated[Literal["", Statistics], UNSET]
-    target_stats: Annotated[Literal["transferred", "own"], "transferred"]
-    conv_mask: Annotated[Literal["", Mask], UNSET]
-    decoder: Annotated[Literal["", DecoderKind], UNSET]
-    dropout: Annotated[float, NEGATIVE]
-    attention: Annotated[bool, True]
-    by_part: Annotated[bool, True]
-    kinematic: Annotated[float, NEGATIVE]
-    cycle: Annotated[float, NEGATIVE]
-    ends: Annotated[float, NEGATIVE]
-    adversarial: Annotated[float, NEGATIVE]
-    velocity: Annotated[float, NEGATIVE]
-    tips: Annotated[Literal["copied", "rest"], "copied"]
+    root: Literal["", Root] = UNSET
+    lengths: Literal["", Lengths] = UNSET
+    facing: float = NEGATIVE
+    yaw: Literal["", Yaw] = UNSET
+    path: Literal["", Path] = UNSET
+    statistics: Literal["", Statistics] = UNSET
+    target_stats: Literal["transferred", "own"] = "transferred"
+    conv_mask: Literal["", Mask] = UNSET
+    decoder: Literal["", DecoderKind] = UNSET
+    dropout: float = NEGATIVE
+    attention: bool = True
+    by_part: bool = True
+    kinematic: float = NEGATIVE
+    cycle: float = NEGATIVE
+    ends: float = NEGATIVE
+    adversarial: float = NEGATIVE
+    velocity: float = NEGATIVE
+    tips: Literal["copied", "rest"] = "copied"
 
 
 PARAMETERS = {

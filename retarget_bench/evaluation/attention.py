@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.api import Method
-from retarget_bench.api.optional import OffersAttention
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.files import spreadsheet, write_text
 from retarget_bench.motion.motion import Motion
@@ -45,7 +44,7 @@ def ask(method: Method, source: Motion, name: str) -> Attention:
     """The attention of a method to a motion; name: of the method, for messages.
 
     Raises NotSupported where it does not say, and BenchError where what it says is none of that."""
-    if not isinstance(method, OffersAttention):
+    if not hasattr(method, "attention"):
         raise NotSupported(f"{name} does not say what it attends to; pan does")
     if why := method.supports(source.character, source.character):
         raise NotSupported(f"{name}: {why}")

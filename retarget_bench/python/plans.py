@@ -23,7 +23,6 @@ from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.assets import asset_hashes
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.plugins.trial import try_import
 from retarget_bench.python.run_options import Named as Named
 from retarget_bench.python.run_options import RunOptions
 from retarget_bench.results.store import ResultPaths
@@ -160,14 +159,10 @@ def method_spec(method: Named) -> Spec:
     """
     if isinstance(method, str):
         return named.parse(method)
-    if isinstance(method, PathLike):
-        path = Path(method)
-        try_import(path)
-    else:  # imported already
-        path = _file_of(method)
-    entry = registry.add_file(path)
+    # what is no path is imported already
+    entry = named.add_file(method) if isinstance(method, PathLike) else registry.add_file(_file_of(method))
     if entry.kind != "methods":
-        raise BenchError(f"{path} is a {registry.SINGULAR[entry.kind]}, and a method is asked for")
+        raise BenchError(f"{entry.origin} is a {registry.SINGULAR[entry.kind]}, and a method is asked for")
     return Spec(entry.name)
 
 

@@ -113,8 +113,8 @@ def sparse(path: Path) -> None:
 
 
 NO_FILES = [
-    (device, "is no ordinary file but a device"),
-    (os.mkfifo, "is no ordinary file but a pipe"),
+    (device, "is not an ordinary file but a device"),
+    (os.mkfifo, "is not an ordinary file but a pipe"),
     (Path.mkdir, "is a folder"),
 ]
 

@@ -57,7 +57,7 @@ def test_every_mistake_in_the_card_is_said_at_once(sound: Path) -> None:
         ("a case unanswered", "the counts of its header are not those of its cases"),
         ("a case unlisted", "cases.csv is not what the data set says here"),
         ("other label", "the rows are of ik, mine on toy_cases; a submission is of one method"),
-        ("a control", "a control is no submission"),
+        ("a control", "a control cannot be submitted"),
         ("other data", "made on other data (toy-1-2) than toy_cases has here (toy-1-3)"),
         ("two data sets", "of ik on bows, toy_cases; a submission"),
         ("not a number", "is not a number"),
@@ -205,7 +205,7 @@ def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.Cap
     capsys.readouterr()
     wrong = {
         ("submit", str(sound)): "say one of",
-        ("submit", str(tmp_path / "x"), "--check"): "is no folder",
+        ("submit", str(tmp_path / "x"), "--check"): "is not a folder",
         ("submit", str(sound), "--make", "ik", "--results", str(runs)): "not an empty folder",
         (
             "submit",

@@ -218,7 +218,7 @@ def all_zero(sound: Path) -> None:
 
 HOSTILE = [
     *((link, "secret.txt is a link"), (linked_card, "is a link"), (linked_folder, "is a link")),
-    *((fifo, "is no ordinary file"), (listening, "is no ordinary file")),
+    *((fifo, "is not an ordinary file"), (listening, "is not an ordinary file")),
     *((large_card, "files of up to 0.001 GB are read"), (large_file, "more than the 1,000,000,000")),
     *((bomb, "it unpacks to 5,000,"), (pickled, "allow_pickle=False"), (deep_folders, "folders deep")),
     *((deep_toml, "is not TOML"), (many_digits, "is not TOML"), (endless, "training_hours: ")),
@@ -230,7 +230,11 @@ HOSTILE = [
     ),
     (newest_of_all, "a newer version of position than is installed"),
     *((direction, "declares another better"), (other_split, "the rows are of retarget self")),
-    *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "cases.csv is not what")),
+    *(
+        (huge_cell, "field larger than"),
+        (row_twice, "is listed twice"),
+        (case_twice, "cases.csv is not what"),
+    ),
     *((metric_gone, "no values of ground"), (no_sets, "are left out")),
     *((other_clip, "cases.csv is not what"), (other_parts, "cases.metadata.csv is not what")),
     *((number("mpjpe_h.world", "-3"), "is -3"), (number("contact_recall", "7"), "is 7, which is not")),

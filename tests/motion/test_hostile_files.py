@@ -188,9 +188,9 @@ def sparse(path: Path) -> None:
 
 
 NO_FILES = [
-    (device, "is no ordinary file but a device: save what it gives to a file"),
-    (pipe, "is no ordinary file but a pipe"),
-    (listening, "is no ordinary file but a socket"),
+    (device, "is not an ordinary file but a device: save what it gives to a file"),
+    (pipe, "is not an ordinary file but a pipe"),
+    (listening, "is not an ordinary file but a socket"),
     (Path.mkdir, "is a folder"),
     (sparse, "has 1,100 GB; files of up to 4.3 GB are read: cut it into parts"),
 ]

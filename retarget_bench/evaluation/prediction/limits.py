@@ -115,7 +115,7 @@ def only(folder: Path, kept: Collection[str]) -> bool:
 
 
 def check_file(path: Path, case: Case) -> None:
-    """Raises FileError for what is no ordinary file of about the size of an answer."""
+    """Raises FileError for anything but an ordinary file of about the size of an answer."""
     try:
         found = path.lstat()
     except OSError:

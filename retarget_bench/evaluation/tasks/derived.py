@@ -1,14 +1,13 @@
 """The cases of a derived task, from the motions that a data set has."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset
+from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset, optional
 from retarget_bench.api.datasets import usual_splits
-from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
 from retarget_bench.evaluation.tasks.task_dataset import TaskDataset
@@ -39,14 +38,16 @@ class Derived(TaskDataset):
         if isinstance(most, bool) or not isinstance(most, int) or most < 0:
             raise BenchError(f"motions is a whole number, 0 for all; got {most}")
         self._most = most
-        if isinstance(data, OffersUnseen):
-            self.unseen = lambda info: data.unseen(self._listed[info.id][0])
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""
         if task != self.task.name or split != SPLIT:
             raise NotSupported(f"{self.label} has the task {self.task.name} and the split {SPLIT} alone")
         return self._infos
+
+    def unseen(self, info: CaseInfo) -> Collection[str] | None:
+        """That of the case that it is made of."""
+        return optional.unseen(self._data, self._listed[info.id][0])
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this task."""

@@ -103,7 +103,7 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
     """The file, which may be BVH by its first bytes."""
     try:
         if path.exists() and not path.is_file():
-            raise FileError(path, "is a folder" if path.is_dir() else "is no ordinary file")
+            raise FileError(path, "is a folder" if path.is_dir() else "is not an ordinary file")
         with path.open("rb") as file:
             if problem := complaint(file.read(_SNIFFED)):
                 raise FileError(path, problem)

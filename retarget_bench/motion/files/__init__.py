@@ -39,7 +39,7 @@ def suffixes(*, written: bool = False) -> tuple[str, ...]:
 def format_of(path: str | Path) -> Format:
     """The format of a file, by its first bytes; else, and where it is not there, by its ending.
 
-    What is no ordinary file, or too large, is ``UNREADABLE``.
+    Files that are not ordinary, or too large, are ``UNREADABLE``.
     """
     path = split_take(path)[0]
     try:
