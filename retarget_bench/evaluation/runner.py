@@ -163,7 +163,7 @@ def _journalled(unit: EvaluationUnit) -> Entries:
         case: entry
         for case, entry in found.items()
         if entry.status != "missing"
-        and (entry.status != "ok" or not sets or set_files.case_features(unit.paths, case).exists())
+        and (entry.status != "ok" or not sets or set_files.waiting_file(unit.paths, case).exists())
     }
 
 

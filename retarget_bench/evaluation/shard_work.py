@@ -163,14 +163,14 @@ class ShardWork:
             found = score(self.metrics.of_cases, case, scored, before)
             if asked := self.metrics.of_sets:
                 real = isinstance(self._data(self.stored.units[unit]), RealDataset)
-                arrays, faults = set_files.collect(asked, case, scored, real, before)
+                members, faults = set_files.collect(asked, case, scored, real, before)
                 found.faults.update(faults)
         except BenchError as error:  # the case itself
             return CaseResult(name, "failed", sentence(error))
         if asked:
             try:
                 paths = self.stored.units[unit].paths
-                set_files.write_waiting(set_files.case_features(paths, name), arrays)
+                set_files.write_waiting(set_files.waiting_file(paths, name), members)
             except FileError as error:
                 raise CannotStore(str(error)) from error
         return CaseResult(name, "ok", values=found.values, faults=found.faults)

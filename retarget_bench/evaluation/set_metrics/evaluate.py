@@ -16,7 +16,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.score import Before, as_number, asked, compared, nothing, seconds
 from retarget_bench.evaluation.set_metrics import files
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
-from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays
+from retarget_bench.evaluation.set_metrics.files import Members, SetMember
 from retarget_bench.evaluation.set_metrics.values import SetValue
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
@@ -38,29 +38,40 @@ def evaluate(
     infos: of the cases that have features.
     """
     by_id = {info.id: info for info in infos}
-    arrays = files.gather(paths, by_id)
+    gathered = files.gather(paths, by_id)
     found = []
     for metric in bound.metrics(plan.metrics).of_sets:
         name = metric.card.name
-        for structure, mine in sorted(_sets(metric, by_id, arrays).items()):
+        sets: dict[str, dict[str, SetMember]] = {}
+        for case, member in _of_one_width(name, gathered).items():
+            sets.setdefault(member.name, {})[case] = member
+        for structure, members in sorted(sets.items()):
             try:
                 before(name)
-                found += _values(plan, data, metric, structure, mine, arrays)
-            except Exception as error:  # of features of several shapes, for one
+                found += _values(plan, data, metric, structure, members, by_id)
+            except Exception as error:
                 reason = files.failed(name, sentence(error))
                 found += [SetValue(each.id, structure, 0, 0, reason=reason) for each in metric.card.values]
     return found
 
 
-def _sets(
-    metric: SetMetric, infos: Mapping[str, CaseInfo], arrays: Arrays
-) -> dict[str, dict[str, CaseInfo]]:
-    """Set of a metric -> its cases."""
-    found: dict[str, dict[str, CaseInfo]] = {}
-    for case, info in infos.items():
-        if (key := f"{case}/{metric.card.name}:set") in arrays:
-            found.setdefault(str(arrays[key]), {})[case] = info
-    return found
+def _of_one_width(metric: str, gathered: Mapping[str, Members]) -> dict[str, SetMember]:
+    """Case -> its features for a metric; a reason in their place where they do not fit together."""
+    members = {case: each[metric] for case, each in gathered.items() if metric in each}
+    arrays = [
+        array
+        for each in members.values()
+        if each.features
+        for array in (each.features.generated, each.features.real)
+    ]
+    widths = sorted({array.shape[1] for array in arrays if len(array)})
+    if len(widths) < 2:
+        return members
+    reason = files.failed(metric, f"gave features of {' and '.join(map(str, widths))} numbers")
+    return {
+        case: replace(each, features=None, reason=reason) if each.features else each
+        for case, each in members.items()
+    }
 
 
 def _values(
@@ -68,30 +79,29 @@ def _values(
     data: Spec,
     metric: SetMetric,
     structure: str,
+    members: Mapping[str, SetMember],
     infos: Mapping[str, CaseInfo],
-    arrays: Arrays,
 ) -> list[SetValue]:
     """All values of a metric on one structure, or on one of its own sets. Raises BenchError where the
     metric, or the data set, fails."""
     name, ids = metric.card.name, [value.id for value in metric.card.values]
-    reasons = {str(arrays[key]) for case in infos if (key := f"{case}/{name}:reason") in arrays}
-    if reasons:
+    if reasons := {each.reason for each in members.values() if each.reason}:
         return [SetValue(value, structure, 0, 0, reason=min(reasons)) for value in ids]
-    features = {case: CaseFeatures(*(arrays[f"{case}/{name}:{part}"] for part in PARTS)) for case in infos}
-    network = str(arrays[f"{min(infos)}/{name}:network"])
-    bare = SetValue("", structure, 0, 0, network=network)
+    features = {case: each.features for case, each in members.items() if each.features}
+    bare = SetValue("", structure, 0, 0, network=members[min(members)].network)
     if all(len(each.real) == len(each.generated) for each in features.values()):
         stretches = metric.stretches if isinstance(metric, OwnSets) else None
         return _drawn(metric, bare, draw(features, infos, stretches))
     # cases without references: their answers against other real motion, also of the same kind alone
     real, real_infos = real_set(data, plan.metrics, name, plan.task, structure)
     found = []
-    for kind in ("", *sorted({info.kind for info in infos.values()} - {""})):
-        mine = {case: info for case, info in infos.items() if kind in ("", info.kind)}
-        kept = {case: info for case, info in real_infos.items() if kind in ("", info.kind)}
-        if kept:
-            answered, theirs = {case: features[case] for case in mine}, {case: real[case] for case in kept}
-            found += _drawn(metric, replace(bare, kind=kind), draw_apart(answered, mine, theirs, kept))
+    for kind in ("", *sorted({infos[case].kind for case in features} - {""})):
+        answers = {case: each for case, each in features.items() if kind in ("", infos[case].kind)}
+        others = {case: each for case, each in real.items() if kind in ("", real_infos[case].kind)}
+        if others:
+            found += _drawn(
+                metric, replace(bare, kind=kind), draw_apart(answers, infos, others, real_infos)
+            )
         else:
             reason = f"there is no real motion of kind {kind}" if real else NO_REAL.format(structure)
             found += [replace(bare, kind=kind, value_id=value, reason=reason) for value in ids]
