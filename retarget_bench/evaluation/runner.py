@@ -2,9 +2,10 @@
 
 import shutil
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import closing, nullcontext
 from pathlib import Path
+from typing import Literal
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import clips, executors, set_metrics, timing
@@ -83,13 +84,13 @@ def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], 
         return
     stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left))
     units = list(done)
-    count, total = 0, sum(stored.facts["sizes"])
+    count, total = 0, sum(stored.content.sizes)
     progress(0, total)
     lost: dict[int, str] = {}
-    with nullcontext() if isinstance(engine, Local) else engine:  # those of this machine go on
-        for number, problem in engine.run(stored.folder, stored.shards):
+    with closing(engine.run(stored.folder, stored.shards)) as ended:
+        for number, problem in ended:
             answers = _complete(stored, number, wait=not problem)
-            if len(answers) < stored.facts["sizes"][number]:
+            if len(answers) < stored.content.sizes[number]:
                 lost[number] = problem or "it ended, but not all of its answers are to be seen here"
             for unit, entry in answers:
                 if plan.stage != "predict":
@@ -111,7 +112,7 @@ def _complete(stored: StoredPlan, number: int, wait: bool) -> list[Answer]:
     until = time.monotonic() + PATIENCE * wait
     while True:
         found = list(stored.answers(number))
-        if len(found) >= stored.facts["sizes"][number] or time.monotonic() >= until:
+        if len(found) >= stored.content.sizes[number] or time.monotonic() >= until:
             return found
         time.sleep(LOOK)
 
@@ -189,7 +190,7 @@ def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) ->
         answered = [
             [each.case for each in found.values() if each.status == "ok"] for found in done.values()
         ]
-        _units_by(plan, local, "sets", list(done), answered=answered)
+        _units_by(plan, local, "sets", list(done), answered)
     else:
         for unit in done:
             set_metrics.write(unit.paths, [])  # earlier results of other metrics may have left some
@@ -211,19 +212,23 @@ def _time(plan: Plan, local: Local) -> None:
         if not unit.seed_number and unit.paths.header.exists():
             units.setdefault((unit.dataset, unit.method), []).append(unit)
     stale = timing.stale({mine[-1]: [unit.paths for unit in mine] for mine in units.values()})
-    _units_by(plan, local, "time", stale, jobs=1)
+    _units_by(plan, local, "time", stale)
 
 
 def _units_by(
-    plan: Plan, local: Local, kind: str, units: list[EvaluationUnit], jobs: int = 0, **more: object
+    plan: Plan,
+    local: Local,
+    kind: Literal["sets", "time"],
+    units: list[EvaluationUnit],
+    answered: Sequence[Sequence[str]] = (),
 ) -> None:
-    """Have something done for every unit by processes of this machine. Raises BenchError where sets
-    fail."""
+    """Have something done for every unit by processes of this machine, times one after the other. Raises
+    BenchError where sets fail."""
     if not units:
         return
-    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in units], (), **more)
+    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in units], answered=answered)
     try:
-        for number, problem in local.run(stored.folder, range(len(units)), kind, jobs):
+        for number, problem in local.run(stored.folder, range(len(units)), kind):
             if problem and kind == "sets":
                 raise BenchError(f"the sets of {units[number].paths.rows} could not be compared: {problem}")
     finally:

@@ -78,11 +78,11 @@ class ShardWork:
 
     def check(self) -> None:
         """Raises BenchError with what this machine has that the stored plan was not made with."""
-        theirs: Mapping[str, Any] = self.stored.facts["common"]
+        planned = self.stored.content.common
         methods = {unit.method for unit in self.stored.units}
-        mine = machine_facts(self.plan, methods, self.plan.datasets)
-        for name in sorted(theirs.keys() | mine.keys()):
-            if (here := mine.get(name, "none")) != (there := theirs.get(name, "none")):
+        facts = machine_facts(self.plan, methods, self.plan.datasets)
+        for name in sorted(planned.keys() | facts.keys()):
+            if (here := facts.get(name, "none")) != (there := planned.get(name, "none")):
                 raise BenchError(
                     f"{platform.node()} has {name} {here} where the run was planned with {there}; all "
                     "machines need the same versions, code and data"
@@ -105,15 +105,15 @@ class ShardWork:
         Interrupted at any moment, it is to be carried out again: what is written is not computed anew.
         Raises BenchError.
         """
-        part = self.stored.writer(number)
+        write = self.stored.writer(number)
         for task in self.stored.lacking(number):
             for unit, entry in self._entries(task):
-                part.write(unit, entry)
+                write(unit, entry)
 
     def sets(self, number: int) -> None:
         """Compute and write the values of a unit's sets, whose cases are all answered."""
         unit = self.stored.units[number]
-        answered = frozenset(self.stored.facts["answered"][number])
+        answered = frozenset(self.stored.content.answered[number])
         infos = [info for info in self._infos(unit).values() if info.id in answered]
         self.at((number,), (), SCORING)
         before = partial(self._before, number, "")

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -61,16 +61,17 @@ class Local:
         self._open.close()
 
     def run(
-        self, folder: Path, numbers: Sequence[int], kind: str = "shard", jobs: int = 0
-    ) -> Iterator[tuple[int, str]]:
+        self, folder: Path, numbers: Sequence[int], kind: str = "shard"
+    ) -> Generator[tuple[int, str], None, None]:
         """Carry out shards of a stored plan; each as it ends, with "" or why it was not completed.
 
-        kind: ``shard``, or ``sets`` or ``time`` with numbers of units. jobs: at most so many at once.
+        kind: ``shard``, or ``sets`` or ``time`` with numbers of units; times are taken one after the other.
         Raises BenchError where the run must end.
         """
         waiting, lost = deque(_Work(kind, number) for number in numbers), deque[_Work]()
-        self._ready(min(jobs or self.jobs, len(waiting)))
-        crew = self._processes[: jobs or self.jobs]
+        jobs = 1 if kind == "time" else self.jobs
+        self._ready(min(jobs, len(waiting)))
+        crew = self._processes[:jobs]
         try:
             while waiting or lost or any(each.work for each in crew):
                 for each in crew:
@@ -136,10 +137,10 @@ class _Work:
             left_out = [[unit, case, asked] for unit in units for case in cases or [""]]
             self.without += [[*each, SCORED.format(how)] for each in left_out]
         elif twice:
-            part, why = StoredPlan(folder).writer(self.number), LOADED if asked == LOADING else ENDED
+            write, why = StoredPlan(folder).writer(self.number), LOADED if asked == LOADING else ENDED
             for unit in units:
                 for case in cases:
-                    part.write(unit, CaseResult(case, "failed", why.format(how)))
+                    write(unit, CaseResult(case, "failed", why.format(how)))
         return ""
 
 

@@ -4,10 +4,11 @@ import atexit
 import os
 import re
 import socket
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.executors.local import Local
@@ -29,29 +30,8 @@ class RayTasks:
         self._options: dict[str, Any] = {"num_cpus": 1, "num_gpus": gpus, "max_retries": retries}
         if memory:
             self._options["memory"] = int(memory * 2**30)
-        self._mine = False
 
-    def __enter__(self) -> Self:
-        import ray
-
-        if not ray.is_initialized():
-            where = self._address or os.environ.get("RAY_ADDRESS", "")
-            quiet = {"include_dashboard": False, "log_to_driver": False, "logging_level": "ERROR"}
-            try:
-                _look_for(where)
-                ray.init(where or None, **quiet)
-            except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
-                raise BenchError(f"Ray cannot be used ({where or 'here'}): {_first_line(error)}") from error
-            self._mine = True
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        import ray
-
-        if self._mine:
-            ray.shutdown()
-
-    def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
+    def run(self, folder: Path, numbers: Sequence[int]) -> Generator[tuple[int, str], None, None]:
         import ray
 
         known = {name: text for name, text in os.environ.items() if name.startswith("RETARGET_BENCH_")}
@@ -59,14 +39,36 @@ class RayTasks:
         if "PYTHONPATH" in os.environ:
             known["PYTHONPATH"] = os.environ["PYTHONPATH"]
         task = ray.remote(carry_out).options(runtime_env={"env_vars": known}, **self._options)
-        shards = {task.remote(str(folder), number): number for number in numbers}
-        try:
-            while shards:
-                for each in ray.wait(list(shards))[0]:
-                    yield shards.pop(each), _outcome(each)
-        finally:
-            for each in shards:
-                ray.cancel(each, force=True)
+        with _initialised(self._address):
+            shards = {task.remote(str(folder), number): number for number in numbers}
+            try:
+                while shards:
+                    for each in ray.wait(list(shards))[0]:
+                        yield shards.pop(each), _outcome(each)
+            finally:
+                for each in shards:
+                    ray.cancel(each, force=True)
+
+
+@contextmanager
+def _initialised(address: str) -> Iterator[None]:
+    """A Ray to submit tasks to; one that was started or joined for it is left again. Raises BenchError."""
+    import ray
+
+    if ray.is_initialized():
+        yield
+        return
+    where = address or os.environ.get("RAY_ADDRESS", "")
+    quiet = {"include_dashboard": False, "log_to_driver": False, "logging_level": "ERROR"}
+    try:
+        _look_for(where)
+        ray.init(where or None, **quiet)
+    except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
+        raise BenchError(f"Ray cannot be used ({where or 'here'}): {_first_line(error)}") from error
+    try:
+        yield
+    finally:
+        ray.shutdown()
 
 
 def _look_for(address: str) -> None:

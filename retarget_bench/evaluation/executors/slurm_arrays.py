@@ -5,11 +5,11 @@ import shutil
 import socket
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.executors.local import Local
@@ -52,13 +52,7 @@ class SlurmArrays:
         self._each, self._cpus, self._array, self._cluster = shards, cpus, array, cluster
         self._sbatch = {"time": MINUTES, "job_name": "retarget-bench", **sbatch}
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
+    def run(self, folder: Path, numbers: Sequence[int]) -> Generator[tuple[int, str], None, None]:
         jobs: list[tuple[Any, Sequence[int]]] = []
         try:
             jobs += self._submitted(folder, numbers)
