@@ -145,23 +145,31 @@ def _single(values: np.ndarray) -> np.ndarray:
 
 
 # --------------------------------------------------------------------------------------------- context
-class ReferenceClips(Sequence[Prediction]):
-    """Reference motions of other cases, loaded when they are indexed."""
+class LazyClips(Sequence[Prediction]):
+    """Motions that are loaded by their numbers when they are indexed."""
 
-    def __init__(self, load: Callable[[CaseInfo], Case], infos: Sequence[CaseInfo]) -> None:
-        self._load = load
-        self._infos = tuple(infos)
+    def __init__(self, load: Callable[[int], Prediction], numbers: range) -> None:
+        self._load, self._numbers = load, numbers
 
     def __len__(self) -> int:
-        return len(self._infos)
+        return len(self._numbers)
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
-            return ReferenceClips(self._load, self._infos[index])
-        reference = self._load(self._infos[index]).reference
+            return LazyClips(self._load, self._numbers[index])
+        return self._load(self._numbers[index])
+
+
+def _references(dataset: Dataset, infos: Sequence[CaseInfo]) -> LazyClips:
+    """The reference motions of cases."""
+
+    def load(number: int) -> Prediction:
+        reference = dataset.load(infos[number]).reference
         if reference is None:
             raise NotSupported("needs reference motions, and this data set has none")
         return reference.copy()
+
+    return LazyClips(load, range(len(infos)))
 
 
 @dataclass(frozen=True)
@@ -202,7 +210,7 @@ def context_for(asked: Method | Inputs, dataset: Dataset, case: Case, seed: int)
             anywhere = _clips_of_target(dataset, case.info, [*dataset.card.splits])
             others = [info for info in anywhere if info.clip != case.info.clip]
         clips = {"target_motions": own, "other_clips": others}
-        given |= {k: ReferenceClips(dataset.load, each) for k, each in clips.items() if k in inputs.needs}
+        given |= {kind: _references(dataset, each) for kind, each in clips.items() if kind in inputs.needs}
     return Context(**given)
 
 

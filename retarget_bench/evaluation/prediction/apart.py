@@ -17,9 +17,7 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-import psutil
-
-from retarget_bench.evaluation.prediction.launch import end_group, end_with_parent, ending
+from retarget_bench.evaluation.prediction.launch import children, end_group, end_with_parent, ending
 from retarget_bench.evaluation.prediction.limits import FOLDER
 
 FAREWELL = 0.5
@@ -92,7 +90,7 @@ def end_family(pid: int) -> None:
     The process by which Python's multiprocessing removes shared memory that was left may do so first.
     """
     until = time.monotonic() + FAREWELL
-    while left := children():
+    while left := children(os.getpid()):
         if late := time.monotonic() > until:
             end_group(pid)
         for each in left:
@@ -102,19 +100,8 @@ def end_family(pid: int) -> None:
         with suppress(ChildProcessError):
             while os.waitpid(-1, os.WNOHANG)[0]:
                 pass
-        if children():
+        if children(os.getpid()):
             time.sleep(0.005)
-
-
-def children() -> list[int]:
-    """The living and dead children of this process, which is told of those of children that have ended."""
-    try:
-        found = [
-            int(each) for each in Path("/proc/self/task", str(os.getpid()), "children").read_text().split()
-        ]
-    except OSError:
-        found = [each.pid for each in psutil.Process().children()]
-    return found
 
 
 def _tidies(pid: int) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 
 import psutil
 
-from retarget_bench.evaluation.prediction import starting
+from retarget_bench.evaluation.prediction import answering
 from retarget_bench.evaluation.prediction.launch import adopt_orphans, end_group, end_with_parent, ending
 
 
@@ -74,7 +74,7 @@ def _forked(asking: socket.socket, start: Mapping[str, Any], descriptors: list[i
         try:
             end_with_parent(mine)
             asking.close()
-            starting.begin(start, *descriptors)
+            answering.begin(start, *descriptors)
         finally:
             os._exit(1)  # never back into the loop of the server
     for each in descriptors:

@@ -88,6 +88,22 @@ def text(said: Any) -> str:
     return printable(str(said)[:LONGEST_MESSAGE])
 
 
+def keep_printed(printed: Path, log: Path | None, least: int = 0) -> None:
+    """Move what a method printed to a log, up to ``LONGEST_LOG``, where it is more than the least; None: it
+    is forgotten."""
+    with suppress(OSError):
+        if (length := printed.stat().st_size) <= least:
+            return
+        room = LONGEST_LOG - (log.stat().st_size if log is not None and log.exists() else 0)
+        if log is not None and room > 0:
+            log.parent.mkdir(parents=True, exist_ok=True)
+            with printed.open("rb") as source, log.open("ab") as target:
+                target.write(source.read(room))
+                if length > room:
+                    target.write(b"\n... what came after this is not kept\n")
+        os.truncate(printed, 0)
+
+
 def size_of(folder: Path) -> int:
     """Bytes of the files in a folder, however deep; those that cannot be seen do not count."""
     total, folders = 0, [str(folder)]

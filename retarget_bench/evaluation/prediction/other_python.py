@@ -25,14 +25,14 @@ def main() -> None:
     reading, writing = os.dup(0), os.dup(1)
     os.dup2(2, 1)
     _import_package(HERE.parents[1])
-    from retarget_bench.evaluation.prediction import numpy_worker, starting
+    from retarget_bench.evaluation.prediction import answering, numpy_worker
 
     os.write(writing, json.dumps({"environment": numpy_worker.environment()}).encode() + b"\n")
     line = os.read(reading, 2**16)
     while line and not line.endswith(b"\n"):
         line += os.read(reading, 2**16)
     if line:
-        starting.begin(json.loads(line)["start"], reading, writing)
+        answering.begin(json.loads(line)["start"], reading, writing)
 
 
 def _import_package(folder: Path) -> None:

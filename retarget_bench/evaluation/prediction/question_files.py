@@ -8,7 +8,6 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import lru_cache
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -18,14 +17,13 @@ import numpy as np
 
 from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.prediction.numpy_worker import digest
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import Ground
 from retarget_bench.motion.measures import Measures
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion, PointSets, Positions, Prediction, Source, Surface
 from retarget_bench.motion.skeleton import EndSite, Skeleton
-
-_DIGITS = 32
 
 
 class Changed(BenchError):
@@ -38,19 +36,14 @@ def checked(path: Path) -> bytes:
         data = path.read_bytes()
     except OSError as error:
         raise Changed(f"a file of the question cannot be read ({error.strerror})") from error
-    if digest_of(data) != path.stem.rpartition("-")[2]:
+    if digest(data) != path.stem.rpartition("-")[2]:
         raise Changed("a file of the question was changed")
     return data
 
 
-def digest_of(data: bytes) -> str:
-    """Hex digits that stand for the contents of a file."""
-    return sha256(data).hexdigest()[:_DIGITS]
-
-
 def _written(folder: Path, token: str, data: bytes, ending: str) -> Path:
     """The file with these contents; written if it is not there."""
-    path = folder / f"{token}-{digest_of(data)}{ending}"
+    path = folder / f"{token}-{digest(data)}{ending}"
     if not path.exists():
         path.write_bytes(data)  # no rename: nobody is told of the file before it is whole
     return path
@@ -130,7 +123,7 @@ def write_answer(path: Path, answer: Prediction) -> str:
     """Write it in single precision, as predictions are stored; the digest of the file."""
     data = _packed(answer, np.float32)
     path.write_bytes(data)
-    return digest_of(data)
+    return digest(data)
 
 
 def _packed(motion: Prediction, kind: type[np.floating]) -> bytes:

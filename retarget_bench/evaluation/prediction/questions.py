@@ -12,6 +12,9 @@ from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Beyond
 
 Asked = tuple[Case, Context]
+MOTIONS = ("reference", "second_reference", "source_motion")
+CLIPS = ("other_clips", "target_motions")
+"""Parts of a context that are motions, and those that are several clips."""
 
 
 class Questions:
@@ -52,7 +55,7 @@ class Questions:
                 mesh = {str(self._body(body)): body for body in bodies}[wish["character"]].mesh
                 assert mesh is not None
                 return {"mesh": str(self._stays(files.write_mesh(self._folder, self._token, mesh)))}
-            if kind not in ("other_clips", "target_motions"):
+            if kind not in CLIPS:
                 raise KeyError(kind)
             return self._place(getattr(context, kind)[int(wish["index"])])
         except NotSupported as error:
@@ -81,10 +84,10 @@ class Questions:
             said["training"] = True
         if context.ground is not None:
             said["ground"] = files.ground_facts(context.ground)
-        for kind in ("reference", "second_reference", "source_motion"):
+        for kind in MOTIONS:
             if (motion := getattr(context, kind)) is not None:
                 said[kind] = self._place(motion)
-        for kind in ("other_clips", "target_motions"):
+        for kind in CLIPS:
             if (clips := getattr(context, kind)) is not None:
                 said[kind] = len(clips)
         return said

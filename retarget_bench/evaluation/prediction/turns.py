@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 try:
@@ -28,13 +28,10 @@ class Turns:
     @contextmanager
     def together(self) -> Iterator[None]:
         """While others may ask, too."""
-        with _held(self._gate, alone=False):
-            held = _held(self._asking, alone=False)
-            held.__enter__()
-        try:
+        with ExitStack() as asking:
+            with _held(self._gate, alone=False):
+                asking.enter_context(_held(self._asking, alone=False))
             yield
-        finally:
-            held.__exit__(None, None, None)
 
     @contextmanager
     def alone(self) -> Iterator[None]:

@@ -16,7 +16,7 @@ from typing import Any
 from retarget_bench.api import Case
 from retarget_bench.errors import FileError
 from retarget_bench.evaluation.predict import Outcome, differ
-from retarget_bench.evaluation.prediction import environments, launch, question_files
+from retarget_bench.evaluation.prediction import environments, launch, numpy_worker
 from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
 from retarget_bench.evaluation.prediction.limits import (
     FOLDER,
@@ -31,11 +31,11 @@ from retarget_bench.evaluation.prediction.limits import (
     Limits,
     Trouble,
     check_file,
+    keep_printed,
     only,
     size_of,
     text,
 )
-from retarget_bench.evaluation.prediction.printed import Printed
 from retarget_bench.evaluation.prediction.questions import Asked, Questions
 from retarget_bench.evaluation.prediction.turns import Turns
 from retarget_bench.files import digest
@@ -136,7 +136,7 @@ class PredictionWorker:
         self._forks = False
         self._loaded = set[str]()  # what the method wrote while it was built
         self._seconds = 0.0  # that the last exchange took
-        self._hopeless = self._given_up = ""
+        self._final: Outcome | None = None  # of every case from now on
         self._late = 0  # cases in a row without an answer in time
         self._folders = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count())
         self._own_folder()
@@ -147,7 +147,7 @@ class PredictionWorker:
         self.folder = next(self._folders)
         (self.folder / "work").mkdir(parents=True)
         self._questions = Questions(self.folder)
-        self._printed = Printed(self.folder / "printed.txt")
+        self._printed = self.folder / "printed.txt"
 
     # ------------------------------------------------------------------------------------ asking
     def ask(self, asked: Sequence[Asked]) -> list[Outcome]:
@@ -185,7 +185,7 @@ class PredictionWorker:
     def _apart(self, asked: Sequence[Asked], trouble: Trouble) -> list[Outcome]:
         if isinstance(trouble, CannotStart):
             return [Outcome("missing", str(trouble)) for _ in asked]
-        if len(asked) > 1 and not self._hopeless and not self._given_up:
+        if len(asked) > 1 and self._final is None:
             return [outcome for each in asked for outcome in self.ask([each])]
         return [Outcome("failed", str(trouble)) for _ in asked]
 
@@ -220,10 +220,8 @@ class PredictionWorker:
     # ------------------------------------------------------------------------------------ one exchange
     def _answers(self, asked: Sequence[Asked]) -> list[Outcome]:
         """Raises Trouble, after which there is no process any more, and OSError."""
-        if self._given_up:
-            return [Outcome("missing", self._given_up) for _ in asked]
-        if self._hopeless:
-            return [Outcome("failed", self._hopeless) for _ in asked]
+        if self._final is not None:
+            return [self._final for _ in asked]
         try:
             outcomes = self._exchange(asked)
         except OSError as error:
@@ -234,14 +232,14 @@ class PredictionWorker:
             raise Disturbed(f"the folder of its questions was changed ({error.strerror})") from error
         except Trouble:
             self.end()
-            self._printed.keep(self.log)
+            keep_printed(self._printed, self.log)
             self._own_folder()
             raise
         except BaseException:  # what its process says from now on would answer other questions
             self.end()
             raise
         self._late = 0
-        self._printed.keep(self.log)
+        keep_printed(self._printed, self.log)
         return outcomes
 
     def _exchange(self, asked: Sequence[Asked]) -> list[Outcome]:
@@ -264,11 +262,11 @@ class PredictionWorker:
     def _forget(self) -> None:
         """Remove what a method wrote since it was built, where it answers each batch in a process of its
         own. Under a command that isolates it, it has places that are not seen from here: it ends."""
-        ours = self._questions.kept | {"work", self._printed.path.name}
+        ours = self._questions.kept | {"work", self._printed.name}
         places = ((self.folder, ours), (self.folder / "work", self._loaded))
         if self.limits.isolate or (self._forks and not all(only(*each) for each in places)):
             self.end()
-            self._printed.keep(self.log)
+            keep_printed(self._printed, self.log)
             self._own_folder()
 
     def _start(self) -> None:
@@ -278,31 +276,30 @@ class PredictionWorker:
             "parameters": dict(self.method.parameters),
             "plugins": list(self.pool.plugins),
             "folder": str(self.folder / "work"),
-            "log": str(self._printed.path),
+            "log": str(self._printed),
         }
         for number in range(STARTS):
             try:
                 self._started = self.pool.start(start, self.method.environment, self.lock, self.learned)
                 said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
                 break
-            except environments.NoWorker as error:
-                self._hopeless = str(error)
-                raise Beyond(self._hopeless) from error
-            except Beyond as trouble:
-                self._hopeless = str(trouble)
-                raise
+            except (environments.NoWorker, Beyond) as error:
+                raise self._hopeless(str(error)) from error
             except (OSError, Closed, Disturbed) as error:
                 self.end()
                 if isinstance(error, Disturbed) and number:  # it ends whenever it is built
-                    self._hopeless = str(error)
-                    raise Beyond(self._hopeless) from error
+                    raise self._hopeless(str(error)) from error
                 if number == STARTS - 1:
                     raise CannotStart(f"the method's process cannot be started ({error})") from error
         self._forks = bool(said.get("forks"))
         self._loaded = {each.name for each in (self.folder / "work").iterdir()}
         if "ready" not in said:
-            self._hopeless = text(said.get("broken", NONSENSE))
-            raise Beyond(self._hopeless)
+            raise self._hopeless(text(said.get("broken", NONSENSE)))
+
+    def _hopeless(self, why: str) -> Beyond:
+        """What to raise where the method can never be asked."""
+        self._final = Outcome("failed", why)
+        return Beyond(why)
 
     # ---------------------------------------------------------------------------------- answers
     def _reply(self, seconds: float, cases: int) -> Any:
@@ -316,7 +313,8 @@ class PredictionWorker:
             except Late:
                 self._late += 1
                 if self._late >= PATIENCE:
-                    self._given_up = f"not asked: {PATIENCE} cases before this got {late}"
+                    why = f"not asked: {PATIENCE} cases before this got {late}"
+                    self._final = Outcome("missing", why)
                 raise
             if "answers" in said and answers is None:
                 answers = said["answers"]
@@ -345,7 +343,7 @@ class PredictionWorker:
             check_file(path, case)
             if "digest" not in said:
                 return Outcome("invalid", "the method's process does not tell the digest of its answer")
-            if question_files.digest_of(path.read_bytes()) != said["digest"]:
+            if numpy_worker.digest(path.read_bytes()) != said["digest"]:
                 raise Disturbed("the answer was changed after it was written")
             return Outcome(
                 "ok", prediction=verified(read_prediction(path, case.target, case.source.fps), case)
@@ -384,7 +382,7 @@ class PredictionWorker:
 
     def _look(self, started: launch.Started) -> None:
         """Raises Beyond where the method takes more than it may."""
-        self._printed.keep(self.log, LONGEST_LOG)
+        keep_printed(self._printed, self.log, LONGEST_LOG)
         if size_of(self.folder / "work") > FOLDER:
             raise Beyond(f"the method wrote more than {FOLDER / 2**30:.3g} GB of files")
         if self.limits.memory and self.pool.memory_of(started.pid) > self.limits.memory:
