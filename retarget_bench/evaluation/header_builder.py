@@ -3,7 +3,7 @@
 import platform
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import metadata
@@ -114,26 +114,27 @@ def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, Declared
 
 def _problems(entries: Sequence[CaseResult]) -> tuple[Problem, ...]:
     """Cases without values, those with the same status and message together."""
-    grouped: dict[tuple[str, str], list[str]] = {}
-    for entry in entries:
-        if entry.status != "ok":
-            grouped.setdefault((entry.status, entry.message), []).append(entry.case)
+    pairs = [((each.status, each.message), each.case) for each in entries if each.status != "ok"]
     return tuple(
-        Problem(status=status, message=message, cases=tuple(sorted(cases)))
-        for (status, message), cases in sorted(grouped.items())
+        Problem(status=status, message=message, cases=cases) for (status, message), cases in _grouped(pairs)
     )
 
 
 def _faults(entries: Sequence[CaseResult]) -> tuple[MetricFault, ...]:
     """Cases that lack the values of a metric, those with the same fault together."""
-    grouped: dict[tuple[str, str], list[str]] = {}
-    for entry in entries:
-        for each in entry.faults.items():
-            grouped.setdefault(each, []).append(entry.case)
+    pairs = [(fault, each.case) for each in entries for fault in each.faults.items()]
     return tuple(
-        MetricFault(metric=metric, message=message, cases=tuple(sorted(cases)))
-        for (metric, message), cases in sorted(grouped.items())
+        MetricFault(metric=metric, message=message, cases=cases)
+        for (metric, message), cases in _grouped(pairs)
     )
+
+
+def _grouped(pairs: Iterable[tuple[tuple[str, str], str]]) -> list[tuple[tuple[str, str], tuple[str, ...]]]:
+    """The cases of each of some reasons, both sorted."""
+    cases: dict[tuple[str, str], list[str]] = {}
+    for reason, case in pairs:
+        cases.setdefault(reason, []).append(case)
+    return [(reason, tuple(sorted(cases[reason]))) for reason in sorted(cases)]
 
 
 @lru_cache(maxsize=1)

@@ -64,8 +64,8 @@ def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Contex
     """
     pairs = list(zip(cases, contexts, strict=True))
     try:
-        at_once = takes_batches(method)
-        together = [number for number, case in enumerate(cases) if at_once and _takes(method, case)]
+        batch = takes_batches(method)
+        together = [number for number, case in enumerate(cases) if batch and _takes(method, case)]
         answers = _at_once(method, [pairs[number] for number in together])
     except KeyboardInterrupt as error:
         return [Outcome("failed", one_line(error)) for _ in pairs]

@@ -17,7 +17,7 @@ from retarget_bench.errors import BenchError, one_line
 from retarget_bench.evaluation.attempt import overdue
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
 from retarget_bench.evaluation.prediction.launch import adopt_orphans
-from retarget_bench.evaluation.shard_work import At, CannotStore, ShardWork
+from retarget_bench.evaluation.shard_work import CannotStore, ShardWork
 
 BEAT = 2.0
 """Seconds between two signs of life."""
@@ -57,8 +57,7 @@ def main(scratch: str, check: bool) -> None:
             done, stop = "", False
             try:
                 if work is None or work.folder != Path(asked["folder"]):
-                    before, work = work, None
-                    work = _work(Path(asked["folder"]), Path(scratch), at, before, check)
+                    work = ShardWork(Path(asked["folder"]), Path(scratch), at, work, check)
                 work.do(asked)
             except BenchError as error:
                 done, stop = str(error), isinstance(error, CannotStore)
@@ -68,15 +67,3 @@ def main(scratch: str, check: bool) -> None:
     ended.set()
     if work is not None:
         work.close()
-
-
-def _work(folder: Path, scratch: Path, at: At, before: ShardWork | None, check: bool) -> ShardWork:
-    """The work of a stored plan, with the workers of the one before. Raises BenchError."""
-    found = ShardWork(folder, scratch, at, before)
-    if check:
-        try:
-            found.check()
-        except BenchError:
-            found.close()
-            raise
-    return found

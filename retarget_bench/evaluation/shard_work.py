@@ -55,17 +55,25 @@ class ShardWork:
     """Carries out shards of a stored plan, one after the other; it is closed at the end.
 
     scratch: a folder for questions and answers, which the processes of a run share on a machine. before:
-    the work of an earlier plan of the run, which is over; its workers go on.
+    the work of an earlier plan of the run, which is over; its workers go on. check: whether the plan may
+    have been made by another machine. Raises BenchError where that one had other code or data.
     """
 
     def __init__(
-        self, folder: Path, scratch: Path, at: At = unwatched, before: "ShardWork | None" = None
+        self,
+        folder: Path,
+        scratch: Path,
+        at: At = unwatched,
+        before: "ShardWork | None" = None,
+        check: bool = False,
     ) -> None:
         self.folder, self.stored, self.at = folder, StoredPlan(folder), at
         self._again, self._left_out = False, dict[tuple[int | None, str | None, str], str]()
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
         self.metrics = bound.metrics(self.plan.metrics)
+        if check:
+            self._check()
         limits = Limits(self.plan.timeout or 0.0, int((self.plan.memory or 0.0) * 2**30), self.plan.isolate)
         place = scratch / str(os.getpid())
         self.pool: WorkerPool = (
@@ -76,7 +84,7 @@ class ShardWork:
         """End all prediction workers."""
         self.pool.close()
 
-    def check(self) -> None:
+    def _check(self) -> None:
         """Raises BenchError with what this machine has that the stored plan was not made with."""
         planned = self.stored.content.common
         methods = {unit.method for unit in self.stored.units}

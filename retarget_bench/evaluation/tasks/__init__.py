@@ -53,6 +53,6 @@ def canonical(task: Spec) -> Spec:
         if changed["levels"] == question.LEVELS:
             del changed["levels"]
     motions = changed.get("motions", 1)
-    if not isinstance(motions, int) or motions < 1:
+    if not isinstance(motions, int) or isinstance(motions, bool) or motions < 1:
         raise BenchError(f"{task.name}: motions is {motions!r}; it is a number of motions, at least 1")
     return Spec(task.name, changed)

@@ -9,7 +9,7 @@ import numpy as np
 from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
 from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.tasks.task_dataset import TaskDataset
+from retarget_bench.evaluation.tasks.derived import TaskDataset
 from retarget_bench.motion.motion import Motion, PointSets
 from retarget_bench.motion.point_sets import unknown_body
 from retarget_bench.motion.surface_sampling import sampled, uniform
