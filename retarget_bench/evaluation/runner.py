@@ -4,6 +4,7 @@ import shutil
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import closing, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -14,7 +15,7 @@ from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
 from retarget_bench.evaluation.set_metrics import files as set_files
-from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
+from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over
 from retarget_bench.files import LOCK, locked
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.plugins import bound
@@ -145,14 +146,15 @@ def _lacks(unit: EvaluationUnit) -> bool:
 
 def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
     """Journal what shards of a run that has ended went on to finish, and remove them."""
-    keys = {paths: unit.keys for paths, unit in units.items()}
-    plans = left_over(root, keys)
-    begun = {paths: journal.open_journal(paths, keys[paths]) for paths in keys} if plans else {}
-    for paths, entry in taken_over(plans, keys, root):
-        if entry.case not in begun[paths]:
-            journal.append_journal(paths, entry)
-            begun[paths][entry.case] = entry
+    plans = left_over(root, units)
+    done = {paths: journal.open_journal(paths, unit.keys) for paths, unit in units.items()} if plans else {}
     for stored in plans:
+        for number, entry in stored.answers() if stored.plan.stage != "predict" else ():
+            paths = replace(stored.units[number].paths, root=root)
+            same = paths in units and units[paths].keys == stored.units[number].keys
+            if same and entry.case not in done[paths]:
+                journal.append_journal(paths, entry)
+                done[paths][entry.case] = entry
         stored.remove()
 
 

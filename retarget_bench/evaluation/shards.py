@@ -295,28 +295,16 @@ def machine_facts(plan: Plan, methods: Iterable[Spec], data: Iterable[Spec]) -> 
     }
 
 
-def left_over(root: Path, keys: Mapping[ResultPaths, Mapping[str, str]]) -> list[StoredPlan]:
-    """Plans of runs that ended before they were complete, of any of these results."""
-    found = []
+def left_over(root: Path, results: Collection[ResultPaths]) -> list[StoredPlan]:
+    """Stored plans of runs that ended before they were complete, of any of these results; none of damaged
+    files."""
+    plans = []
     for path in sorted((root / FOLDER).glob("*/plan.json")):
         stored = StoredPlan(path.parent)
         with suppress(FileError):
-            if {replace(unit.paths, root=root) for unit in stored.units} & keys.keys():
-                found.append(stored)
-    return found
-
-
-def taken_over(
-    plans: Iterable[StoredPlan], keys: Mapping[ResultPaths, Mapping[str, str]], root: Path
-) -> Iterator[tuple[ResultPaths, CaseResult]]:
-    """Answers that such runs finished and that are answers of these results; none of damaged files."""
-    for stored in plans:
-        with suppress(FileError):
-            for number, entry in stored.answers() if stored.plan.stage != "predict" else ():
-                unit = stored.units[number]
-                here = replace(unit.paths, root=root)
-                if keys.get(here) == unit.keys:
-                    yield here, entry
+            if any(replace(unit.paths, root=root) in results for unit in stored.units):
+                plans.append(stored)
+    return plans
 
 
 @cache
