@@ -17,17 +17,17 @@ def fits(clip: str, pattern: str) -> bool:
     return clip == pattern or fnmatchcase(clip, pattern)
 
 
-def patterns(given: Sequence[str]) -> tuple[str, ...]:
+def patterns(texts: Sequence[str]) -> tuple[str, ...]:
     """Patterns of clips, of which one text may hold several (``"walk*,jump"``).
 
     Raises BenchError for a text without any: it would ask for all clips.
     """
-    found = []
-    for text in given:
-        found += (parts := [part.strip() for part in text.split(",") if part.strip()])
+    patterns = []
+    for text in texts:
+        patterns += (parts := [part.strip() for part in text.split(",") if part.strip()])
         if not parts:
             raise BenchError(f"{text!r} names no clip; leave it out for all of them, or name some: 'walk*'")
-    return tuple(found)
+    return tuple(patterns)
 
 
 def chosen(infos: Sequence[CaseInfo], patterns: Sequence[str], limit: int) -> list[CaseInfo]:

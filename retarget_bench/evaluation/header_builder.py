@@ -35,12 +35,12 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
     """The header of a finished unit."""
     plan = unit.plan
     data = unit.data
-    asked = unit.metrics.of_sets
+    of_sets = unit.metrics.of_sets
     four_legged = None
-    if asked and isinstance(data, RealDataset):
+    if of_sets and isinstance(data, RealDataset):
         four_legged = tuple(sorted({b.structure for b in data.characters().values() if b.four_legged}))
     return ResultHeader(
-        set_values=_values(asked),
+        set_values=_values(of_sets),
         # what tables need to know of structures that answers without references are of
         four_legged=four_legged,
         keys=unit.keys,
@@ -78,8 +78,8 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
     }
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
-    asked = unit.method.built
-    card, trained = optional.method_card(asked), optional.method_manifest(asked)
+    method = unit.method.built
+    card, trained = optional.method_card(method), optional.method_manifest(method)
     manifest = None if trained is None else {key: tuple(map(str, each)) for key, each in trained.items()}
     return MethodInfo(
         **common,
@@ -90,7 +90,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         control=bool(card.control),
         stochastic=bool(card.stochastic),
         trained_on=manifest,
-        training_share=optional.training_share(asked),
+        training_share=optional.training_share(method),
         environment=environments.facts(unit.environment) if unit.environment else {},
     )
 
@@ -103,11 +103,11 @@ def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:
     return facts
 
 
-def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
+def _values(metrics: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
     """Value id -> what tables need to know of it, its metric included."""
     return {
         value.id: DeclaredValue.of(value, metric.card.name)
-        for metric in asked
+        for metric in metrics
         for value in metric.card.computed
     }
 
@@ -140,13 +140,13 @@ def _grouped(pairs: Iterable[tuple[tuple[str, str], str]]) -> list[tuple[tuple[s
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that numbers depend on, without importing them."""
-    found = {"retarget-bench": retarget_bench.__version__, "python": platform.python_version()}
+    versions = {"retarget-bench": retarget_bench.__version__, "python": platform.python_version()}
     for package in PACKAGES:
         try:
-            found[package] = metadata.version(package)
+            versions[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             continue
-    return found | {"platform": f"{sys.platform}-{platform.machine()}"}
+    return versions | {"platform": f"{sys.platform}-{platform.machine()}"}
 
 
 @lru_cache(maxsize=1)
@@ -157,7 +157,7 @@ def revision() -> str:
         return ""
     command = ["git", "describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=+"]
     try:
-        said = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=10, check=True)
+        output = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return ""
-    return said.stdout.strip()
+    return output.stdout.strip()

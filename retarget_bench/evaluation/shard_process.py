@@ -44,21 +44,21 @@ def main(scratch: str, check: bool) -> None:
             if not overdue():
                 say({"alive": True})
 
-    def at(units: Sequence[int], cases: Sequence[str], asked: str) -> None:
-        say({"at": [list(units), list(cases), asked]})
+    def at(units: Sequence[int], cases: Sequence[str], call: str) -> None:
+        say({"at": [list(units), list(cases), call]})
 
     ended = threading.Event()
     threading.Thread(target=beat, daemon=True).start()
     work: ShardWork | None = None
     with suppress(Closed):
         while True:
-            asked = channel.receive()
-            assert asked is not None
+            request = channel.receive()
+            assert request is not None
             done, stop = "", False
             try:
-                if work is None or work.folder != Path(asked["folder"]):
-                    work = ShardWork(Path(asked["folder"]), Path(scratch), at, work, check)
-                work.do(asked)
+                if work is None or work.folder != Path(request["folder"]):
+                    work = ShardWork(Path(request["folder"]), Path(scratch), at, work, check)
+                work.do(request)
             except BenchError as error:
                 done, stop = str(error), isinstance(error, CannotStore)
             except Exception as error:  # of a plug-in, where nothing else told of it

@@ -20,7 +20,7 @@ from retarget_bench.evaluation.cases import loaded
 from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
 from retarget_bench.evaluation.prediction.limits import Limits
-from retarget_bench.evaluation.prediction.questions import Asked
+from retarget_bench.evaluation.prediction.questions import Question
 from retarget_bench.evaluation.prediction.workers import WorkerPool
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
@@ -42,9 +42,9 @@ all metrics in turn (``SCORING``), or one by its name."""
 LOADING, SCORING = "load()", "score()"
 
 
-def unwatched(units: Sequence[int], cases: Sequence[str], asked: str) -> None:
+def unwatched(units: Sequence[int], cases: Sequence[str], call: str) -> None:
     """Nobody looks on."""
-    del units, cases, asked
+    del units, cases, call
 
 
 class CannotStore(BenchError):
@@ -97,15 +97,15 @@ class ShardWork:
                 )
 
     # ------------------------------------------------------------------------------------- kinds of work
-    def do(self, asked: Mapping[str, Any]) -> None:
+    def do(self, request: Mapping[str, Any]) -> None:
         """Do what a line asks for (``shard_process.py``). Raises BenchError.
 
         again: a process ended at it before. without: unit, case and metric, None: all, of what is not to
         be asked, and why.
         """
-        self._again = asked["again"]
-        self._left_out = {(unit, case, metric): why for unit, case, metric, why in asked["without"]}
-        {"shard": self.carry_out, "sets": self.sets, "time": self.time}[asked["kind"]](asked["number"])
+        self._again = request["again"]
+        self._left_out = {(unit, case, metric): why for unit, case, metric, why in request["without"]}
+        {"shard": self.carry_out, "sets": self.sets, "time": self.time}[request["kind"]](request["number"])
 
     def carry_out(self, number: int) -> None:
         """Compute what a shard lacks, and write every answer as it is finished.
@@ -139,10 +139,10 @@ class ShardWork:
         first = units[next(iter(task.lacking))]
         data = self._data(first)
         cases: dict[str, Case] = {}
-        whole = self.plan.stage != "score" and any(units[unit].in_batches for unit in task.lacking)
+        in_batches = self.plan.stage != "score" and any(units[unit].in_batches for unit in task.lacking)
         for each in task.cases:
-            asking = [unit for unit, mine in task.lacking.items() if each in mine]
-            if not asking and not whole:
+            asking = [unit for unit, lacking in task.lacking.items() if each in lacking]
+            if not asking and not in_batches:
                 continue
             self.at(asking, (each,), LOADING)
             try:
@@ -168,20 +168,20 @@ class ShardWork:
         self.at((unit,), (name,), SCORING)
         before = partial(self._before, unit, name)
         try:
-            found = score(self.metrics.of_cases, case, scored, before)
-            if asked := self.metrics.of_sets:
+            scores = score(self.metrics.of_cases, case, scored, before)
+            if of_sets := self.metrics.of_sets:
                 real = isinstance(self._data(self.stored.units[unit]), RealDataset)
-                members, faults = set_files.collect(asked, case, scored, real, before)
-                found.faults.update(faults)
+                members, faults = set_files.collect(of_sets, case, scored, real, before)
+                scores.faults.update(faults)
         except BenchError as error:  # the case itself
             return CaseResult(name, "failed", sentence(error))
-        if asked:
+        if of_sets:
             try:
                 paths = self.stored.units[unit].paths
                 set_files.write_waiting(set_files.waiting_file(paths, name), members)
             except FileError as error:
                 raise CannotStore(str(error)) from error
-        return CaseResult(name, "ok", values=found.values, faults=found.faults)
+        return CaseResult(name, "ok", values=scores.values, faults=scores.faults)
 
     def _before(self, unit: int, case: str, metric: str) -> None:
         """What is to be done before a metric is asked about a case, or ("") about a unit's sets. Raises
@@ -195,18 +195,22 @@ class ShardWork:
     def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,
         which is then stored. A method that takes several at once is given all where any is new."""
-        paths, wanted = self.stored.units[unit].paths, task.lacking[unit]
+        paths, lacking = self.stored.units[unit].paths, task.lacking[unit]
         keys = {
-            case: store.case_key(self.stored.units[unit].keys, case) for case in wanted if case in cases
+            case: store.case_key(self.stored.units[unit].keys, case) for case in lacking if case in cases
         }
-        found = {case: self._kept(paths, key, cases[case]) for case, key in keys.items()}
-        new = [case for case, outcome in found.items() if outcome is None]
-        whole = self.stored.units[unit].in_batches
-        made = self._predicted(unit, cases if whole else {case: cases[case] for case in new}) if new else {}
+        stored = {case: self._kept(paths, key, cases[case]) for case, key in keys.items()}
+        new = [case for case, outcome in stored.items() if outcome is None]
+        in_batches = self.stored.units[unit].in_batches
+        predicted = (
+            self._predicted(unit, cases if in_batches else {case: cases[case] for case in new})
+            if new
+            else {}
+        )
         for case in new:
-            if made[case].status != "missing":
-                _store(paths, keys[case], cases[case], made[case])
-        return {case: outcome or made[case] for case, outcome in found.items()}
+            if predicted[case].status != "missing":
+                _store(paths, keys[case], cases[case], predicted[case])
+        return {case: outcome or predicted[case] for case, outcome in stored.items()}
 
     def _kept(self, paths: ResultPaths, key: str, case: Case) -> Outcome | None:
         """The outcome where the method need not or must not be asked; None where it is to be."""
@@ -223,16 +227,16 @@ class ShardWork:
         return MISSING if self.plan.stage == "score" else None
 
     def _predicted(self, unit: int, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-        known = self.stored.units[unit]
-        worker = self.pool.worker(known.method, known.learned)
-        worker.log, worker.lock = known.paths.log, known.lock
+        of_unit = self.stored.units[unit]
+        worker = self.pool.worker(of_unit.method, of_unit.learned)
+        worker.log, worker.lock = of_unit.paths.log, of_unit.lock
         self.at((unit,), list(cases), "")
         try:
-            return dict(zip(cases, worker.ask(self._asked(known, list(cases.values()))), strict=True))
+            return dict(zip(cases, worker.ask(self._questions(of_unit, list(cases.values()))), strict=True))
         except OSError as error:
             raise CannotStore(f"{self.pool.folder}: cannot be written ({error.strerror})") from error
 
-    def _asked(self, unit: Unit, cases: Sequence[Case]) -> list[Asked]:
+    def _questions(self, unit: Unit, cases: Sequence[Case]) -> list[Question]:
         data = self._data(unit)
         seeds = [store.case_seed(unit.seed, unit.seeded_as, case.info.id) for case in cases]
         return [
@@ -245,7 +249,7 @@ class ShardWork:
         worker = self.pool.worker(unit.method, unit.learned)
         worker.log, worker.lock = None, unit.lock
         infos = timing.spread(list(self._infos(unit).values()))
-        return timing.measured(worker, lambda cases: self._asked(unit, cases), data, infos)
+        return timing.measured(worker, lambda cases: self._questions(unit, cases), data, infos)
 
     def _data(self, unit: Unit) -> Dataset:
         return data_of(bound.dataset(unit.dataset), self.plan.task)
@@ -290,16 +294,16 @@ def _stored(paths: ResultPaths, key: str, case: Case) -> Outcome | None:
 def elsewhere(folder: Path, case: Case) -> Outcome:
     """A prediction made by somebody else, found by the case's file name."""
     stem = store.case_file(case.info.id)
-    found = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
-    if len(found) == 2:
+    files = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
+    if len(files) == 2:
         return Outcome("invalid", f"{folder} has both {stem}.npz and {stem}.bvh; remove one")
-    return _checked(found[0], case) if found else Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
+    return _checked(files[0], case) if files else Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
 
 
 def _checked(path: Path, case: Case) -> Outcome:
     try:
-        found: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
-        return Outcome("ok", prediction=verified(found, case))
+        prediction: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
+        return Outcome("ok", prediction=verified(prediction, case))
     except (Invalid, FileError) as error:
         return Outcome("invalid", str(error))
 

@@ -63,8 +63,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Unit:
-    """What the process that carries out a shard needs to know of an ``EvaluationUnit``: it imports no
-    method.
+    """The facts of an ``EvaluationUnit`` for the process that carries out a shard, which imports no method.
 
     method: with the paths of its files in full. seed: the base seed. seeded_as: the name that its seeds are
     made from. inputs: what it is given beside source and target. in_batches: whether it is given all cases
@@ -105,13 +104,13 @@ class Unit:
 
 # --------------------------------------------------------------------------------------------- cutting
 def cut(done: Mapping[EvaluationUnit, Collection[str]]) -> Iterator[list[Task]]:
-    """What units lack, as shards of nearly equal sizes; a unit's number is its place.
+    """Cut what units lack into shards of nearly equal sizes; a unit's number is its place.
 
-    done: the cases of each that nobody is to be asked. There may be a million cases, so shards are made one
+    done: the cases of each that are left out. There may be a million cases, so shards are made one
     at a time.
     """
-    asked = [sum(info.frames for info in unit.infos if info.id not in left) for unit, left in done.items()]
-    most = min(max(sum(asked) / SHARDS, 1.0), LARGEST)
+    frames = [sum(info.frames for info in unit.infos if info.id not in left) for unit, left in done.items()]
+    most = min(max(sum(frames) / SHARDS, 1.0), LARGEST)
     shard: list[Task] = []
     held = 0
     for size, task in _tasks(list(done), [frozenset(left) for left in done.values()], PARTS * most):
@@ -132,23 +131,23 @@ def _tasks(
     splits: dict[tuple[object, ...], list[int]] = {}
     for number, unit in enumerate(units):
         splits.setdefault((unit.dataset, unit.split, unit.plan.seed), []).append(number)
-    found: list[tuple[int, tuple[str, ...], list[int]]] = []
+    ordered: list[tuple[int, tuple[str, ...], list[int]]] = []
     lengths: dict[int, Mapping[str, int]] = {}
     for numbers in splits.values():
         lengths[numbers[0]] = frames = {info.id: info.frames for info in units[numbers[0]].infos}
         for batch in units[numbers[0]].batches:
-            found.append((sum(frames[case] for case in batch), batch, numbers))
-    found.sort(key=lambda each: each[0], reverse=True)
-    for _, batch, numbers in found:
+            ordered.append((sum(frames[case] for case in batch), batch, numbers))
+    ordered.sort(key=lambda each: each[0], reverse=True)
+    for _, batch, numbers in ordered:
         held, lacking = 0, dict[int, list[str]]()
         for number in numbers:
-            if not (mine := [case for case in batch if case not in done[number]]):
+            if not (cases := [case for case in batch if case not in done[number]]):
                 continue
-            size = sum(lengths[numbers[0]][case] for case in mine)
+            size = sum(lengths[numbers[0]][case] for case in cases)
             if lacking and held + size > most:
                 yield held, Task(batch, lacking)
                 held, lacking = 0, {}
-            lacking[number] = mine
+            lacking[number] = cases
             held += size
         if lacking:
             yield held, Task(batch, lacking)
@@ -235,12 +234,14 @@ class StoredPlan:
     def lacking(self, number: int) -> list[Task]:
         """The tasks of a shard without what is answered."""
         done = {(unit, entry.case) for unit, entry in self._entries(f"{number}-*.jsonl")}
-        found = []
+        tasks = []
         for task in self.tasks(number):
-            left = {u: [case for case in mine if (u, case) not in done] for u, mine in task.lacking.items()}
-            if left := {unit: mine for unit, mine in left.items() if mine}:
-                found.append(replace(task, lacking=left))
-        return found
+            left = {
+                u: [case for case in cases if (u, case) not in done] for u, cases in task.lacking.items()
+            }
+            if left := {unit: cases for unit, cases in left.items() if cases}:
+                tasks.append(replace(task, lacking=left))
+        return tasks
 
     def writer(self, number: int) -> Callable[[int, CaseResult], None]:
         """A function that takes answers of a shard, and writes a line each, at once, to a file of its own.
@@ -250,7 +251,7 @@ class StoredPlan:
         return partial(_append, self.folder / "parts" / f"{number}-{secrets.token_hex(6)}.jsonl")
 
     def answers(self, number: int | None = None) -> Iterator[Answer]:
-        """What is finished, each once, of one shard or of all."""
+        """Finished answers, each once, of one shard or of all."""
         seen = set()
         for unit, entry in self._entries("*.jsonl" if number is None else f"{number}-*.jsonl"):
             if (unit, entry.case) not in seen:
@@ -285,12 +286,12 @@ def _append(path: Path, unit: int, entry: CaseResult) -> None:
 def machine_facts(plan: Plan, methods: Iterable[Spec], data: Iterable[Spec]) -> dict[str, str]:
     """Versions, code and data that results depend on: what all machines of a run must have in common."""
     codes = bound.metrics(plan.metrics).versions
-    found = versions() | {f"metric {name}": code for name, code in codes.items()}
+    facts = versions() | {f"metric {name}": code for name, code in codes.items()}
     if plan.external:
-        found["the folder of predictions"] = folder_hash(plan.external)
+        facts["the folder of predictions"] = folder_hash(plan.external)
     else:
-        found |= {f"method {spec.names}": bound.method(spec).code for spec in methods}
-    return found | {
+        facts |= {f"method {spec.names}": bound.method(spec).code for spec in methods}
+    return facts | {
         f"data set {spec.name}": data_of(bound.dataset(spec), plan.task).content for spec in data
     }
 

@@ -39,7 +39,7 @@ def shuffled(monkeypatch) -> Iterator[type[Shuffled]]:
     executing.know_toys()
     executing.small_shards(monkeypatch)
     monkeypatch.setitem(executors.ENGINES, "shuffled", Shuffled)
-    monkeypatch.setattr(runner, "LOOK", 0.0)
+    monkeypatch.setattr(runner, "POLL", 0.0)
     monkeypatch.setattr(runner, "PATIENCE", 0.0)
     return Shuffled
 

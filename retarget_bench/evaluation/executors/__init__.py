@@ -1,7 +1,7 @@
-"""Where shards of a plan are carried out: by processes of this machine, on Ray or SLURM, or by hand.
+"""Engines that carry out shards of a plan: processes of this machine, Ray, SLURM, or a person.
 
-An engine is given the shards of a stored plan and tells of each when it has ended. What they answered
-lies in files (``evaluation/shards.py``), for all engines alike.
+An engine takes the shards of a stored plan and yields each when it has ended. Their answers
+lie in files (``evaluation/shards.py``), for all engines alike.
 """
 
 from collections.abc import Callable, Generator, Sequence
@@ -19,7 +19,7 @@ LOCAL = "local"
 
 
 class Engine(Protocol):
-    """What carries out shards. Raises BenchError where it asks for what is not there."""
+    """An engine for shards, made with the options in its brackets. Raises BenchError for wrong ones."""
 
     def run(self, folder: Path, numbers: Sequence[int], /) -> Generator[tuple[int, str], None, None]:
         """Carry out shards of a stored plan; each as it ends, with "" or why it was not completed. What

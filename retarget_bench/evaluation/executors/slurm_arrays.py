@@ -17,8 +17,8 @@ from retarget_bench.plugins.spec import Scalar
 
 MINUTES = 60
 """Time limit of a job that has none of its own: many times what its shards should take."""
-LOOK = 0.5
-"""Seconds between two looks at which jobs have ended."""
+POLL = 0.5
+"""Seconds between two polls of which jobs have ended."""
 USUAL_ARRAY = 1000
 """Jobs of an array where the site does not say how many it allows: one less than SLURM's default."""
 
@@ -61,7 +61,7 @@ class SlurmArrays:
                     jobs.remove(each)
                     job, shards = each
                     yield from (_outcome(job) or dict.fromkeys(shards, _why(job))).items()
-                time.sleep(LOOK if jobs else 0.0)
+                time.sleep(POLL if jobs else 0.0)
         finally:
             for job, _shards in jobs:
                 with suppress(OSError, subprocess.SubprocessError):
@@ -78,8 +78,8 @@ class SlurmArrays:
                 jobs = executor.map_array(Carrying(self._cpus), [str(folder)] * len(some), some)
                 yield from zip(jobs, some, strict=True)
         except Exception as error:  # submitit's errors have no class in common
-            told = " ".join(str(error).split())[:500]
-            raise BenchError(f"the jobs could not be submitted to SLURM: {told}") from error
+            message = " ".join(str(error).split())[:500]
+            raise BenchError(f"the jobs could not be submitted to SLURM: {message}") from error
 
     def _executor(self, folder: Path) -> Any:
         import submitit
@@ -109,9 +109,9 @@ def array_limit() -> int:
     """The most jobs of an array that the site allows."""
     with suppress(OSError, subprocess.SubprocessError):
         command = ["scontrol", "show", "config"]
-        said = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True).stdout
-        if found := re.search(r"^MaxArraySize\s*=\s*(\d+)", said, re.MULTILINE):
-            return max(1, int(found[1]) - 1)
+        output = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True).stdout
+        if match := re.search(r"^MaxArraySize\s*=\s*(\d+)", output, re.MULTILINE):
+            return max(1, int(match[1]) - 1)
     return USUAL_ARRAY
 
 
@@ -123,15 +123,15 @@ class Carrying:
 
     def __call__(self, folder: str, shards: Sequence[int]) -> dict[int, str]:
         """Shard -> why it ended before it was complete, or ""."""
-        found: dict[int, str] = {}
+        problems: dict[int, str] = {}
         try:
             with Local(self.cpus, check=True) as local:
                 for shard, problem in local.run(Path(folder), shards):
-                    found[shard] = f"{problem} ({socket.gethostname()})" if problem else ""
+                    problems[shard] = f"{problem} ({socket.gethostname()})" if problem else ""
         except BenchError as error:
-            told = f"{error} ({socket.gethostname()})"
-            return {shard: found.get(shard, told) for shard in shards}
-        return found
+            message = f"{error} ({socket.gethostname()})"
+            return {shard: problems.get(shard, message) for shard in shards}
+        return problems
 
     def checkpoint(self, folder: str, shards: Sequence[int]) -> Any:
         from submitit.helpers import DelayedSubmission

@@ -115,21 +115,21 @@ class AnsweringLoop:
     def serve(self, forks: bool) -> None:
         """Answer until the channel closes. forks: in a process of its own for every line."""
         while True:
-            asked = self.channel.receive()
-            assert asked is not None
-            questions = asked["ask"]
+            message = self.channel.receive()
+            assert message is not None
+            questions = message["ask"]
             if not forks:
                 self._answer(questions)
                 continue
             for question in questions:  # once for all processes to come
                 for kind in ("source_character", "target_character"):
                     self.body(question[kind])
-            how = apart.carried_out(partial(self._answer, questions), self.folder, self.channel.reading)
+            how = apart.run_in_child(partial(self._answer, questions), self.folder, self.channel.reading)
             self.channel.send({"ended": how})
 
     def _answer(self, questions: Sequence[Mapping[str, Any]]) -> None:
         """Say how each question went; of predictions, the file is written."""
-        mine = os.getpid()
+        process = os.getpid()
         try:
             cases = [self._case(question) for question in questions]
             contexts = [self._context(number, question) for number, question in enumerate(questions)]
@@ -142,15 +142,15 @@ class AnsweringLoop:
             outcomes = [predict(self.method, cases[0], contexts[0])]
         else:
             outcomes = predict_all(self.method, cases, contexts)
-        if os.getpid() != mine:  # a method forked, and its child came back: one of them answers
+        if os.getpid() != process:  # a method forked, and its child came back: one of them answers
             os._exit(0)
-        found = []
+        answers = []
         for question, outcome in zip(questions, outcomes, strict=True):
-            said = {"status": outcome.status, "message": outcome.message}
+            answer = {"status": outcome.status, "message": outcome.message}
             if outcome.prediction is not None:
-                said["digest"] = files.write_answer(Path(question["answer"]), outcome.prediction)
-            found.append(said)
-        self.channel.send({"answers": found})
+                answer["digest"] = files.write_answer(Path(question["answer"]), outcome.prediction)
+            answers.append(answer)
+        self.channel.send({"answers": answers})
 
     def _case(self, question: Mapping[str, Any]) -> Case:
         source = files.read_source(Path(question["source"]), self.body(question["source_character"]))
@@ -165,36 +165,36 @@ class AnsweringLoop:
         )
 
     def _context(self, number: int, question: Mapping[str, Any]) -> Context:
-        given = dict(question["context"])
+        arguments = dict(question["context"])
         for kind in MOTIONS:
-            given[kind] = self._motion(given.get(kind))
+            arguments[kind] = self._motion(arguments.get(kind))
         for kind in CLIPS:
-            if kind in given:
-                given[kind] = LazyClips(partial(self._clip, kind, number), range(given[kind]))
-        if given.get("ground"):
-            given["ground"] = files.ground(given["ground"])
-        if given.get("training"):
-            given["training"] = self.training
-        return Context(**given)
+            if kind in arguments:
+                arguments[kind] = LazyClips(partial(self._clip, kind, number), range(arguments[kind]))
+        if arguments.get("ground"):
+            arguments["ground"] = files.ground(arguments["ground"])
+        if arguments.get("training"):
+            arguments["training"] = self.training
+        return Context(**arguments)
 
     def _clip(self, kind: str, question: int, index: int) -> Prediction:
         """Raises NotSupported where there is no such motion."""
-        found = self._motion(self._given({"give": kind, "question": question, "index": index}))
-        assert found is not None
-        return found
+        motion = self._motion(self._requested({"give": kind, "question": question, "index": index}))
+        assert motion is not None
+        return motion
 
     @cached_property
     def training(self) -> Cast | None:
-        index = self._given({"give": "training", "question": 0})["index"]
+        index = self._requested({"give": "training", "question": 0})["index"]
         return files.read_training(Path(index), self.body) if index else None
 
-    def _given(self, wish: dict[str, Any]) -> dict[str, Any]:
-        self.channel.send(wish)
-        found = self.channel.receive()
-        assert found is not None
-        if "why" in found:
-            raise NotSupported(found["why"])
-        return found
+    def _requested(self, request: dict[str, Any]) -> dict[str, Any]:
+        self.channel.send(request)
+        reply = self.channel.receive()
+        assert reply is not None
+        if "why" in reply:
+            raise NotSupported(reply["why"])
+        return reply
 
     def _motion(self, place: Mapping[str, str] | None) -> Prediction | None:
         return place and files.read_motion(Path(place["motion"]), self.body(place["character"]))  # type: ignore[return-value]
@@ -207,6 +207,6 @@ class AnsweringLoop:
 
     def _mesh(self, path: str) -> Mesh:
         try:
-            return files.read_mesh(Path(self._given({"give": "mesh", "character": path})["mesh"]))
+            return files.read_mesh(Path(self._requested({"give": "mesh", "character": path})["mesh"]))
         except OSError as error:
             raise BenchError(f"its mesh cannot be read ({error.strerror})") from error

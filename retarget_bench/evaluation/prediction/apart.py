@@ -33,16 +33,16 @@ def possible() -> bool:
     return torch is None or not torch.cuda.is_initialized()
 
 
-def carried_out(work: Callable[[], None], folder: Path, asking: int) -> str:
+def run_in_child(work: Callable[[], None], folder: Path, asking: int) -> str:
     """Do some work in a child in a folder of its own, and end it with all that it started and wrote.
 
     How it ended, in words; "" where it did the work. asking: a descriptor that hangs up when nobody
     waits for the work any more, at which this process ends, too.
     """
-    place, mine = folder / str(next(_NUMBERS)), os.getpid()
+    place, process = folder / str(next(_NUMBERS)), os.getpid()
     pid = os.fork()
     if not pid:
-        _child(work, place, mine)
+        _child(work, place, process)
     code = _end_of(pid, asking)
     end_family(pid)
     if place.exists():
@@ -52,7 +52,7 @@ def carried_out(work: Callable[[], None], folder: Path, asking: int) -> str:
 
 def _child(work: Callable[[], None], place: Path, parent: int) -> None:
     """The child's part; never returns."""
-    code, mine = 1, os.getpid()
+    code, process = 1, os.getpid()
     try:
         end_with_parent(parent)
         os.setsid()  # whoever ends this process ends what it started
@@ -66,7 +66,7 @@ def _child(work: Callable[[], None], place: Path, parent: int) -> None:
         with suppress(Exception):
             sys.stdout.flush()
             sys.stderr.flush()
-        os._exit(code if os.getpid() == mine else 0)
+        os._exit(code if os.getpid() == process else 0)
 
 
 def _end_of(pid: int, asking: int) -> int:
@@ -91,10 +91,10 @@ def end_family(pid: int) -> None:
     """
     until = time.monotonic() + FAREWELL
     while left := children(os.getpid()):
-        if late := time.monotonic() > until:
+        if overdue := time.monotonic() > until:
             end_group(pid)
         for each in left:
-            if late or not _tidies(each):
+            if overdue or not _tidies(each):
                 with suppress(OSError):
                     os.kill(each, signal.SIGKILL)
         with suppress(ChildProcessError):

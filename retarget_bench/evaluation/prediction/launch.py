@@ -56,22 +56,22 @@ class ForkServer:
     """
 
     def __init__(self, preload: Sequence[str], mark: str) -> None:
-        mine, theirs = socket.socketpair()
+        here, there = socket.socketpair()
         code = (
             f"import sys; sys.path[:] = {sys.path!r}\n"
             "from retarget_bench.evaluation.prediction.fork_server import main\n"
-            f"main({theirs.fileno()}, {list(preload)!r})"
+            f"main({there.fileno()}, {list(preload)!r})"
         )
-        self._socket, self._patience = mine, IMPORTING
-        self._channel = Channel(mine.fileno(), mine.fileno())
+        self._socket, self._patience = here, IMPORTING
+        self._channel = Channel(here.fileno(), here.fileno())
         self._process = subprocess.Popen(
             [sys.executable, "-c", code],
             stdin=subprocess.DEVNULL,
-            pass_fds=[theirs.fileno()],
+            pass_fds=[there.fileno()],
             start_new_session=True,
             env=os.environ | {MARK: mark},
         )
-        theirs.close()
+        there.close()
 
     @property
     def pid(self) -> int:
@@ -83,10 +83,10 @@ class ForkServer:
 
     def start(self, start: Mapping[str, Any]) -> "Forked":
         """A worker. Raises OSError where the server is gone or does not answer; it is ended then."""
-        ours, theirs = socket.socketpair()
-        with theirs:
-            pid = self.ask({"start": start}, [theirs.fileno(), theirs.fileno()])["pid"]
-        descriptor = ours.detach()
+        here, there = socket.socketpair()
+        with there:
+            pid = self.ask({"start": start}, [there.fileno(), there.fileno()])["pid"]
+        descriptor = here.detach()
         return Forked(self, pid, Channel(descriptor, descriptor))
 
     def ask(self, request: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any]:
@@ -143,9 +143,9 @@ class Spawned:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self.pid = self._process.pid
-        mine = (self._process.stdout, self._process.stdin)
-        self.channel = Channel(*(os.dup(each.fileno()) for each in mine))
-        for each in mine:
+        pipes = (self._process.stdout, self._process.stdin)
+        self.channel = Channel(*(os.dup(each.fileno()) for each in pipes))
+        for each in pipes:
             each.close()
 
     def ended(self) -> str:

@@ -1,4 +1,4 @@
-"""Whose turn it is to have methods asked on this machine: all processes together, or one alone."""
+"""Locks by which the scoring processes of a machine ask methods together, or one of them alone."""
 
 import os
 from collections.abc import Iterator
@@ -15,8 +15,8 @@ class Turns:
     """Two lock files in a folder that the processes of a run share. The system lets go of what a
     process that ends has locked.
 
-    Who wants to be alone closes a gate first, so that no others begin while it waits for those that are
-    at it.
+    A process that asks alone locks the gate first, so that no others begin while it waits for those that
+    are asking.
     """
 
     def __init__(self, folder: Path) -> None:

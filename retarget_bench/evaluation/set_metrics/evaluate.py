@@ -13,7 +13,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.attempt import attempt, sentence
 from retarget_bench.evaluation.cases import LISTING, loaded
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.evaluation.score import Before, as_number, asked, compared, nothing, seconds
+from retarget_bench.evaluation.score import Before, as_number, ask_metric, compared, nothing, seconds
 from retarget_bench.evaluation.set_metrics import files
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
 from retarget_bench.evaluation.set_metrics.files import Members, SetMember
@@ -39,7 +39,7 @@ def evaluate(
     """
     by_id = {info.id: info for info in infos}
     gathered = files.gather(paths, by_id)
-    found = []
+    values = []
     for metric in bound.metrics(plan.metrics).of_sets:
         name = metric.card.name
         sets: dict[str, dict[str, SetMember]] = {}
@@ -48,11 +48,11 @@ def evaluate(
         for structure, members in sorted(sets.items()):
             try:
                 before(name)
-                found += _values(plan, data, metric, structure, members, by_id)
+                values += _values(plan, data, metric, structure, members, by_id)
             except Exception as error:
                 reason = files.failed(name, sentence(error))
-                found += [SetValue(each.id, structure, 0, 0, reason=reason) for each in metric.card.values]
-    return found
+                values += [SetValue(each.id, structure, 0, 0, reason=reason) for each in metric.card.values]
+    return values
 
 
 def _of_one_width(metric: str, gathered: Mapping[str, Members]) -> dict[str, SetMember]:
@@ -94,18 +94,18 @@ def _values(
         return _drawn(metric, bare, draw(features, infos, stretches))
     # cases without references: their answers against other real motion, also of the same kind alone
     real, real_infos = real_set(data, plan.metrics, name, plan.task, structure)
-    found = []
+    values = []
     for kind in ("", *sorted({infos[case].kind for case in features} - {""})):
         answers = {case: each for case, each in features.items() if kind in ("", infos[case].kind)}
         others = {case: each for case, each in real.items() if kind in ("", real_infos[case].kind)}
         if others:
-            found += _drawn(
+            values += _drawn(
                 metric, replace(bare, kind=kind), draw_apart(answers, infos, others, real_infos)
             )
         else:
             reason = f"there is no real motion of kind {kind}" if real else NO_REAL.format(structure)
-            found += [replace(bare, kind=kind, value_id=value, reason=reason) for value in ids]
-    return found
+            values += [replace(bare, kind=kind, value_id=value, reason=reason) for value in ids]
+    return values
 
 
 @lru_cache(maxsize=8)
@@ -128,23 +128,23 @@ def real_set(
         if case.reference is None:
             raise BenchError(f"{each} is offered as real motion and has no reference")
         comparison = compared(case, case.reference)
-        features[each] = asked(metric, partial(metric.features, comparison), comparison, nothing)
+        features[each] = ask_metric(metric, partial(metric.features, comparison), comparison, nothing)
     return features, infos
 
 
 def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:
     """All values of the sets that were drawn, with intervals where there are clips enough."""
     bare = replace(bare, n=sets.n, clips=len(sets.clips), real=sets.hash)
-    found = [_value(metric, replace(bare, value_id=each.id), sets) for each in metric.card.values]
+    values = [_value(metric, replace(bare, value_id=each.id), sets) for each in metric.card.values]
     if bare.clips < CLIPS:
-        return found
-    defined = [each.value_id for each in found if each.value is not None]
+        return values
+    defined = [each.value_id for each in values if each.value is not None]
     without = _without(metric, defined, sets)
-    for number, each in enumerate(found):
+    for number, each in enumerate(values):
         if each.value is not None and (ends := interval(each.value, without[each.value_id])):
             parts = tuple(without[each.value_id])
-            found[number] = replace(each, low=ends[0], high=ends[1], without=parts)
-    return found
+            values[number] = replace(each, low=ends[0], high=ends[1], without=parts)
+    return values
 
 
 def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
@@ -163,9 +163,9 @@ def _both(metric: SetMetric, value_id: str, a: Halves, b: Halves) -> float:
     undefined. Raises BenchError where the metric fails."""
 
     def ask() -> float:
-        found = 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
-        undefined = isinstance(found, float | np.floating) and not np.isfinite(found)
-        return float("nan") if undefined else as_number(value_id, found)
+        mean = 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
+        undefined = isinstance(mean, float | np.floating) and not np.isfinite(mean)
+        return float("nan") if undefined else as_number(value_id, mean)
 
     return attempt(ask, seconds(len(a[0].clips) + len(b[0].clips)), f"metric {metric.card.name}, sets")
 
@@ -176,18 +176,18 @@ def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, lis
     All values of one tenth before the next one: what they have in common is computed once.
     """
     group = _groups(sets)
-    found: dict[str, list[float]] = {value_id: [] for value_id in ids}
+    values: dict[str, list[float]] = {value_id: [] for value_id in ids}
     for left_out in range(GROUPS if ids else 0):
-        kept = {
+        parts = {
             id(half): half.part(np.flatnonzero([group[clip] != left_out for clip in half.clips.tolist()]))
             for half in (*sets.real, *sets.generated)
         }
         real, generated = (
-            (kept[id(halves[0])], kept[id(halves[1])]) for halves in (sets.real, sets.generated)
+            (parts[id(halves[0])], parts[id(halves[1])]) for halves in (sets.real, sets.generated)
         )
         for value_id in ids:
-            found[value_id].append(_both(metric, value_id, real, generated))
-    return found
+            values[value_id].append(_both(metric, value_id, real, generated))
+    return values
 
 
 def _groups(sets: Draw) -> dict[str, int]:
@@ -201,8 +201,8 @@ def _groups(sets: Draw) -> dict[str, int]:
     clips = [half.clips.tolist() for half in samples]
     if not sets.apart and not set(clips[0]).isdisjoint(clips[1]):  # stretches of the same clips
         clips = [clips[0] + clips[1]]
-    for number, mine in enumerate(clips):
-        dealt = groups_of(Counter(mine))
+    for number, names in enumerate(clips):
+        dealt = groups_of(Counter(names))
         group |= {clip: GROUPS - 1 - rank if number == 1 else rank for clip, rank in dealt.items()}
     return group
 

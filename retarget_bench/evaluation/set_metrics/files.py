@@ -11,7 +11,7 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Prediction, SetMetric
 from retarget_bench.errors import BenchError, FileError, NotSupported
-from retarget_bench.evaluation.score import Before, Faults, asked, compared, fault_of, nothing
+from retarget_bench.evaluation.score import Before, Faults, ask_metric, compared, fault_of, nothing
 from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
 
 NO_REFERENCE = "needs reference motions, and this data set has none"
@@ -66,7 +66,7 @@ def collect(
         name = metric.card.name
         try:
             ask = partial(_member, metric, comparison, elsewhere)
-            if (member := asked(metric, ask, comparison, before)) is not None:
+            if (member := ask_metric(metric, ask, comparison, before)) is not None:
                 members[name] = member
         except BenchError as error:
             faults[name] = fault_of(error)

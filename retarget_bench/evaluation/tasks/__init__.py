@@ -39,8 +39,8 @@ def canonical(task: Spec) -> Spec:
     Raises BenchError for an unknown task, parameter or level.
     """
     if task.name not in (*PAIRED, *QUESTIONS):
-        known = ", ".join((*PAIRED, *QUESTIONS))
-        raise BenchError(f"there is no task {task.name!r}; tasks are {known}")
+        tasks = ", ".join((*PAIRED, *QUESTIONS))
+        raise BenchError(f"there is no task {task.name!r}; tasks are {tasks}")
     question = QUESTIONS.get(task.name)
     of_levels = ("levels",) if question and question.LEVELS else ()
     parameters = (*of_levels, "motions") if question else ()

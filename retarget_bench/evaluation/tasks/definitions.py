@@ -56,8 +56,8 @@ class TaskQuestion:
         if self.LEVELS and not words:
             task = type(self).__name__.lower()
             raise BenchError(f"{task}: name at least one level, such as {self.LEVELS}")
-        found = dict.fromkeys(map(self.level, words)) or (Level(),)
-        self.levels = sorted(found, key=lambda level: (level.word == MAJOR, level.number))
+        chosen = dict.fromkeys(map(self.level, words)) or (Level(),)
+        self.levels = sorted(chosen, key=lambda level: (level.word == MAJOR, level.number))
 
     def level(self, word: str) -> Level:
         """The level that a word stands for. Raises BenchError."""
@@ -125,18 +125,18 @@ class JointCompletion(TaskQuestion):
         return {MAJOR: 1.0, "joints": float(len(MAJOR_ROLES)), "of": float(total)}
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> tuple[Prediction, Prediction]:
-        whole = structure_joints(clean.character)
+        joints = structure_joints(clean.character)
         if level.word == MAJOR:
-            given = sorted(clean.character.joints(MAJOR_ROLES))
+            shown = sorted(clean.character.joints(MAJOR_ROLES))
         else:
             seed = case_seed(0, "upsample", case_id)
-            given = whole[list(drawn(seed, len(whole), _count(len(whole), level)))].tolist()
-        target = reduced(clean.character, whole.tolist())
-        reference = Positions(target, clean.positions[:, whole], clean.fps)
-        if len(given) == len(whole):
+            shown = joints[list(drawn(seed, len(joints), _count(len(joints), level)))].tolist()
+        target = reduced(clean.character, joints.tolist())
+        reference = Positions(target, clean.positions[:, joints], clean.fps)
+        if len(shown) == len(joints):
             return reference, reference
-        source = reduced(clean.character, given)
-        return Positions(source, clean.positions[:, given], clean.fps), reference
+        source = reduced(clean.character, shown)
+        return Positions(source, clean.positions[:, shown], clean.fps), reference
 
 
 QUESTIONS: Mapping[str, type[TaskQuestion]] = {

@@ -69,8 +69,8 @@ class Derived(TaskDataset):
 
     def __init__(self, data: Dataset, task: Spec) -> None:
         super().__init__(data, task, usual_splits(SPLIT))
-        asked = QUESTIONS[task.name]
-        self.question: TaskQuestion = asked(str(task.parameters.get("levels", asked.LEVELS)))
+        question = QUESTIONS[task.name]
+        self.question: TaskQuestion = question(str(task.parameters.get("levels", question.LEVELS)))
         self._most = int(task.parameters.get("motions", 0))
         if isinstance(data, OffersUnseen):
             self.unseen = lambda info: data.unseen(self._listed[info.id][0])
@@ -92,14 +92,14 @@ class Derived(TaskDataset):
         if isinstance(clean, PointSets):
             raise NotSupported(f"{motion.id}: the motion is known by points only")
         source, reference = self.question.ask(clean, level, info.id)
-        kept = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
+        known = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
         return Case(
             info=info,
             source=source,
             target=reference.character,
             reference=reference,
             conditions=self.conditions(info),
-            **kept,  # type: ignore[arg-type]
+            **known,  # type: ignore[arg-type]
         )
 
     def conditions(self, info: CaseInfo) -> Mapping[str, float]:
@@ -132,11 +132,11 @@ class Derived(TaskDataset):
         task, splits = TASKS[0], self._data.card.splits
         if SPLIT in splits and (own := self._data.cases(task, SPLIT)):
             return own
-        found: dict[str, CaseInfo] = {}
+        motions: dict[str, CaseInfo] = {}
         for split in splits:
             for info in self._data.cases(task, split):
-                found.setdefault(_own_id(info), info)
-        return list(found.values())
+                motions.setdefault(_own_id(info), info)
+        return list(motions.values())
 
 
 def _own_id(info: CaseInfo) -> str:
