@@ -38,5 +38,5 @@ def chosen(infos: Sequence[CaseInfo], patterns: Sequence[str], limit: int) -> li
         clips = [clip for clip in clips if any(fits(clip, pattern) for pattern in patterns)]
     if 0 < limit < len(clips):
         clips = [clips[number * len(clips) // limit] for number in range(limit)]
-    kept = set(clips)
-    return [info for info in infos if info.clip in kept]
+    names = set(clips)
+    return [info for info in infos if info.clip in names]

@@ -54,16 +54,16 @@ def main(scratch: str, check: bool) -> None:
         while True:
             request = channel.receive()
             assert request is not None
-            done, stop = "", False
+            problem, stop = "", False
             try:
                 if work is None or work.folder != Path(request["folder"]):
                     work = ShardWork(Path(request["folder"]), Path(scratch), at, work, check)
                 work.do(request)
             except BenchError as error:
-                done, stop = str(error), isinstance(error, CannotStore)
+                problem, stop = str(error), isinstance(error, CannotStore)
             except Exception as error:  # of a plug-in, where nothing else told of it
-                done = one_line(error)
-            say({"done": done, "stop": stop})
+                problem = one_line(error)
+            say({"done": problem, "stop": stop})
     ended.set()
     if work is not None:
         work.close()

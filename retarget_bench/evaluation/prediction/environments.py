@@ -87,9 +87,9 @@ def facts(environment: str) -> Mapping[str, Any]:
 
 def label(environment: str) -> str:
     """What results call an environment, the same wherever it lies: ``python3.10-3f2a91c0``."""
-    known = facts(environment)
-    version = ".".join(str(known["python"]).split()[-1].split(".")[:2])
-    return f"python{version}-{known['lock'][:8]}"
+    report = facts(environment)
+    version = ".".join(str(report["python"]).split()[-1].split(".")[:2])
+    return f"python{version}-{report['lock'][:8]}"
 
 
 def key_facts(environment: str) -> dict[str, str]:

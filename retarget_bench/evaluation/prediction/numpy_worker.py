@@ -164,12 +164,12 @@ def main() -> None:
     say({"environment": environment()})
     parameters: dict[str, Any] = {}
     for line in iter(questions.readline, b""):
-        said = json.loads(line)
-        if "start" in said:
-            parameters = said["start"]["parameters"]
+        request = json.loads(line)
+        if "start" in request:
+            parameters = request["start"]["parameters"]
             say({"ready": True})
         else:
-            say({"answers": [answer(question, retarget, parameters) for question in said["ask"]]})
+            say({"answers": [answer(question, retarget, parameters) for question in request["ask"]]})
 
 
 if __name__ == "__main__":

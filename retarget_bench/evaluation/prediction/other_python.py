@@ -16,9 +16,9 @@ OLDEST = (3, 11)
 def main() -> None:
     """Say which environment this is, then begin as asked by the first line."""
     if sys.version_info < OLDEST:
-        mine, oldest = (".".join(map(str, version[:2])) for version in (sys.version_info, OLDEST))
+        this, oldest = (".".join(map(str, version[:2])) for version in (sys.version_info, OLDEST))
         sys.exit(
-            f"this is Python {mine} and the package needs {oldest}; numpy_worker.py is for older ones "
+            f"this is Python {this} and the package needs {oldest}; numpy_worker.py is for older ones "
             "(docs/plugins.md)"
         )
     sys.path[:] = [each for each in sys.path if Path(each).absolute() != HERE]  # its files are no modules

@@ -305,15 +305,15 @@ class PredictionWorker:
     def _reply(self, seconds: float, cases: int) -> Any:
         """Wait for the answers, and hand over the parts of questions that the method looks at."""
         until = time.monotonic() + seconds
-        late = f"no answer within {seconds / cases:g} s a case (--timeout sets the limit)"
+        timeout = f"no answer within {seconds / cases:g} s a case (--timeout sets the limit)"
         answers = None
         while True:
             try:
-                message = self._receive(until - time.monotonic(), late)
+                message = self._receive(until - time.monotonic(), timeout)
             except Late:
                 self._late += 1
                 if self._late >= PATIENCE:
-                    why = f"not asked: {PATIENCE} cases before this got {late}"
+                    why = f"not asked: {PATIENCE} cases before this got {timeout}"
                     self._final = Outcome("missing", why)
                 raise
             if "answers" in message and answers is None:
@@ -357,7 +357,7 @@ class PredictionWorker:
         with suppress(Closed):  # told with its reason by what is received next
             self._started.channel.send(message)
 
-    def _receive(self, seconds: float, late: str) -> dict[str, Any]:
+    def _receive(self, seconds: float, timeout: str) -> dict[str, Any]:
         """The next line. Raises Late after so many seconds, and Trouble."""
         started, until = self._started, time.monotonic() + seconds
         assert started is not None
@@ -378,7 +378,7 @@ class PredictionWorker:
                 raise Disturbed(f"the method's process ended ({how})")
             self._check_limits(started)
             if left <= 0:
-                raise Late(late)
+                raise Late(timeout)
 
     def _check_limits(self, started: launch.Started) -> None:
         """Raises Beyond where the method takes more than it may."""

@@ -57,8 +57,8 @@ class Draw:
     def clips(self) -> list[str]:
         """Of real and generated windows; apart, of those that have fewer."""
         real = sorted({str(clip) for half in self.real for clip in half.clips})
-        made = sorted(set(map(str, self.generated[0].clips))) if self.apart else real
-        return min(real, made, key=len)
+        generated = sorted(set(map(str, self.generated[0].clips))) if self.apart else real
+        return min(real, generated, key=len)
 
 
 def draw(

@@ -6,25 +6,17 @@ with noise on them (Figure 8), from positions of some of its joints (Figure 9). 
 points on the source's surface. A data set knows nothing of them.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from retarget_bench.api import PAIRED, TASKS, Dataset
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS
 from retarget_bench.plugins.spec import Spec
-
-if TYPE_CHECKING:
-    from retarget_bench.evaluation.tasks.derived import Derived
-    from retarget_bench.evaluation.tasks.points import PointsTask
 
 RETARGET, POINTS = PAIRED
 DERIVED = tuple(task for task in TASKS if task not in PAIRED)
 """Tasks of one body each, by level."""
 
 
-def derive(data: Dataset, task: Spec) -> Derived | PointsTask:
+def derive(data: Dataset, task: Spec) -> Dataset:
     """The cases of a derived task, which is canonical. Raises BenchError for an unknown one."""
     from retarget_bench.evaluation.tasks.derived import Derived
     from retarget_bench.evaluation.tasks.points import PointsTask

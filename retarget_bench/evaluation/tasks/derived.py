@@ -92,14 +92,14 @@ class Derived(TaskDataset):
         if isinstance(clean, PointSets):
             raise NotSupported(f"{motion.id}: the motion is known by points only")
         source, reference = self.question.ask(clean, level, info.id)
-        known = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
+        labels = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
         return Case(
             info=info,
             source=source,
             target=reference.character,
             reference=reference,
             conditions=self.conditions(info),
-            **known,  # type: ignore[arg-type]
+            **labels,  # type: ignore[arg-type]
         )
 
     def conditions(self, info: CaseInfo) -> Mapping[str, float]:

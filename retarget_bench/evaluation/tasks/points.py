@@ -38,9 +38,9 @@ class PointsTask(TaskDataset):
 
     @property
     def notes(self) -> Sequence[str]:
-        if self._whole == (kept := sum(map(len, self._listed.values()))):
+        if self._total == (listed := sum(map(len, self._listed.values()))):
             return super().notes
-        left = f"{self._whole - kept} of {self._whole} cases are of bodies without meshes and left out"
+        left = f"{self._total - listed} of {self._total} cases are of bodies without meshes and left out"
         return (*super().notes, left)
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
@@ -74,7 +74,7 @@ class PointsTask(TaskDataset):
         }
 
     @cached_property
-    def _whole(self) -> int:
+    def _total(self) -> int:
         return sum(len(self._data.cases(TASKS[0], split)) for split in self.card.splits)
 
 
