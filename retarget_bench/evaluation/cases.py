@@ -60,7 +60,7 @@ def _attempted(data: Dataset, call: str, ask: Callable[[], T], seconds: float) -
 
 
 def _info_fault(info: CaseInfo) -> str:
-    """What is wrong with an item of a case list, or ""."""
+    """The fault of an item of a case list, or ""."""
     if lacking := [each.name for each in fields(CaseInfo) if not hasattr(info, each.name)]:
         return f"it lists {kind(info)} that has no {lacking[0]}"
     texts = (info.id, info.source, info.target, info.clip, info.kind)
@@ -72,7 +72,7 @@ def _info_fault(info: CaseInfo) -> str:
 
 
 def _case_fault(case: Case, info: CaseInfo) -> str:
-    """What is wrong with a case, or ""."""
+    """The fault of a case, or ""."""
     if lacking := [each.name for each in fields(Case) if not hasattr(case, each.name)]:
         return f"it gave {kind(case)} that has no {lacking[0]}"
     if case.info.id != info.id:

@@ -1,4 +1,4 @@
-"""Which clips of a split a run is asked for.
+"""The choice of clips of a split for a run.
 
 Keys and seeds of cases do not depend on which others are asked for, so that a later run of all clips
 goes on from there.

@@ -104,7 +104,7 @@ def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:
 
 
 def _values(metrics: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
-    """Value id -> what tables need to know of it, its metric included."""
+    """Value id -> its declaration for tables, with its metric."""
     return {
         value.id: DeclaredValue.of(value, metric.card.name)
         for metric in metrics

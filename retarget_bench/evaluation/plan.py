@@ -54,7 +54,7 @@ class Plan(Settings):
 
 
 def data_of(bound: BoundDataset, task: str = RETARGET) -> Dataset:
-    """The data set; of a derived task, what the engine makes of its motion, once a process."""
+    """The data set, or that of a derived task, which is made from its motion once a process."""
     return bound.built if task in OWN_CASES else _derived(bound, task)
 
 
@@ -77,7 +77,7 @@ def _batches(bound: BoundDataset, task: str, split: str) -> Sequence[tuple[str, 
 
 @dataclass(frozen=True)
 class EvaluationUnit:
-    """One method on one split of one data set: a result file and what it is known by.
+    """One method on one split of one data set: a result file and its keys.
 
     seed_number: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
     """
@@ -108,7 +108,7 @@ class EvaluationUnit:
 
     @cached_property
     def known_as(self) -> Spec:
-        """The method as results know it: by its weights, and by the lock of another environment."""
+        """The method as results name it: by its weights, and by the lock of another environment."""
         if self.plan.external:
             return self.method.spec
         spec = self.method.known_as

@@ -43,7 +43,7 @@ LOADING, SCORING = "load()", "score()"
 
 
 def unwatched(units: Sequence[int], cases: Sequence[str], call: str) -> None:
-    """Nobody looks on."""
+    """A process without an observer."""
     del units, cases, call
 
 
@@ -85,7 +85,7 @@ class ShardWork:
         self.pool.close()
 
     def _check(self) -> None:
-        """Raises BenchError with what this machine has that the stored plan was not made with."""
+        """Raises BenchError that names what this machine has otherwise than the one that planned the run."""
         planned = self.stored.content.common
         methods = {unit.method for unit in self.stored.units}
         facts = machine_facts(self.plan, methods, self.plan.datasets)
@@ -98,7 +98,7 @@ class ShardWork:
 
     # ------------------------------------------------------------------------------------- kinds of work
     def do(self, request: Mapping[str, Any]) -> None:
-        """Do what a line asks for (``shard_process.py``). Raises BenchError.
+        """Carry out a request (``shard_process.py``). Raises BenchError.
 
         again: a process ended at it before. without: unit, case and metric, None: all, of what is not to
         be asked, and why.
@@ -184,8 +184,8 @@ class ShardWork:
         return CaseResult(name, "ok", values=scores.values, faults=scores.faults)
 
     def _before(self, unit: int, case: str, metric: str) -> None:
-        """What is to be done before a metric is asked about a case, or ("") about a unit's sets. Raises
-        BenchError where it ended such a process before."""
+        """Announce that a metric is asked about a case, or ("") about a unit's sets. Raises BenchError where
+        it ended such a process before."""
         for one in ((unit, case, metric), (None, None, metric)):
             if why := self._left_out.get(one):
                 raise BenchError(why)

@@ -206,7 +206,7 @@ class StoredPlan:
 
     @cached_property
     def content(self) -> Content:
-        """What ``plan.json`` says, with results where this machine has them."""
+        """The content of ``plan.json``, with results where this machine has them."""
         content: Content = _read(self.folder / "plan.json", Content)
         units = [replace(unit, paths=replace(unit.paths, root=self.root)) for unit in content.units]
         return replace(content, plan=replace(content.plan, out=self.root), units=units)
@@ -232,7 +232,7 @@ class StoredPlan:
         return tasks
 
     def lacking(self, number: int) -> list[Task]:
-        """The tasks of a shard without what is answered."""
+        """The tasks of a shard without cases that are answered."""
         done = {(unit, entry.case) for unit, entry in self._entries(f"{number}-*.jsonl")}
         tasks = []
         for task in self.tasks(number):

@@ -102,7 +102,7 @@ class Local:
         return [[None, None, metric, OFTEN] for metric, times in blamed.items() if times >= PATIENCE]
 
     def _ready(self, count: int) -> None:
-        """Have so many processes."""
+        """Start processes until there are so many."""
         if self._scratch is None:
             self._scratch = self._open.enter_context(scratch_folder())
         while len(self._processes) < count:
@@ -125,7 +125,7 @@ class _Work:
     again: bool = False
 
     def ended(self, folder: Path, how: str) -> str:
-        """Take notice that a process ended at this; why it cannot be completed, or ""."""
+        """Record that a process ended at this; why it cannot be completed, or ""."""
         first, self.again = not self.again, True
         units, cases, call = self.at or ([], [], "")
         metric = call not in ("", LOADING, SCORING)
@@ -174,7 +174,7 @@ class _Process:
         self._heard, self.how = time.monotonic(), ""
 
     def give(self, folder: Path, work: _Work, out: Sequence[list[Any]]) -> None:
-        """Have work of a stored plan done. out: the metrics that are asked no more."""
+        """Start work of a stored plan. out: the metrics that are asked no more."""
         if self.how or self._process.poll() is not None:
             self._close()
             self._start()
@@ -207,7 +207,7 @@ class _Process:
             self.how = ending(self._process.wait())
 
     def finished(self) -> _Work:
-        """What it was doing, which it is no longer."""
+        """Take its work from it, and return it."""
         assert self.work is not None
         work, self.work = self.work, None
         return work

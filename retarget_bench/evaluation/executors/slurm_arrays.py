@@ -94,7 +94,7 @@ class SlurmArrays:
 
 
 def _outcome(job: Any) -> dict[int, str] | None:
-    """What a job says of its shards; None where it did not live to tell."""
+    """The result of a job by shard; None where it ended without one."""
     try:
         return dict(job.result())
     except Exception:  # submitit's own classes, one of which holds the text of any error of the job
@@ -116,7 +116,7 @@ def array_limit() -> int:
 
 
 class Carrying:
-    """What a job does; where it is preempted or out of time, submitit submits it again."""
+    """The function of a job; where it is preempted or out of time, submitit submits it again."""
 
     def __init__(self, cpus: int) -> None:
         self.cpus = cpus

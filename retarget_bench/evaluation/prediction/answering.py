@@ -65,7 +65,7 @@ def begin(start: Mapping[str, Any], reading: int, writing: int) -> None:
 
 
 def _ready(start: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
-    """Load the method and serve; what keeps it from that, as a line."""
+    """Load the method and serve; a line with the reason where that is not possible."""
     try:
         registry.know_files(start["plugins"])
         method = registry.create("methods", Spec.parse(start["method"]))
@@ -128,7 +128,7 @@ class AnsweringLoop:
             self.channel.send({"ended": how})
 
     def _answer(self, questions: Sequence[Mapping[str, Any]]) -> None:
-        """Say how each question went; of predictions, the file is written."""
+        """Answer questions: write the predictions, and send the status of each."""
         process = os.getpid()
         try:
             cases = [self._case(question) for question in questions]

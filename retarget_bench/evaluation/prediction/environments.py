@@ -38,7 +38,7 @@ def in_full(environment: str) -> str:
 def start(
     environment: str, log: Path, mark: str, prefix: Sequence[str] = ()
 ) -> tuple[launch.Spawned, Mapping[str, Any]]:
-    """A worker that waits to be told its method, and the facts of where it runs.
+    """Start a worker that waits for its method; the worker, and the facts of its environment.
 
     environment: of ``in_full``. A Python is started with this package; a command that names a ``.py`` file
     is a worker of its own (``numpy_worker.py``). log: takes what it prints. mark: of ``launch.new_mark``.
@@ -69,7 +69,7 @@ def start(
 
 
 def _sound(facts: Mapping[str, Any]) -> bool:
-    """True if a worker tells its environment as it should."""
+    """True for facts of an environment that are complete and of the right types."""
     texts = [facts.get(name) for name in FACTS if name != "packages"]
     packages = facts.get("packages")
     sound = isinstance(packages, dict) and all(isinstance(each, str) for each in packages.values())
@@ -86,14 +86,14 @@ def facts(environment: str) -> Mapping[str, Any]:
 
 
 def label(environment: str) -> str:
-    """What results call an environment, the same wherever it lies: ``python3.10-3f2a91c0``."""
+    """The name of an environment in results, the same wherever it lies: ``python3.10-3f2a91c0``."""
     report = facts(environment)
     version = ".".join(str(report["python"]).split()[-1].split(".")[:2])
     return f"python{version}-{report['lock'][:8]}"
 
 
 def key_facts(environment: str) -> dict[str, str]:
-    """What predictions depend on: the lock, and the text of a worker's own files."""
+    """Facts that predictions depend on: the lock, and the text of a worker's own files."""
     own = [word for word in shlex.split(environment) if word.endswith(".py")]
     return {"lock": str(facts(environment)["lock"]), "files": files_hash(own)}
 

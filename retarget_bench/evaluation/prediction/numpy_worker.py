@@ -63,7 +63,7 @@ def _distributions() -> Iterator[tuple[str, str]]:
 
 # --------------------------------------------------------------------------------------------------- files
 def checked(path: str) -> bytes:
-    """What a file of a question holds; its name ends in a digest of that."""
+    """The contents of a file of a question, whose name ends in their digest."""
     data = Path(path).read_bytes()
     if digest(data) != Path(path).stem.rpartition("-")[2]:
         raise OSError(f"{path} was changed since it was written")
@@ -76,7 +76,7 @@ def digest(data: bytes) -> str:
 
 
 def body(path: str) -> dict[str, Any]:
-    """A body; what is numbers is arrays."""
+    """A body, with its numbers as arrays."""
     facts = json.loads(checked(path))
     return {**facts, **{name: np.array(facts[name]) for name in ("parents", "offsets", "reference_pose")}}
 

@@ -31,7 +31,7 @@ class Changed(BenchError):
 
 
 def checked(path: Path) -> bytes:
-    """What a file holds. Raises Changed where that is not what its name says."""
+    """The contents of a file. Raises Changed where its name ends in another digest than theirs."""
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -297,7 +297,7 @@ class PredictionWorker:
             raise self._hopeless(text(message.get("broken", NONSENSE)))
 
     def _hopeless(self, why: str) -> Beyond:
-        """What to raise where the method can never be asked."""
+        """The error to raise where the method can never be asked."""
         self._final = Outcome("failed", why)
         return Beyond(why)
 

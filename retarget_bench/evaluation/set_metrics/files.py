@@ -54,7 +54,7 @@ def collect(
     elsewhere: bool = False,
     before: Before = nothing,
 ) -> tuple[Members, Faults]:
-    """The features of one case for the set metrics, and what metrics did wrong.
+    """The features of one case for the set metrics, and faults of metrics.
 
     elsewhere: whether the data set has real motion to compare answers without a reference with.
     Raises BenchError where the case itself does not fit together.
@@ -75,7 +75,7 @@ def collect(
 
 
 def failed(metric: str, fault: str) -> str:
-    """The reason why there is no value of a metric that did something wrong."""
+    """The reason why there is no value of a metric that failed."""
     return f"metric {metric} failed: {fault}"
 
 
