@@ -85,7 +85,7 @@ class ShardWork:
         self.pool.close()
 
     def _check(self) -> None:
-        """Raises BenchError that names what this machine has otherwise than the one that planned the run."""
+        """Raises BenchError that names a difference to the machine that planned the run."""
         planned = self.stored.content.common
         methods = {unit.method for unit in self.stored.units}
         facts = machine_facts(self.plan, methods, self.plan.datasets)
@@ -184,8 +184,8 @@ class ShardWork:
         return CaseResult(name, "ok", values=scores.values, faults=scores.faults)
 
     def _before(self, unit: int, case: str, metric: str) -> None:
-        """Announce that a metric is asked about a case, or ("") about a unit's sets. Raises BenchError where
-        it ended such a process before."""
+        """Announce that a metric is asked about a case, or ("") about a unit's sets. Raises BenchError
+        where it ended such a process before."""
         for one in ((unit, case, metric), (None, None, metric)):
             if why := self._left_out.get(one):
                 raise BenchError(why)

@@ -88,7 +88,7 @@ def measured(
     data: Dataset,
     infos: Sequence[CaseInfo],
 ) -> list[Time]:
-    """Seconds for a few cases, by the clock of the asking process, after the method has answered one before.
+    """Seconds for a few cases, by the clock of the asking process, after the method has answered one.
 
     Every question is another one, so that nothing is gained by remembering: each is a case without its
     first few frames. Handing over counts, as it does for all methods alike.

@@ -83,7 +83,7 @@ def _forked(asking: socket.socket, start: Mapping[str, Any], descriptors: list[i
 
 
 def _reap(workers: dict[int, str]) -> None:
-    """Reap all processes that have ended, those left behind by workers included. workers: how each ended."""
+    """Reap processes that have ended, those left behind by workers included. workers: how each ended."""
     with suppress(ChildProcessError):
         while (dead := os.waitpid(-1, os.WNOHANG))[0]:
             pid, status = dead
