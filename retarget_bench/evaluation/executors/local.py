@@ -2,6 +2,7 @@
 
 import os
 import select
+import socket
 import subprocess
 import sys
 import time
@@ -94,6 +95,15 @@ class Local:
             for each in [each for each in processes if each.work]:
                 each.end()
                 self._processes.remove(each)
+
+    def problems(self, folder: Path, numbers: Sequence[int]) -> dict[int, str]:
+        """Carry out shards; of each why it was not completed, with the name of this machine, or ""."""
+        problems: dict[int, str] = {}
+        try:
+            problems.update(self.run(folder, numbers))
+        except BenchError as error:
+            problems = {number: problems.get(number, str(error)) for number in numbers}
+        return {number: why and f"{why} ({socket.gethostname()})" for number, why in problems.items()}
 
     @property
     def _given_up(self) -> list[list[Any]]:

@@ -104,9 +104,4 @@ def carry_out(folder: str, shard: int) -> str:
             _LOCALS.pop(each).__exit__()
         _LOCALS[folder] = Local(1, check=True)
         atexit.register(_LOCALS[folder].__exit__)
-    try:
-        for _, problem in _LOCALS[folder].run(Path(folder), [shard]):
-            return f"{problem} ({socket.gethostname()})" if problem else ""
-    except BenchError as error:
-        return f"{error} ({socket.gethostname()})"
-    return ""
+    return _LOCALS[folder].problems(Path(folder), [shard])[shard]

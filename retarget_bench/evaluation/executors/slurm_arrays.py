@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import socket
 import subprocess
 import time
 from collections.abc import Generator, Iterator, Sequence
@@ -123,15 +122,8 @@ class Carrying:
 
     def __call__(self, folder: str, shards: Sequence[int]) -> dict[int, str]:
         """Shard -> why it ended before it was complete, or ""."""
-        problems: dict[int, str] = {}
-        try:
-            with Local(self.cpus, check=True) as local:
-                for shard, problem in local.run(Path(folder), shards):
-                    problems[shard] = f"{problem} ({socket.gethostname()})" if problem else ""
-        except BenchError as error:
-            message = f"{error} ({socket.gethostname()})"
-            return {shard: problems.get(shard, message) for shard in shards}
-        return problems
+        with Local(self.cpus, check=True) as local:
+            return local.problems(Path(folder), shards)
 
     def checkpoint(self, folder: str, shards: Sequence[int]) -> Any:
         from submitit.helpers import DelayedSubmission
