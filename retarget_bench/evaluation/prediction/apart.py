@@ -90,7 +90,7 @@ def end_family(pid: int) -> None:
     The process by which Python's multiprocessing removes shared memory that was left may do so first.
     """
     until = time.monotonic() + FAREWELL
-    while left := children(os.getpid()):
+    while left := _own_children():
         if overdue := time.monotonic() > until:
             end_group(pid)
         for each in left:
@@ -100,8 +100,16 @@ def end_family(pid: int) -> None:
         with suppress(ChildProcessError):
             while os.waitpid(-1, os.WNOHANG)[0]:
                 pass
-        if children(os.getpid()):
+        if _own_children():
             time.sleep(0.005)
+
+
+def _own_children() -> list[int]:
+    """The living and dead children of this process; to go through all processes would take long."""
+    pid = os.getpid()
+    with suppress(OSError):
+        return list(map(int, Path(f"/proc/self/task/{pid}/children").read_text().split()))
+    return children(pid)
 
 
 def _tidies(pid: int) -> bool:

@@ -217,10 +217,7 @@ def end_orphans(mark: str, workers: Sequence[int], servers: Sequence[int] = ()) 
 
 
 def children(pid: int) -> list[int]:
-    """The processes that a process of one thread has started or taken over from those that ended, dead ones
-    included."""
-    with suppress(OSError):
-        return list(map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()))
+    """The processes that a process has started or taken over from those that ended."""
     with suppress(psutil.Error):
         return [each.pid for each in psutil.Process(pid).children()]
     return []
