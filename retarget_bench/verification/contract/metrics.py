@@ -179,10 +179,12 @@ class SetMetricTrial(_Scored[SetMetric]):
     def measured(self, case: Case, prediction: Prediction) -> dict[str, Any]:
         members, faults = collect([self.plugin], case, prediction)
         score.Scored(faults=faults).sound()
-        return {
-            f"{metric}:{name}": value
-            for metric, each in members.items()
-            for name, value in {**vars(replace(each, features=None)), **_arrays(each.features)}.items()
+        facts = {name: (each.name, each.network, each.reason) for name, each in members.items()}
+        return facts | {
+            f"{name}:{part}": array
+            for name, each in members.items()
+            if each.features
+            for part, array in vars(each.features).items()
         }
 
     @demand("features of a prediction and of the reference are made alike")
@@ -215,10 +217,6 @@ class SetMetricTrial(_Scored[SetMetric]):
     def _features(self, case: Case) -> CaseFeatures:
         assert case.reference is not None
         return self.plugin.features(Comparison(case, case.reference))
-
-
-def _arrays(features: CaseFeatures | None) -> dict[str, Any]:
-    return vars(features) if features else {}
 
 
 def _worse(value: Value, right: object, wrong: object) -> bool:
