@@ -56,10 +56,6 @@ class Task:
     cases: tuple[str, ...]
     lacking: Cases
 
-    @property
-    def answers(self) -> int:
-        return sum(map(len, self.lacking.values()))
-
 
 @dataclass(frozen=True)
 class Unit:
@@ -191,7 +187,7 @@ class StoredPlan:
         sizes = []
         for number, shard in enumerate(shards):
             _write(stored.folder / "tasks" / f"{number}.json", list[Task], shard)
-            sizes.append(sum(task.answers for task in shard))
+            sizes.append(sum(len(cases) for task in shard for cases in task.lacking.values()))
         data = tuple({unit.dataset for unit in units})
         external = plan.external and plan.external.resolve()
         content = Content(

@@ -128,18 +128,18 @@ def write_answer(path: Path, answer: Prediction) -> str:
 
 def _packed(motion: Prediction, kind: type[np.floating]) -> bytes:
     arrays = {name: getattr(motion, name).astype(kind, copy=False) for name in motion.arrays}
-    return _file(motion.fps, arrays)
+    return _npz({"fps": np.float64(motion.fps), **arrays})
 
 
 def _packed_points(motion: PointSets) -> bytes:
     """All frames' points one after the other, in the precision that they have, and how many each has."""
     points = np.concatenate(motion.points) if motion.frames else np.zeros((0, 3))
-    return _file(motion.fps, {"points": points, "counts": motion.counts})
+    return _npz({"fps": np.float64(motion.fps), "points": points, "counts": motion.counts})
 
 
-def _file(fps: float, arrays: Mapping[str, np.ndarray]) -> bytes:
+def _npz(arrays: Mapping[str, Any]) -> bytes:
     stream = BytesIO()
-    np.savez(stream, fps=np.float64(fps), **arrays)  # type: ignore[arg-type]
+    np.savez(stream, **arrays)
     return stream.getvalue()
 
 
@@ -177,9 +177,7 @@ def write_mesh(folder: Path, token: str, mesh: Mesh) -> Path:
     arrays |= {_GROUP + role: group for role, group in mesh.groups.items()}
     if mesh.pose is not None:
         arrays["pose"] = mesh.pose
-    stream = BytesIO()
-    np.savez(stream, **arrays)
-    return _written(folder, token, stream.getvalue(), ".npz")
+    return _written(folder, token, _npz(arrays), ".npz")
 
 
 def read_mesh(path: Path) -> Mesh:
