@@ -1,4 +1,4 @@
-"""HuMoT: one encoder and one decoder for every skeleton, told what it is by a neutral pose."""
+"""HuMoT: one encoder and one decoder for every skeleton, which a neutral pose describes."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ class HuMoT(LearnedMethod):
     consistency: weight of the consistency of bone lengths (0: "no BLC").
     facing, sized: windows go through the networks turned ahead, and bodies in the usual size; answers come
         back from both. Not in the paper.
-    varied: training bodies have other proportions than the data's, drawn apart for what is given and
-        what is asked for, and limbs are held otherwise (``augmentation.py``). Not in the paper.
+    varied: training bodies have other proportions than the data's, drawn apart for source and target,
+        and limbs are held otherwise (``augmentation.py``). Not in the paper.
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
@@ -146,9 +146,9 @@ class HuMoT(LearnedMethod):
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        mine = body(motion.character)
-        turns = {"turns": mine.turns(motion)} if self.settings.slanted else {}
-        return {"places": mine.see(motion), **turns}
+        own = body(motion.character)
+        turns = {"turns": own.turns(motion)} if self.settings.slanted else {}
+        return {"places": own.see(motion), **turns}
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> HumotTraining:
         from .training import HumotTraining

@@ -223,10 +223,10 @@ class Pan(SkeletalMethod):
         stands on as many legs: so the same is lost there as in the answer (``+residual``)."""
         bodies = []
         for source, target in zip(sources, targets, strict=True):
-            actor, asked = source.character, target
+            actor, body = source.character, target
             if actor.four_legged != target.four_legged:
-                asked = actor
-            structure, _ = self.assigned(asked)
+                body = actor
+            structure, _ = self.assigned(body)
             bodies.append((structure, in_layout(actor, self.structures[structure].layout)))
         return self._retargeted(sources, bodies, contexts)
 
@@ -242,8 +242,8 @@ class Pan(SkeletalMethod):
         from .structure import rebuilt
 
         return {
-            name: rebuilt(mine, self._part_map, name.endswith(FOUR), self.settings.design)
-            for name, mine in by_structure(self.tensors).items()
+            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), self.settings.design)
+            for name, tensors in by_structure(self.tensors).items()
         }
 
     def attention(self, source: Motion) -> Mapping[str, Any]:

@@ -148,7 +148,7 @@ class San(SkeletalMethod):
     def supports(self, source: Character, target: Character) -> str | None:
         if self.untrained:
             return self.untrained
-        layouts = {name: mine.layout for name, mine in self.structures.items()}
+        layouts = {name: networks.layout for name, networks in self.structures.items()}
         names = [name.removesuffix(f"_{FOUR}") for name in layouts]
         for each in (source, target):
             if why := self._unseen(each):
@@ -165,8 +165,8 @@ class San(SkeletalMethod):
 
         from .structure import rebuilt
 
-        found = by_structure(self.tensors)
-        return {name: rebuilt(mine, self.settings.design) for name, mine in found.items()}
+        by_name = by_structure(self.tensors)
+        return {name: rebuilt(tensors, self.settings.design) for name, tensors in by_name.items()}
 
 
 @lru_cache(maxsize=1024)

@@ -39,7 +39,7 @@ def shuffled(monkeypatch) -> Iterator[type[Shuffled]]:
     executing.know_toys()
     executing.small_shards(monkeypatch)
     monkeypatch.setitem(executors.ENGINES, "shuffled", Shuffled)
-    monkeypatch.setattr(runner, "LOOK", 0.0)
+    monkeypatch.setattr(runner, "POLL", 0.0)
     monkeypatch.setattr(runner, "PATIENCE", 0.0)
     return Shuffled
 
@@ -157,10 +157,8 @@ def test_a_machine_with_other_code_versions_or_data_says_so(tmp_path):
     facts = json.loads(path.read_text())
     for name in ("numpy", "method copy_rotations", "data set toy_cases"):
         path.write_text(json.dumps(facts | {"common": facts["common"] | {name: "other"}}))
-        with (
-            pytest.raises(BenchError, match=rf"has {name} .* where the run was planned with other; all"),
-        ):
-            shard_work.ShardWork(made.folder, tmp_path).check()
+        with pytest.raises(BenchError, match=rf"has {name} .* where the run was planned with other; all"):
+            shard_work.ShardWork(made.folder, tmp_path, check=True)
 
 
 def test_errors_of_stored_plans_are_sentences(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 
 from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.tasks.task_dataset import TaskDataset
+from retarget_bench.evaluation.tasks.derived import TaskDataset
 from retarget_bench.motion.motion import Motion, PointSets
 from retarget_bench.motion.point_sets import unknown_body
 from retarget_bench.motion.surface_sampling import sampled, uniform
@@ -35,9 +35,9 @@ class PointsTask(TaskDataset):
 
     @property
     def notes(self) -> Sequence[str]:
-        if self._whole == (kept := sum(map(len, self._listed.values()))):
+        if self._total == (listed := sum(map(len, self._listed.values()))):
             return super().notes
-        left = f"{self._whole - kept} of {self._whole} cases are of bodies without meshes and left out"
+        left = f"{self._total - listed} of {self._total} cases are of bodies without meshes and left out"
         return (*super().notes, left)
 
     def unseen(self, info: CaseInfo) -> Collection[str] | None:
@@ -75,7 +75,7 @@ class PointsTask(TaskDataset):
         }
 
     @cached_property
-    def _whole(self) -> int:
+    def _total(self) -> int:
         return sum(len(self._data.cases(TASKS[0], split)) for split in self.card.splits)
 
 

@@ -21,7 +21,7 @@ from retarget_bench.api import (
 from retarget_bench.api.comparison import Comparison, vertices
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import score
-from retarget_bench.evaluation.set_metrics.files import Arrays, collect
+from retarget_bench.evaluation.set_metrics.files import collect
 from retarget_bench.evaluation.tasks.points import points_of
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion, PointSets, Positions, Surface
@@ -176,10 +176,16 @@ class SetMetricTrial(_Scored[SetMetric]):
             self.measured(case, motion)
         return None if self.cases else "applies to no body of the data set it is tried on"
 
-    def measured(self, case: Case, prediction: Prediction) -> Arrays:
-        arrays, faults = collect([self.plugin], case, prediction)
+    def measured(self, case: Case, prediction: Prediction) -> dict[str, Any]:
+        members, faults = collect([self.plugin], case, prediction)
         score.Scored(faults=faults).sound()
-        return arrays
+        facts = {name: (each.name, each.network, each.reason) for name, each in members.items()}
+        return facts | {
+            f"{name}:{part}": array
+            for name, each in members.items()
+            if each.features
+            for part, array in vars(each.features).items()
+        }
 
     @demand("features of a prediction and of the reference are made alike")
     def alike(self) -> str | None:
