@@ -1,4 +1,4 @@
-"""Report of a check: one table of what is not as it was, as text, and as Markdown for a pull request."""
+"""Report of a check: one table of all changes, as text, and as Markdown for a pull request."""
 
 from collections.abc import Sequence
 
@@ -16,21 +16,21 @@ VERDICTS = (
 )
 
 
-def text(found: Comparison, everything: bool = False) -> str:
+def text(comparison: Comparison, everything: bool = False) -> str:
     """The report for a terminal. everything: a line per change."""
-    rows, rest = _rows(found, everything)
+    rows, rest = _rows(comparison, everything)
     sizes = [max(map(len, column)) for column in zip(HEADS, *rows, strict=True)]
     lines = [
         "  ".join(f"{cell:<{size}}" for cell, size in zip(row, sizes, strict=True)).rstrip()
         for row in ((HEADS, *rows) if rows else ())
     ]
-    return "\n".join([*lines, *rest, _counts(found), VERDICTS[found.verdict]])
+    return "\n".join([*lines, *rest, _counts(comparison), VERDICTS[comparison.verdict]])
 
 
-def markdown(found: Comparison) -> str:
+def markdown(comparison: Comparison) -> str:
     """The report for ``GITHUB_STEP_SUMMARY`` or a comment."""
-    rows, rest = _rows(found)
-    verdict = ("same", "moved", "could not measure")[found.verdict]
+    rows, rest = _rows(comparison)
+    verdict = ("same", "moved", "could not measure")[comparison.verdict]
     lines = [f"| {' | '.join(map(_cell, row))} |" for row in ((HEADS, *rows) if rows else ())]
     lines[1:1] = [f"|{'---|' * len(HEADS)}"] if lines else []
     return "\n".join(
@@ -40,29 +40,29 @@ def markdown(found: Comparison) -> str:
             *lines,
             "",
             *rest,
-            _counts(found),
+            _counts(comparison),
             "",
-            VERDICTS[found.verdict],
+            VERDICTS[comparison.verdict],
             "",
         ]
     )
 
 
-def _counts(found: Comparison) -> str:
-    moved = len(found.changes)
-    return f"{found.compared} compared: {found.compared - moved} same, {moved} not."
+def _counts(comparison: Comparison) -> str:
+    moved = len(comparison.changes)
+    return f"{comparison.compared} compared: {comparison.compared - moved} same, {moved} not."
 
 
-def _rows(found: Comparison, everything: bool = False) -> tuple[list[Sequence[str]], list[str]]:
+def _rows(comparison: Comparison, everything: bool = False) -> tuple[list[Sequence[str]], list[str]]:
     """The cells of the lines that are shown, and a sentence about the others.
 
     A change moves many values that say the same, so a line is a family of values (the part of the id before
     the dot) of one subject: the value that moved most. Default columns come first.
     """
     if everything:
-        return [_cells([each]) for each in found.changes], []
+        return [_cells([each]) for each in comparison.changes], []
     subjects: dict[tuple[Status, str], dict[str, list[Change]]] = {}
-    for each in found.changes:
+    for each in comparison.changes:
         families = subjects.setdefault((each.status, each.subject), {})
         families.setdefault(each.value.split(".")[0] or each.why, []).append(each)
     rows, left = [], 0
@@ -83,6 +83,6 @@ def _number(value: float | str | None) -> str:
     return "" if value is None else value if isinstance(value, str) else f"{value:.6g}"
 
 
-def _cell(said: str) -> str:
-    plain = said.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+def _cell(text: str) -> str:
+    plain = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return plain.replace("|", "\\|").replace("\n", " ")
