@@ -122,7 +122,7 @@ def compare(golden: Measured, now: Measured, criteria: Criteria = EVERYTHING) ->
         for key, why in now.errors.items()
         if not any(name.startswith(f"{_row(key)}/") for name in golden.facts)
     ]
-    compared += [*changes, *_gone(golden), *_unmeasured(now, criteria)]
+    compared += [*changes, *_lost_splits(golden), *_unmeasured_values(now, criteria)]
     compared += _facts(golden, now, criteria, stale) if now.complete else ()
     compared += _methods(golden, now, criteria, stale)
     order = list(Status)
@@ -130,7 +130,7 @@ def compare(golden: Measured, now: Measured, criteria: Criteria = EVERYTHING) ->
     return Comparison(tuple(changed), len(compared))
 
 
-def _gone(golden: Measured) -> Iterator[Change]:
+def _lost_splits(golden: Measured) -> Iterator[Change]:
     """The splits that golden facts speak of and golden rows lack."""
     splits = {paths.split for paths in store.find_results(golden.rows)}
     for split, listed in golden.under("cases").items():
@@ -139,7 +139,7 @@ def _gone(golden: Measured) -> Iterator[Change]:
             yield Change(Status.UNMEASURED, "golden rows", where=split, why=why)
 
 
-def _unmeasured(now: Measured, criteria: Criteria) -> Iterator[Change]:
+def _unmeasured_values(now: Measured, criteria: Criteria) -> Iterator[Change]:
     """The values that count and that nothing has that was measured."""
     if not criteria.values:
         return
@@ -346,14 +346,13 @@ def _moved(numbers: _Numbers, typical: float, criteria: Criteria) -> Change | No
         return None
     clips = [info.clip for info in numbers.cases]
     # of clips first, as in tables
-    means = [pd.DataFrame(each).groupby(clips).mean().mean().to_numpy() for each in (before, after)]
+    old, new = (pd.DataFrame(each).groupby(clips).mean().mean().to_numpy() for each in (before, after))
     if allowed := criteria.tolerances.get(numbers.value, criteria.tolerances.get("")):
-        moved &= limit.wider(allowed).passed(*means, typical)
+        moved &= limit.wider(allowed).passed(old, new, typical)
         if not moved.any():
             return None
-    most = np.where(moved, np.abs(after - before), -1.0).argmax()
-    row, point = np.unravel_index(int(most), moved.shape)
-    mean = float(means[0][point]), float(means[1][point])
+    row, point = divmod(int(np.where(moved, np.abs(after - before), -1.0).argmax()), moved.shape[1])
+    mean = float(old[point]), float(new[point])
     status = _direction(numbers.declared, *mean)
     if criteria.worse_only and status is not Status.WORSE:
         return None

@@ -104,9 +104,11 @@ def ask(
         replies += _replies(answer, case, probes)
         progress()
     for group in groups:
-        target = group[0].target
-        answers = [answer(each.info, cast(Motion, each.source), target).prediction for each in group]
-        pairs = [(each.source, a) for each, a in zip(group, answers, strict=True) if a]
+        pairs: list[tuple[Prediction, Prediction]] = []
+        for case in group:
+            source = cast(Motion, case.source)
+            if prediction := answer(case.info, source, group[0].target).prediction:
+                pairs.append((source, prediction))
         replies += [Reply(group[0].info, name, number=n) for name, n in dependence(pairs).items()]
     return replies
 

@@ -31,7 +31,7 @@ KINDS = {
 class Defect:
     """A stretch of frames to look at, and why.
 
-    kind:     one of ``KINDS``.
+    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide`` or ``inside``.
     part:     of the body, for people: ``left knee``.
     first, last, worst: frames, counted from 0.
     amount:   at the worst frame, in ``unit``; source: likewise of the source, at the size of the result's
