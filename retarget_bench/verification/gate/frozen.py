@@ -146,7 +146,7 @@ NEARLY_STILL = {"cross_hands": (14.8, 15.6)}
 UNEVEN = Ground(
     heights=np.array([[0.0, 0.04, -0.03], [0.07, 0.01, 0.05]]), origin=(-0.9, -0.4), spacing=1.3
 )
-"""Metres; whoever walks there treads between its samples."""
+"""Metres; feet tread between its samples."""
 
 
 def _questions(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:

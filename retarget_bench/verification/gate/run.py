@@ -116,6 +116,6 @@ def declare(now: Measured, metric: Metric | SetMetric) -> None:
 
 
 def own_metrics() -> list[str]:
-    """The built-in metrics and those of plug-ins' files; what else is installed does not matter."""
+    """The built-in metrics and those of plug-ins' files; other installed ones do not count."""
     own = (registry.BUILT_IN, *(path for path, _ in registry.files()))
     return [entry.name for entry in registry.names("metrics") if entry.origin in own]

@@ -118,7 +118,7 @@ def _at_rate(motion: Motion, target: Character, rate: float) -> Question | str:
     source = motion.resample(rate)
     times = np.arange(motion.frames) / motion.fps
     frames = np.round(times * rate).astype(int)
-    # only moments that both rates show: between them nobody knows the source
+    # only moments that both rates show: between them the source is unknown
     shared = np.flatnonzero((np.abs(frames / rate - times) < 1e-6) & (frames < source.frames))
     return Question(source, target, lambda new, plain: new[frames[shared]] - plain[shared], motion)
 

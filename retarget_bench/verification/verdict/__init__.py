@@ -3,7 +3,7 @@
 ``verdict`` compares a result with its source and lists frames, each with its reason:
 
 - ``snap``: a knee or elbow turns much faster than the source's;
-- ``straight``: it is stretched where the source's is bent;
+- ``straight``: a knee or elbow is stretched where the source's is bent;
 - ``speed``: a joint moves much faster than the source's would on this body;
 - ``floor``: a foot is below the floor that the source stands on;
 - ``slide``: a foot slides while the source's stands;
