@@ -43,7 +43,7 @@ def golden_cases(golden: Measured) -> dict[str, list[str]]:
 
 
 def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
-    """A few cases, each with the most structures, bodies and kinds that are new; of equal ones the shortest."""
+    """A few cases, each with the most new structures, bodies and kinds; of equal ones the shortest."""
     bodies = data.characters()
 
     def marks(info: CaseInfo) -> set[tuple[str, str]]:
