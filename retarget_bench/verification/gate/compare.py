@@ -43,6 +43,7 @@ class Tolerance:
         return ~(np.abs(now - golden) <= np.maximum(self.absolute, self.relative * size))
 
     def wider(self, other: "Tolerance") -> "Tolerance":
+        """The larger of either difference."""
         return Tolerance(max(self.absolute, other.absolute), max(self.relative, other.relative))
 
 
@@ -73,6 +74,7 @@ class Criteria:
     tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
 
     def counts(self, value: str) -> bool:
+        """Whether a value may make the check fail."""
         return not self.values or value in self.values
 
 
