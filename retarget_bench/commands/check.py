@@ -74,7 +74,7 @@ def command(options: Options) -> int:
     if options.accept and (options.columns or options.worse_only or options.tolerance):
         raise BenchError("--accept takes everything; leave --columns, --worse-only and --tolerance")
     accept, dataset = bool(options.accept), options.dataset
-    asked = _criteria(options)
+    criteria = _criteria(options)
     methods = [str(method_spec(each)) for each in listed(options.methods)]
     folder = options.results or golden.built_in()
     spec = None if dataset is None else named.parse(dataset)
@@ -82,7 +82,7 @@ def command(options: Options) -> int:
         try:
             with progress_bar("bench check", "items") as progress:
                 found, now = run.check(
-                    folder, Path(scratch), methods, spec, progress, accept=accept, asked=asked
+                    folder, Path(scratch), methods, spec, progress, accept=accept, criteria=criteria
                 )
         except (BenchError, click.ClickException):
             raise

@@ -111,7 +111,7 @@ def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> 
     if isinstance(thing, tuple | list):
         return {"tuple": [_packed(each, arrays, seen) for each in thing]}
     name = type(thing).__name__
-    if frozen.KNOWN.get(name) is not type(thing):
+    if frozen.DATACLASSES.get(name) is not type(thing):
         raise BenchError(f"a {name} cannot be stored among frozen motions")
     stored = thing
     if isinstance(thing, Motion):

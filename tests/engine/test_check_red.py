@@ -69,7 +69,7 @@ def test_frozen_numbers_are_what_their_faults_say(ours):
 
 def test_the_smoke_split_shows_every_structure_on_both_sides(ours):
     data = registry.create("datasets", ours.facts["dataset/spec"])
-    asked = method_rows.asked_before(ours)
+    asked = method_rows.golden_cases(ours)
     bodies = data.characters()
     cases = [case for split in asked.values() for case in split]
     assert 12 <= len(cases) <= 20

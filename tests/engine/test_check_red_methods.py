@@ -146,7 +146,7 @@ def test_self_pairs_that_slip_into_intra_are_seen(checked, monkeypatch):
 
 def test_a_case_less_cannot_be_measured(checked, monkeypatch):
     Puppets = type(registry.create("datasets", "puppets"))
-    cases, lost = Puppets.cases, method_rows.asked_before(golden.read(FOLDER))["cross"][0]
+    cases, lost = Puppets.cases, method_rows.golden_cases(golden.read(FOLDER))["cross"][0]
     monkeypatch.setattr(
         Puppets, "cases", lambda self, t, s: [info for info in cases(self, t, s) if info.id != lost]
     )
