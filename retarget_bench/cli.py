@@ -11,7 +11,7 @@ from typing import NoReturn
 import click
 
 from retarget_bench import __version__
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
 from retarget_bench.errors import BenchError
 
 COMMANDS = {

@@ -141,10 +141,8 @@ class Declared:
         if self.choices and isinstance(value, str) and value not in self.choices:
             known = ", ".join(filter(None, self.choices))
             raise BenchError(f"{self.name}: {value!r} is not known; it is one of {known}")
-        if not fits(value, self.kind):
-            raise BenchError(
-                f"{self.name} is {shown(value)}; it takes {' or '.join(dict.fromkeys(words(self.kind)))}"
-            )
+        if problem := misfit(self.name, value, self.kind):
+            raise BenchError(problem)
         if value is not None and self.option.range and not self.option.allows(value):
             number = value if isinstance(value, int) else f"{value:g}"
             raise BenchError(f"{self.name} is {number}; it must be {self.option.range}")
@@ -234,24 +232,37 @@ def _parts(kind: Any) -> tuple[Any, ...]:
     return get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
 
 
-def fits(value: object, kind: Any) -> bool:
-    """True if a value is of an annotated type, sequences item by item."""
+def misfit(name: str, value: object, kind: Any) -> str:
+    """A sentence on a value that is not of an annotated type; "" for one that is."""
+    if _fits(value, kind):
+        return ""
+    text = repr(value)
+    text = text if len(text) <= 40 else f"{text[:37]}..."
+    types = " or ".join(dict.fromkeys(_words(kind)))
+    return f"{name} is {text}, of type {type(value).__name__}; it takes {types}"
+
+
+def _fits(value: object, kind: Any) -> bool:
+    """True if a value is of an annotated type, sequences item by item. Truth values are no numbers; any
+    value is as good as a truth value."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return any(fits(value, each) for each in inner)
+        return any(_fits(value, each) for each in inner)
     if origin in (Sequence, tuple):
         if not isinstance(value, Collection) or isinstance(value, str | bytes):
             return False
-        return all(fits(each, inner[0]) for each in value)
+        return all(_fits(each, inner[0]) for each in value)
     if origin is Callable:
         return callable(value)
     if origin is Literal:
         return value in inner
-    kind = NUMBERS.get(kind, origin or kind)
+    if kind in NUMBERS:
+        return isinstance(value, NUMBERS[kind]) and not isinstance(value, bool)
+    kind = origin or kind
     return kind in (Any, bool) or isinstance(value, kind)
 
 
-_WORDS = {
+_TYPES = {
     "str": "text",
     "PathLike": "a path",
     "Path": "a path",
@@ -265,21 +276,15 @@ _WORDS = {
 }
 
 
-def words(kind: Any) -> list[str]:
+def _words(kind: Any) -> list[str]:
     """The types that an annotation allows, for people."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return [word for each in inner for word in words(each)]
+        return [word for each in inner for word in _words(each)]
     if origin is Literal:
         return [repr(each) for each in inner]
     if origin in (Sequence, tuple):
-        each, *others = words(inner[0])
+        each, *others = _words(inner[0])
         return [f"a list of {'such' if others else each}"]
     name = getattr(origin or kind, "__name__", str(kind))
-    return [_WORDS.get(name, f"a {name}")]
-
-
-def shown(value: object) -> str:
-    """A value and its type, for an error."""
-    text = repr(value)
-    return f"{text if len(text) <= 40 else f'{text[:37]}...'}, of type {type(value).__name__}"
+    return [_TYPES.get(name, f"a {name}")]

@@ -10,7 +10,7 @@ import pytest
 
 import retarget_bench as rb
 from retarget_bench import cli
-from retarget_bench.commands.declared import takes
+from retarget_bench.commands.options import takes
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.options import Names, OptionSet, declared, listed, option

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench.commands import declared
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import takes
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.options import Names, OfMethods, listed, option
 from retarget_bench.plugins import named
@@ -60,7 +60,7 @@ class Options(OfMethods):
 
 
 @click.command("check")
-@declared.takes(Options)
+@takes(Options)
 def command(options: Options) -> int:
     """Check that metrics and methods still give the same numbers.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from retarget_bench.commands import declared, options
+from retarget_bench.commands.options import OfResults, ToFile, screen_width, takes
 from retarget_bench.options import listed, option
 from retarget_bench.tables.comparing import PairOptions
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 FORMATS = ("text", "md", "csv")
 
 
-class Options(options.ToFile, options.OfResults, PairOptions):
+class Options(ToFile, OfResults, PairOptions):
     """``bench compare``."""
 
     format: Literal["", "text", "md", "csv"] = option(
@@ -31,7 +31,7 @@ class Options(options.ToFile, options.OfResults, PairOptions):
 @click.command("compare")
 @click.argument("first")
 @click.argument("second")
-@declared.takes(Options, "first", "second")
+@takes(Options, "first", "second")
 def command(options: Options) -> None:
     """Compare two methods case by case: difference, interval, p-value and a verdict for every value.
 
@@ -64,7 +64,7 @@ def _text(found: Sequence[object]) -> str:
     """The comparisons as wide as the terminal."""
     from retarget_bench.tables.rendering.pairwise_text import text
 
-    return text(found, options.screen_width())  # type: ignore[arg-type]
+    return text(found, screen_width())  # type: ignore[arg-type]
 
 
 def _pairs(matrix: ResultMatrix, first: Path, second: Path) -> list[Pair]:

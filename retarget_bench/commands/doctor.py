@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
+from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MOTION_FILE, MotionFile
-from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.files import check_writable, write_text
 from retarget_bench.motion.files.reading import Reading

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec

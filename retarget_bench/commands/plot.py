@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,9 +10,9 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, options
+from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MotionFile
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands.options import OfResults, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfBodies, OfMethods, OfSplits, listed, option
 from retarget_bench.plugins import registry
@@ -39,7 +38,7 @@ LEVELS = ("denoise", "joint-completion")
 """Tasks whose errors are drawn over their levels."""
 
 
-class Options(options.OfResults, OfMethods, OfSplits, OfBodies):
+class Options(OfResults, OfMethods, OfSplits, OfBodies):
     """``bench plot``."""
 
     out: Path = option("The picture: .pdf, .png or .svg.", letter="o", metavar="FILE")
@@ -64,7 +63,7 @@ class Options(options.OfResults, OfMethods, OfSplits, OfBodies):
 
 @click.command("plot")
 @click.argument("kind", type=click.Choice(list(KINDS)))
-@declared.takes(Options)
+@takes(Options)
 def command(kind: str, options: Options) -> None:
     """Draw a chart of results, as .png, .pdf or .svg.
 
@@ -222,22 +221,23 @@ def _times(at: Names) -> list[float]:
 def _source(asked: Options) -> Motion:
     """The motion of a file, or the source of a case. Raises BenchError where there is neither, or it has no
     rotations."""
+    from retarget_bench.motion import importer
     from retarget_bench.motion.motion import Motion
     from retarget_bench.plugins import bound, named
     from retarget_bench.viewer import results_library
 
     file = MotionFile.parse(asked.source)
     if results_library.are_files([str(file.path)]):
-        return file.load().motion
+        found = importer.load(file.path, file.reading)
+        for warning in found.findings.warnings:
+            echo(f"{file.path}: {warning}", err=True)
+        return found.motion
     data = bound.dataset(named.dataset(asked.dataset or defaults.DATASET)).built
     infos = {info.id: info for split in data.card.splits for info in data.cases(defaults.TASK, split)}
-    if asked.source not in infos:
-        near = difflib.get_close_matches(asked.source, infos, 3, 0.5) or list(infos)[:3]
-        hint = f"near it: {', '.join(near)}" if near else "it has no case at all"
-        raise BenchError(f"{data.label} has no case {asked.source!r}; {hint}")
-    source = data.load(infos[asked.source]).source
+    case = results_library.matching(list(infos), asked.source)
+    source = data.load(infos[case]).source
     if not isinstance(source, Motion):
         raise BenchError(
-            f"the source of {asked.source} is known by positions only, and has no rotations to attend to"
+            f"the source of {case} is known by positions only, and has no rotations to attend to"
         )
     return source

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, options
+from retarget_bench.commands.options import OfResults, ToFile, screen_width, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import listed, option
 from retarget_bench.tables.requested import Request
@@ -15,7 +15,7 @@ from retarget_bench.tables.requested import Request
 FORMATS = ("text", "md", "tex", "html", "csv", "json")
 
 
-class Options(options.ToFile, options.OfResults, Request):
+class Options(ToFile, OfResults, Request):
     """``bench table``."""
 
     task: str = option("Results of this task, as bench run --task made them.", default=defaults.TASK)
@@ -41,7 +41,7 @@ class Options(options.ToFile, options.OfResults, Request):
 
 
 @click.command("table")
-@declared.takes(Options)
+@takes(Options)
 def command(options: Options) -> None:
     """Print the table of results.
 
@@ -105,7 +105,7 @@ def _protocols(asked: Options, form: str) -> str:
     wanted = {name: label_of(name, labels) for name in listed(asked.methods)}
     if strangers := [name for name, label in wanted.items() if label is None]:
         raise unknown(labels, strangers[0])
-    width = options.screen_width() if asked.out is None else rendering.WIDTH
+    width = screen_width() if asked.out is None else rendering.WIDTH
     pages, refused = [], []
     for matrix, row in found:
         if matrix.split not in splits or (wanted and row.label not in wanted.values()):
@@ -131,7 +131,7 @@ def _drawn(made: Sequence[Any], form: str, asked: Options) -> str:
     from retarget_bench.tables import rendering
 
     if form == "text":
-        width = options.screen_width() if asked.out is None else rendering.WIDTH
+        width = screen_width() if asked.out is None else rendering.WIDTH
         return rendering.text(made, asked.intervals, notes=asked.notes, columns=width)
     if form == "md":
         return rendering.markdown(made, asked.intervals, notes=asked.notes)

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, run
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo, run
+from retarget_bench.commands.options import plugin_names, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.options import Names, option
@@ -56,8 +56,8 @@ class Options(TrainingSettings):
 
 
 @click.command("train")
-@click.argument("method", required=False, shell_complete=declared.plugin_names("methods"))
-@declared.takes(Options)
+@click.argument("method", required=False, shell_complete=plugin_names("methods"))
+@takes(Options)
 def command(method: str | None, options: Options) -> int:
     """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
@@ -163,30 +163,27 @@ class ConsoleReporter:
         self._count("validation", "case", done, total)
 
     def _count(self, what: str, unit: str, done: int, total: int) -> None:
-        from tqdm import tqdm
-
         if self._bar is None:
-            self._bar = tqdm(total=total, desc=what, unit=unit, leave=False, disable=None)
+            self._open(what, unit, total)
         self._bar.update(done - self._bar.n)
         if done == total:
             self.close()
 
-    def began(self, asked: Request, at: Checkpoint) -> None:
+    def _open(self, what: str, unit: str, total: int | None, initial: int = 0) -> None:
         from tqdm import tqdm
 
         self.close()
-        limit = asked.limit
-        self._timed = bool(limit.seconds)
+        self._bar = tqdm(total=total, initial=initial, desc=what, unit=unit, leave=False, disable=None)
+
+    def began(self, asked: Request, at: Checkpoint) -> None:
         if at.step:
             self.say(f"continuing from step {at.step}")
-        self._bar = tqdm(
-            total=round(limit.seconds) if self._timed else limit.steps,
-            initial=round(at.seconds) if self._timed else at.step,
-            desc=asked.method,
-            unit="s" if self._timed else "step",
-            leave=False,
-            disable=None,
-        )
+        if seconds := asked.limit.seconds:
+            self._timed = True
+            self._open(asked.method, "s", round(seconds), round(at.seconds))
+        else:
+            self._timed = False
+            self._open(asked.method, "step", asked.limit.steps, at.step)
 
     def show(self, status: TrainingStatus) -> None:
         from retarget_bench.training.card_text import hours
@@ -284,9 +281,9 @@ class AblationOptions(TrainingSettings):
 
 
 @click.command("ablate")
-@click.argument("method", shell_complete=declared.plugin_names("methods"))
+@click.argument("method", shell_complete=plugin_names("methods"))
 @click.argument("table")
-@declared.takes(
+@takes(
     AblationOptions,
     only=("dataset", "test", "preset", "budget", "out", "seed", "device", "jobs"),
 )

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, options
-from retarget_bench.commands.options import check_task
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import OfResults, check_task, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import OfMethods, WithData, listed, option
 
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 PORT = 8080
 
 
-class Options(options.OfResults, OfMethods, WithData):
+class Options(OfResults, OfMethods, WithData):
     """``bench view``."""
 
     task: str = option("Results of this task.", default=defaults.TASK)
@@ -33,7 +32,7 @@ class Options(options.OfResults, OfMethods, WithData):
 
 @click.command("view")
 @click.argument("sources", nargs=-1, metavar="[SOURCE]...")
-@declared.takes(Options)
+@takes(Options)
 def command(sources: tuple[str, ...], options: Options) -> None:
     """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
 

@@ -29,7 +29,7 @@ from retarget_bench.motion.importer import Imported
 from retarget_bench.options import OptionSet, option
 from retarget_bench.plugins import registry
 from retarget_bench.python import known
-from retarget_bench.python.arguments import checked, takes_after
+from retarget_bench.python.arguments import checked, takes
 from retarget_bench.python.plans import Named, method_spec
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ class RetargetOptions(_ArrayOptions, Edits):
     )
 
 
-@takes_after(LoadOptions)
+@takes(LoadOptions)
 @checked
 def load_motion(path: Loadable, options: LoadOptions) -> Motion:
     """The motion of a file (BVH, GLB, glTF, FBX, AMC, AMASS ``.npz``, ``.npy``), in metres, Y up; or of an
@@ -175,7 +175,7 @@ def load_motion(path: Loadable, options: LoadOptions) -> Motion:
     return found
 
 
-@takes_after(LoadOptions)
+@takes(LoadOptions)
 @checked
 def load_character(path: Loadable, options: LoadOptions) -> Character:
     """The character of a motion, which may have a single frame, as ``load_motion`` reads it."""
@@ -211,14 +211,14 @@ def _warn(sentences: Iterable[str]) -> None:
 
 
 @overload  # a text is a file, and no list of them
-@takes_after(RetargetOptions)
+@takes(RetargetOptions)
 def retarget(  # type: ignore[overload-overlap]
     source: Source, target: Target, options: RetargetOptions
 ) -> Motion: ...
 @overload
-@takes_after(RetargetOptions)
+@takes(RetargetOptions)
 def retarget(source: Sequence[Source], target: Target, options: RetargetOptions) -> list[Motion]: ...
-@takes_after(RetargetOptions)
+@takes(RetargetOptions)
 @checked
 def retarget(
     source: Source | Sequence[Source], target: Target, options: RetargetOptions

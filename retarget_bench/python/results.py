@@ -22,7 +22,7 @@ from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.figures import method_order
 from retarget_bench.options import listed
-from retarget_bench.python.arguments import checked, takes_after
+from retarget_bench.python.arguments import checked, takes
 from retarget_bench.python.motions import Motion, with_rotations
 from retarget_bench.python.views import Comparison, ListFrame, Player, TableView
 from retarget_bench.report import writing
@@ -194,7 +194,7 @@ class Results:
         return ListFrame(worst.drop(columns="loss").head(n).reset_index(drop=True))
 
     # ------------------------------------------------------------------------------------- what is shown
-    @takes_after(Request)
+    @takes(Request)
     def table(self, options: Request) -> TableView:
         """The table of ``bench table``: text by ``str``, rich in notebooks, numbers in ``.frame``.
 
@@ -203,7 +203,7 @@ class Results:
         asked = replace(options, variants=options.variants or self.variants)
         return TableView(lambda form: requested.tables(self.places, asked, form))
 
-    @takes_after(PairOptions)
+    @takes(PairOptions)
     def compare(self, options: PairOptions) -> Comparison:
         """Two methods value by value on every split: difference, 95 % interval, p-value and a verdict.
 
@@ -240,7 +240,7 @@ class Results:
             raise BenchError(f"{of} has no answer to {scene.title} ({figure.status}): {figure.message}")
         return with_rotations(figure.motion or figure.character.positions(figure.positions, scene.fps))
 
-    @takes_after(ReportOptions)
+    @takes(ReportOptions)
     def report(self, options: ReportOptions) -> Path:
         """Write one page with tables, charts and motion that opens from disk, and return its path.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import fields
 
 from retarget_bench import defaults
+from retarget_bench.commands import echo
 from retarget_bench.commands.retargeting.job import Job
-from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.findings import counted_frames
