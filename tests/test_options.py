@@ -113,4 +113,4 @@ def test_values_that_cannot_be_are_told_by_the_name_of_the_field(given, words):
 
 def test_python_shows_the_signature_and_the_help_of_its_options():
     assert set(inspect.signature(rb.run).parameters) == set(declared(RunOptions))
-    assert all(each.option.help in (rb.run.__doc__ or "") for each in declared(RunOptions).values())
+    assert all(each.help in (rb.run.__doc__ or "") for each in declared(RunOptions).values())

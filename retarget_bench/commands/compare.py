@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from retarget_bench.commands.options import OfResults, ToFile, screen_width, takes
+from retarget_bench.commands.options import OfResults, ToFile, takes
 from retarget_bench.options import listed, option
 from retarget_bench.tables.comparing import PairOptions
 
@@ -41,30 +41,25 @@ def command(options: Options) -> None:
     from retarget_bench.analysis.selection import of_bodies
     from retarget_bench.results import store
     from retarget_bench.tables import comparing
-    from retarget_bench.tables.rendering.pairwise_text import RENDERERS
+    from retarget_bench.tables.rendering import pairwise_text
 
     form = options.form(options.format, FORMATS)
     first, second = options.first, options.second
     folders = [Path(name) for name in (first, second)]
-    wanted, splits = listed(options.columns) if options.columns else None, listed(options.splits)
+    columns, splits = listed(options.columns) if options.columns else None, listed(options.splits)
     if all(folder.is_dir() and store.find_results(folder) for folder in folders):
-        places = options.of(folders).places()
-        matrices = of_bodies(_matrices(places, splits), options.bodies)
-        both = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
-        if not (found := comparing.compared(both, wanted, options.all)):
-            rows = [row for _, pairs in both for pair in pairs for row in pair if row]
+        matrices = of_bodies(_matrices(options.of(folders).places(), splits), options.bodies)
+        pairs = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
+        if not (comparisons := comparing.compared(pairs, columns, options.all)):
+            rows = [row for _, both in pairs for pair in both for row in pair if row]
             raise comparing.nothing_common(first, second, rows)
     else:
         matrices = of_bodies(_matrices(options.places(), splits), options.bodies)
-        found = comparing.compare(matrices, first, second, wanted, options.all)
-    options.write(_text(found) if form == "text" and options.out is None else RENDERERS[form](found))
-
-
-def _text(found: Sequence[object]) -> str:
-    """The comparisons as wide as the terminal."""
-    from retarget_bench.tables.rendering.pairwise_text import text
-
-    return text(found, screen_width())  # type: ignore[arg-type]
+        comparisons = comparing.compare(matrices, first, second, columns, options.all)
+    if form == "text":
+        options.write(pairwise_text.text(comparisons, options.width))
+    else:
+        options.write(pairwise_text.RENDERERS[form](comparisons))
 
 
 def _pairs(matrix: ResultMatrix, first: Path, second: Path) -> list[Pair]:

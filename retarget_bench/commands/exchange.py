@@ -120,9 +120,9 @@ def _make(folder: Path, places: list[ResultPaths], name: str) -> int:
     from retarget_bench.python.results import Results
     from retarget_bench.results import dataset_names
 
-    mine = Results(places).only(name)
-    headers = dataset_names.headers(mine.places)
-    about = headers[mine.places[0]].method
+    results = Results(places).only(name)
+    headers = dataset_names.headers(results.places)
+    about = headers[results.places[0]].method
     if len(names := dataset_names.listed(headers)) > 1:
         raise BenchError(
             f"there are results of {about.label} on several data sets: {', '.join(names)}. A submission is "
@@ -130,8 +130,8 @@ def _make(folder: Path, places: list[ResultPaths], name: str) -> int:
         )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BenchError(f"{folder} is not an empty folder; name a new one")
-    text = card.begun(about, timing.rate(timing.read(mine.places[-1])))
-    mine.save(folder)
+    text = card.begun(about, timing.rate(timing.read(results.places[-1])))
+    results.save(folder)
     write_text(folder / card.CARD, text)
     echo(f"wrote {folder}. Fill in {folder / card.CARD}, then: bench submit {folder} --check")
     return 0

@@ -32,7 +32,7 @@ class MotionFile:
         from retarget_bench.motion.files import split_take
         from retarget_bench.motion.files.reading import Reading
 
-        places = [found.start() for found in _BRACKETS.finditer(text)]
+        places = [match.start() for match in _BRACKETS.finditer(text)]
         if not places or Path(text).exists():
             return cls(Path(text), Reading())
         at = next((each for each in places if split_take(text[:each])[0].exists()), places[0])

@@ -1,5 +1,4 @@
-"""Options of a command made from a class of options, those that several commands share, and what commands
-read and write by them."""
+"""Options of commands: made from classes of options, shared by several, and used to read and write."""
 
 from __future__ import annotations
 
@@ -16,7 +15,7 @@ from click.shell_completion import CompletionItem
 from retarget_bench import defaults, files
 from retarget_bench.commands import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Declared, OptionSet, declared, option
+from retarget_bench.options import Option, OptionSet, declared, option
 from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
@@ -31,50 +30,45 @@ def takes(options: type, *positional: str, only: tuple[str, ...] = ()) -> Decora
     positional: fields that are arguments of the command, which it declares itself. only: fields that it
     has; none: all but those of Python.
     """
-    known = {name: each for name, each in declared(options).items() if not each.option.python}
+    fields = {name: each for name, each in declared(options).items() if not each.python}
     own_first = dict.fromkeys(
         name for kind in options.__mro__ for name in vars(kind).get("__annotations__", ())
     )
-    shown = set(only or known) - set(positional)
-    mine = [known[name] for name in own_first if name in shown]
+    shown = set(only or fields) - set(positional)
 
     def add(function: Any) -> Any:
         @wraps(function)
-        def call(**given: Any) -> Any:
-            said = {name: given.pop(name) for name in known if name in given}
-            told = {name: value for name, value in said.items() if value not in (None, ())}
-            return function(options=options(**told), **given)
+        def call(**values: Any) -> Any:
+            stated = {name: values.pop(name) for name in fields if name in values}
+            stated = {name: value for name, value in stated.items() if value not in (None, ())}
+            return function(options=options(**stated), **values)
 
-        for each in reversed(mine):
-            call = _option(each)(call)
+        for name in reversed([name for name in own_first if name in shown]):
+            call = _flag(fields[name])(call)
         return call
 
     return add
 
 
-def _option(each: Declared) -> Decorator:
+def _flag(each: Option) -> Decorator:
     """``--name``, or its letter, with its help and its default."""
-    told, flag = each.option, f"--{each.name.replace('_', '-')}"
-    silent = (None, "", (), False)
-    usual = told.shown or ("" if each.required or each.default in silent else str(each.default))
-    help = f"{told.help}  [default: {usual}]" if usual else told.help
-    letters = [f"-{told.letter}"] if told.letter else []
+    usual = each.shown or ("" if each.required or not each.default else str(each.default))
+    names = [*([f"-{each.letter}"] if each.letter else []), f"--{each.name.replace('_', '-')}", each.name]
+    help = f"{each.help}  [default: {usual}]" if usual else each.help
     if each.is_a(bool):
-        return click.option(*letters, flag, each.name, is_flag=True, help=help)
+        return click.option(*names, is_flag=True, help=help)
     return click.option(
-        *letters,
-        flag,
-        each.name,
+        *names,
         type=_type(each),
         multiple=each.several,
         required=each.required,
-        metavar=told.metavar or None,
-        shell_complete=plugin_names(*told.names) if told.names else None,
+        metavar=each.metavar or None,
+        shell_complete=plugin_names(*each.names) if each.names else None,
         help=help,
     )
 
 
-def _type(each: Declared) -> Any:
+def _type(each: Option) -> Any:
     if each.choices:
         return click.Choice([choice for choice in each.choices if choice])
     if each.is_a(Path):
@@ -119,13 +113,13 @@ class OfResults(OptionSet):
 
     @property
     def only(self) -> str | None:
-        """The data set, which is added to the registry where it is given by its file."""
+        """The data set; one that is named by its file is added to the registry."""
         from retarget_bench.plugins import named
 
         return None if self.dataset is None else named.with_names(self.dataset)
 
     def of(self, folders: Sequence[Path]) -> Self:
-        """The same of other folders."""
+        """These options for other folders of results."""
         return replace(self, results=folders)
 
     def places(
@@ -139,27 +133,34 @@ class OfResults(OptionSet):
         from retarget_bench.results import store
 
         check_task(task)
-        found: list[ResultPaths] = []
+        places: list[ResultPaths] = []
         for root in self.roots:
             if not (here := store.find_results(root, task)):
                 of = "" if task == defaults.TASK else f" --task {task}"
                 raise BenchError(f"no {what} in {root}; {maker or f'bench run{of}'} makes some")
-            found += here
-        return found if self.only is None else of_dataset(found, self.only)
+            places += here
+        return places if self.only is None else of_dataset(places, self.only)
 
 
 class ToFile(OptionSet):
-    """Where a text goes."""
+    """The destination of a text: the terminal or a file."""
 
     out: Path | None = option("Write to this file.", default=None, letter="o", metavar="FILE")
 
-    def form(self, asked: str, forms: Sequence[str]) -> str:
-        """The format asked for; else the one that the file's ending says, or the first where it has none.
+    @property
+    def width(self) -> int:
+        """Characters in a line of the text: as many as the terminal has, where it is printed."""
+        from retarget_bench.tables.rendering import WIDTH
+
+        return screen_width() if self.out is None else WIDTH
+
+    def form(self, form: str, forms: Sequence[str]) -> str:
+        """The format that was requested; else that of the file's ending, or the first where it has none.
 
         Raises BenchError for an ending of another format.
         """
         ending = "" if self.out is None else self.out.suffix.lower().removeprefix(".")
-        meant = asked or {"txt": "text", "htm": "html"}.get(ending, ending)
+        meant = form or {"txt": "text", "htm": "html"}.get(ending, ending)
         if meant and meant not in forms:
             raise BenchError(f"{self.out} is to be {meant}; there are {', '.join(forms)}")
         return meant or forms[0]
@@ -177,8 +178,8 @@ def check_task(task: str) -> None:
     """Raises BenchError for a task that no results are of."""
     from retarget_bench.api import TASKS
 
-    if task not in (known := (*TASKS, "probe")):
-        raise BenchError(f"there is no task {task!r}; results are of {', '.join(known)}")
+    if task not in (tasks := (*TASKS, "probe")):
+        raise BenchError(f"there is no task {task!r}; results are of {', '.join(tasks)}")
 
 
 def screen_width() -> int:

@@ -99,23 +99,23 @@ def _described(name: str) -> list[list[str]]:
     """
     from retarget_bench.tables import names
 
-    text, known = registry.spelled(name), names.installed()
+    text, installed = registry.spelled(name), names.installed()
     try:
         spec = named.parse(text)
         kinds = registry.kinds_of(spec.name)
     except BenchError:
-        if not (found := names.candidates(name, known)):
+        if not (value_ids := names.candidates(name, installed)):
             plugins = [entry.name for kind in registry.KINDS for entry in registry.names(kind)]
-            if meant := names.close(name, known, plugins, cutoff=0.7):
+            if meant := names.close(name, installed, plugins, cutoff=0.7):
                 raise BenchError(
                     f"nothing is called {name!r}; did you mean {' or '.join(meant)}?"
                 ) from None
             raise
-        return [_value_of(known[key].metric, key) for key in found]
-    asked = [(kind, spec.alone) for kind in kinds]
+        return [_value_of(installed[key].metric, key) for key in value_ids]
+    parts = [(kind, spec.alone) for kind in kinds]
     if spec.posts:
-        asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
-    return [description(kind, each) for kind, each in asked]
+        parts = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
+    return [description(kind, each) for kind, each in parts]
 
 
 def _value_of(metric: str, value_id: str) -> list[str]:
@@ -161,10 +161,10 @@ def _assets(spec: Spec) -> list[str]:
     lines = []
     for name, asset in method_card(method).assets.items():
         try:
-            found = f"sha256 {asset_hash(asset_path(method, name))[:12]}..."
+            state = f"sha256 {asset_hash(asset_path(method, name))[:12]}..."
         except BenchError as error:
-            found = str(error)
-        lines += _wrapped(f"{asset.what} ({name}): {found}", "needs ")
+            state = str(error)
+        lines += _wrapped(f"{asset.what} ({name}): {state}", "needs ")
     return lines
 
 
@@ -173,10 +173,10 @@ def _worse(spec: Spec) -> list[str]:
     from retarget_bench.python import known
 
     try:
-        found = known.worse(spec)
+        comparisons = known.worse(spec)
     except BenchError:
         return []
-    return [line for each in found for line in _wrapped(each.sentence)]
+    return [line for each in comparisons for line in _wrapped(each.sentence)]
 
 
 def _card(kind: registry.Kind, spec: Spec, factory: Any) -> Any:
@@ -194,8 +194,8 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     from retarget_bench.training import weights
     from retarget_bench.training.card_text import described
 
-    asked = spec.parameters.get("weights")
-    names = [str(asked)] if asked else list(factory.shipped())
+    weights_asked = spec.parameters.get("weights")
+    names = [str(weights_asked)] if weights_asked else list(factory.shipped())
     if not names:
         return ["", f"Weights: none are shipped; bench train {spec.name} makes some"]
     lines = []
@@ -235,17 +235,17 @@ def _fitted(text: str) -> list[str]:
 
     An entry begins with a name and a colon, as parameters do, or with a hyphen.
     """
-    found = []
+    fitted = []
     for part in re.split(r"\n(?=[ ]*(?:\n|- |[\w`, ]{1,30}: ))", text):
         lines = part.splitlines()
         if max(map(len, lines), default=0) > screen_width():
             first, *others = [line for line in lines if line]
             start, rest = map(_indent, [first, *others, "    "][:2])
-            found += [""] * (not lines[0])
-            found += _wrapped(" ".join(line.strip() for line in (first, *others)), start, rest)
+            fitted += [""] * (not lines[0])
+            fitted += _wrapped(" ".join(line.strip() for line in (first, *others)), start, rest)
         else:
-            found += lines or [""]
-    return found
+            fitted += lines or [""]
+    return fitted
 
 
 def _indent(line: str) -> str:

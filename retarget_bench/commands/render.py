@@ -101,8 +101,8 @@ def command(names: tuple[str, ...], options: Options) -> None:
         written = write_clip(out, scene, style, frames, options.fps or min(scene.fps, FASTEST))
     for figure in scene.figures:
         if figure.message:
-            said = figure.message if figure.status == "ok" else f"{figure.status}: {figure.message}"
-            echo(f"{figure.label}: {said}", err=True)
+            message = figure.message if figure.status == "ok" else f"{figure.status}: {figure.message}"
+            echo(f"{figure.label}: {message}", err=True)
     echo(f"wrote {out}: {written}")
 
 
@@ -122,7 +122,8 @@ def chosen(scene: Scene, start: float, end: float | None, fps: float | None) -> 
 def _still(
     output: Path, scene: Scene, style: DrawingStyle, frames: Sequence[int], number: int | None
 ) -> str:
-    """number: of the frame, from 1; the middle one where it is not given. Raises BenchError for none."""
+    """Write one frame. number: of the frame, from 1; None: the middle one. Raises BenchError where there is
+    no such frame."""
     from retarget_bench.viewer import clips
     from retarget_bench.viewer.drawing import Drawing
 
@@ -170,24 +171,24 @@ def write_clip(output: Path, scene: Scene, style: DrawingStyle, frames: Sequence
 
 
 # -------------------------------------------------------------------------------------- what is shown
-def scene_of(names: Sequence[str], asked: Options) -> Scene:
-    """The scene of a case, or of files, that a command's words describe. Raises BenchError."""
+def scene_of(names: Sequence[str], options: Options) -> Scene:
+    """The scene of a case or of files. Raises BenchError."""
     from retarget_bench.figures import method_order
     from retarget_bench.viewer import results_library
 
-    methods, hidden = listed(asked.methods), listed(asked.hide)
+    methods, hidden = listed(options.methods), listed(options.hide)
     if unknown := [each for each in hidden if each not in ("source", "reference")]:
         raise BenchError(f"--hide leaves out source or reference; got {unknown[0]!r}")
     if results_library.are_files(names):
-        scene = _of_files(names, asked.root)
+        scene = _of_files(names, options.root)
     elif len(names) != 1:
         raise BenchError("one case is shown at a time; give one, or motion files")
-    elif asked.ask:
-        scene = _answered(names[0], methods, asked)
+    elif options.ask:
+        scene = _answered(names[0], methods, options)
     else:
-        places = asked.places(asked.task)
+        places = options.places(options.task)
         places = method_order.of_methods(places, methods) if methods else places
-        scene = _of_results(*results_library.case(places, names[0]), asked.roots, asked.root)
+        scene = _of_results(*results_library.case(places, names[0]), options.roots, options.root)
     return replace(scene, figures=tuple(each for each in scene.figures if each.part not in hidden))
 
 
@@ -214,8 +215,8 @@ def _of_results(places: Sequence[ResultPaths], case: str, roots: Sequence[Path],
     return replace(scene, colours=results_library.colours(roots))
 
 
-def _answered(name: str, methods: Sequence[str], asked: Options) -> Scene:
-    """A case of a data set with what methods answer now."""
+def _answered(name: str, methods: Sequence[str], options: Options) -> Scene:
+    """A case of a data set with new answers of methods."""
     from retarget_bench.evaluation import plan, tasks
     from retarget_bench.plugins import bound
     from retarget_bench.plugins.spec import Spec
@@ -224,8 +225,8 @@ def _answered(name: str, methods: Sequence[str], asked: Options) -> Scene:
 
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
-    spec = named.dataset(asked.dataset or defaults.DATASET, asked.root)
-    task = tasks.canonical(Spec.parse(asked.task))
+    spec = named.dataset(options.dataset or defaults.DATASET, options.root)
+    task = tasks.canonical(Spec.parse(options.task))
     data = plan.data_of(bound.dataset(spec), str(task))
     ids = [info.id for split in data.card.splits for info in data.cases(task.name, split)]
     case = results_library.matching(ids, name)

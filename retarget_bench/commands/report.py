@@ -22,7 +22,7 @@ def command(options: Options) -> None:
     from retarget_bench.tables.model import count
 
     shown = writing.write(options, options.roots, task=options.task or None, dataset=options.only)
-    told = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
-    echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.1f} MB{told})")
+    in_motion = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
+    echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.1f} MB{in_motion})")
     for note in shown.notes:
         echo(f"- {note}")

@@ -110,18 +110,18 @@ def _many(sources: Sequence[MotionFile], targets: Sequence[MotionFile], options:
 
 
 def _check_beside(jobs: Sequence[Job], options: Options) -> None:
-    """Raises BenchError where a result, report or preview cannot be written, or one that is written beside
-    results would take the place of another file of the call."""
-    taken = {path.resolve(): what for job in jobs for path, what in _files(job)}
-    taken |= {(job.out.parent / batch.RECORDS).resolve(): "the record of results" for job in jobs}
+    """Raises BenchError where a result, report or preview cannot be written, or a report or preview would
+    replace another file of the call."""
+    owners = {path.resolve(): what for job in jobs for path, what in _files(job)}
+    owners |= {(job.out.parent / batch.RECORDS).resolve(): "the record of results" for job in jobs}
     beside: list[tuple[str, Path | None]] = [("--report", options.report)]
     beside += [("--preview", path) for path in dict.fromkeys(job.preview for job in jobs)]
     for option, path in beside:
         if path is None:
             continue
-        if what := taken.get(path.resolve()):
+        if what := owners.get(path.resolve()):
             raise BenchError(f"{option} would overwrite {path}, {what}; choose another name")
-        taken[path.resolve()] = f"which {option} writes"
+        owners[path.resolve()] = f"which {option} writes"
     if options.report is not None and not (options.overwrite or _may_hold_report(options.report)):
         raise BenchError(
             f"--report would overwrite {options.report}, which is no report; choose another name, or say "
@@ -133,7 +133,7 @@ def _check_beside(jobs: Sequence[Job], options: Options) -> None:
 
 
 def _may_hold_report(path: Path) -> bool:
-    """Whether there is nothing at a path that is not an earlier report."""
+    """True for a path that is free or holds an earlier report."""
     try:
         with path.open("rb") as file:
             start = file.read(len(_REPORT))
@@ -143,7 +143,7 @@ def _may_hold_report(path: Path) -> bool:
 
 
 def _files(job: Job) -> Iterator[tuple[Path, str]]:
-    """What a job reads and writes, in words."""
+    """The files that a job reads and writes, each with a description."""
     yield job.out, "a result"
     for file, what in ((job.source, "a source"), (job.target, "a target")):
         yield split_take(file.path)[0], what
@@ -154,8 +154,8 @@ def _files(job: Job) -> Iterator[tuple[Path, str]]:
 def _entry(job: Job, status: str, verdict: Mapping[str, Any] | None, error: str = "") -> Mapping[str, Any]:
     """A result in a report."""
     files = {"result": job.out, "source": job.source.path, "target": job.target.path}
-    named = {name: str(path) for name, path in files.items()}
-    return {**named, "status": status, "error": error, **(verdict or {})}
+    paths = {name: str(path) for name, path in files.items()}
+    return {**paths, "status": status, "error": error, **(verdict or {})}
 
 
 def _report(options: Options, entries: Sequence[Mapping[str, Any]]) -> None:

@@ -41,19 +41,19 @@ class Options(RunOptions):
 
 def read_suite(path: Path) -> dict[str, Any]:
     """The options that a suite file sets. Raises FileError that lists every mistake with its place."""
-    known = {name: each for name, each in declared(RunOptions).items() if not each.option.python}
+    fields = {name: each for name, each in declared(RunOptions).items() if not each.python}
     entries, mistakes = files.read_toml(path), []
     for name, value in entries.items():
         try:
-            if name not in known:
+            if name not in fields:
                 raise BenchError(f"{name}: there is no such option")
-            known[name].check(value)
+            fields[name].check(value)
         except BenchError as error:
             mistakes.append(f"\n  {error}")
     if mistakes:
-        raise FileError(path, f"is not a suite file (it may set {', '.join(known)}):{''.join(mistakes)}")
+        raise FileError(path, f"is not a suite file (it may set {', '.join(fields)}):{''.join(mistakes)}")
     return {
-        name: [value] if known[name].several and isinstance(value, str) else value
+        name: [value] if fields[name].several and isinstance(value, str) else value
         for name, value in entries.items()
     }
 
@@ -112,17 +112,17 @@ def _show(places: list[Any], out: Path, *, variants: bool) -> None:
     from retarget_bench.tables.rendering import text
 
     task = places[0].kind
-    made = requested.tables(places, requested.Request(variants=variants))
-    echo(text(made, columns=screen_width()), nl=False)
+    tables = requested.tables(places, requested.Request(variants=variants))
+    echo(text(tables, columns=screen_width()), nl=False)
     if not all(place.complete for place in places):
         say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
     there = [] if out == Path(defaults.OUT) else ["-r", out]
     of = [] if task == defaults.TASK else ["--task", task]
-    columns = [column for table in made for column in table.columns if column.split]
+    columns = [column for table in tables for column in table.columns if column.split]
     split = f"-s {columns[0].split}; " if columns else ""
     more = [f"{unbroken('bench table', *there, *of)} ({split}--all; --notes)"]
-    ranked = [row.label for table in made for group in table.groups for row in group.ranked]
+    ranked = [row.label for table in tables for group in table.groups for row in group.ranked]
     if len(ranked) > 1 and not of:
         two = " ".join(shlex.quote(label) for label in ranked[:2])
         more.append(unbroken("bench compare", two, *there))
@@ -154,10 +154,9 @@ def score(folder: Path, name: str | None, options: RunOptions) -> None:
 
 
 def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
-    """The data set that the cases were exported from, and those of the splits asked for, or of all, that
-    they are of.
+    """The data set of an export, and its splits, or those of them that were requested.
 
-    Raises BenchError where they are of none of them.
+    Raises BenchError where none of the requested splits has a case.
     """
     path = folder / MANIFEST
     if not path.exists():

@@ -62,19 +62,19 @@ def command(sources: tuple[str, ...], options: Options) -> None:
         window.stop()
 
 
-def _case_list(sources: Sequence[str], asked: Options) -> tuple[CaseList, str | None]:
-    """The cases that are asked for, and the first to show. Raises BenchError where there is nothing."""
+def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str | None]:
+    """The requested cases, and the first to show. Raises BenchError where there are none."""
     from retarget_bench.viewer import results_library
     from retarget_bench.viewer.scene_builder import CaseList
 
     folders = [Path(source) for source in sources if Path(source).is_dir()]
     if sources and not folders and results_library.are_files(sources):
-        return _of_files([Path(source) for source in sources], asked.root)
+        return _of_files([Path(source) for source in sources], options.root)
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
-    roots = folders or asked.roots
-    case_list = CaseList(roots, asked.task, asked.only, listed(asked.methods), root=asked.root)
+    roots = folders or options.roots
+    case_list = CaseList(roots, options.task, options.only, listed(options.methods), root=options.root)
     there = case_list.refresh()
     if case_list.problem and not there:
         raise BenchError(case_list.problem)
@@ -97,7 +97,7 @@ def _of_files(files: Sequence[Path], root: str | None) -> tuple[CaseList, str | 
 
 
 def _free(port: int) -> None:
-    """Raises BenchError where somebody else listens at a port."""
+    """Raises BenchError where another program listens at a port."""
     import socket
 
     from retarget_bench.viewer.live import HOST
@@ -114,7 +114,7 @@ def _free(port: int) -> None:
 
 
 def _open(url: str) -> None:
-    """The page in a browser, where there is a screen to show it on."""
+    """Open the page in a browser, where there is a display."""
     import os
     import sys
     import webbrowser

@@ -1,4 +1,4 @@
-"""``bench ablate``: trains the rows of an ablation under one budget, runs them, and makes the table."""
+"""Ablations: train the rows under one budget, run them, and make the table."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -32,8 +32,8 @@ def find(method: Spec, name: str) -> Ablation:
     if not offered:
         raise BenchError(f"{method.name} offers no ablation")
     if name not in offered:
-        known = ", ".join(f"{each} ({ablation.title})" for each, ablation in offered.items())
-        raise BenchError(f"{method.name} has no ablation {name!r}; there are {known}")
+        names = ", ".join(f"{each} ({ablation.title})" for each, ablation in offered.items())
+        raise BenchError(f"{method.name} has no ablation {name!r}; there are {names}")
     changed = {parameter for parameters in offered[name].rows.values() for parameter in parameters}
     if stated := sorted(changed & set(method.parameters)):
         raise BenchError(f"{method}: {' and '.join(stated)} is what rows of {name} change; leave it out")
@@ -46,7 +46,7 @@ def published(ablation: Ablation) -> PublishedTable:
 
 
 def check(ablation: Ablation, data: Spec) -> None:
-    """Check for what would stand in the way once all is trained.
+    """Check before training that the table can be made.
 
     Raises BenchError where no metric has a column's value, or the data set to test on no case for a column.
     """
@@ -122,10 +122,10 @@ def table(
     units = plan.evaluation_units(carried_out)
     known_as = {store.read_header(unit.paths.header).method.label: rows[unit.known_as] for unit in units}
     paths = [unit.paths for unit in units]
-    made = joined(published(ablation), paths, Selection(variants=True), known_as=known_as)
+    result = joined(published(ablation), paths, Selection(variants=True), known_as=known_as)
     (tested_on,) = (bound.dataset(each).built.label.strip() for each in carried_out.datasets)
     note = (
         f"Every row of ours: {config}, trained on {trained_on}, tested on {tested_on}. How rows differ can "
         "be compared with the paper, the numbers cannot."
     )
-    return replace(made, notes=(note, *made.notes))
+    return replace(result, notes=(note, *result.notes))

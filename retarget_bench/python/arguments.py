@@ -53,13 +53,13 @@ def _documented(call: Any, options: Any, before: int) -> Any:
     others = inspect.signature(options).parameters.values()
     others = [each.replace(annotation=fields[each.name].kind) for each in others]
     call.__signature__ = inspect.Signature([*first, *others])
-    lines = [f"{name}: {each.option.help}" for name, each in fields.items()]
+    lines = [f"{name}: {each.help}" for name, each in fields.items()]
     call.__doc__ = "\n\n".join([inspect.cleandoc(call.__doc__ or ""), "Options\n-------", *lines])
     return call
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
-    """The function, which raises BenchError for an argument of another type than its annotation has.
+    """Make a function raise BenchError for an argument that does not fit its annotation.
 
     Arguments that are missing or have unknown names are TypeErrors, as everywhere in Python. Truth values
     are not looked at.
@@ -85,6 +85,6 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
 
 @cache
 def _kinds(function: Callable[..., Any]) -> dict[str, Any]:
-    """Parameter -> its annotation, resolved; that of what is returned may name what is not imported."""
+    """Parameter -> its resolved annotation. That of the return value may name what is not imported."""
     named = {name: kind for name, kind in function.__annotations__.items() if name != "return"}
     return get_type_hints(SimpleNamespace(__annotations__=named), function.__globals__)

@@ -16,7 +16,7 @@ Named = str | PathLike[str] | ModuleType | Callable[..., Any]
 
 
 class RunOptions(OfSplits, Settings):
-    """What is run, by names."""
+    """Methods, data and metrics of a run, by name."""
 
     methods: Named | Sequence[Named] = option(
         "The methods; none: all that are untrained or come with weights.", default=(), kw_only=False

@@ -1,4 +1,4 @@
-"""Many retargetings in processes: what is up to date is left, and what fails costs its own line.
+"""Many retargetings in processes: results that are up to date are left, and a failure costs one result.
 
 A folder of results has a line of JSON for each, appended when it is written; of two lines on one result the
 later counts. A second run does only what is new or has changed.
@@ -51,7 +51,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a job, with the lines that it printed. record: None where it failed."""
+    """The outcome of a job, with the lines to print. record: None where it failed."""
 
     status: Status
     record: Record | None = None
@@ -77,18 +77,18 @@ def work(plugins: Sequence[tuple[str, registry.Kind]], order: tuple[Job, Record 
         now = key(job)
         if record is not None and record.key == now and record.content == file_hash(job.out):
             return Answer("current", record)
-        found = retarget(job, output.append, warnings.append)
-        if found is not None:
-            output += [*found.lines, found.summary]
-            warnings += [f"{job.target.path.name}: {found.followers}"] * bool(found.undriven)
-        made = Record(now, None if found is None else found.as_dict(), file_hash(job.out))
+        verdict = retarget(job, output.append, warnings.append)
+        if verdict is not None:
+            output += [*verdict.lines, verdict.summary]
+            warnings += [f"{job.target.path.name}: {verdict.followers}"] * bool(verdict.undriven)
+        record_made = Record(now, None if verdict is None else verdict.as_dict(), file_hash(job.out))
     except BenchError as error:
         return Answer("failed", None, output, warnings, str(error))
-    return Answer("done", made, output, warnings)
+    return Answer("done", record_made, output, warnings)
 
 
 def retarget_all(jobs: Sequence[Job], folder: Path, options: Options) -> list[Answer]:
-    """Carry out all jobs that are not done yet; an answer for each, those done before with their verdict.
+    """Carry out all jobs whose results are not up to date; returns an answer for each job.
 
     Prints lines as results are finished, and failures and a summary at the end. A run that was killed goes
     on where it was. Raises BenchError where the folder cannot be used.
@@ -113,7 +113,7 @@ def retarget_all(jobs: Sequence[Job], folder: Path, options: Options) -> list[An
 def _answers(
     jobs: Sequence[Job], folder: Path, records: dict[str, Record], options: Options
 ) -> Iterator[tuple[int, Answer]]:
-    """Number of a job and its answer, as they come, recorded and printed.
+    """(number of a job, its answer) in the order of completion, recorded and printed.
 
     A warning that an earlier job gave too is not repeated.
     """
@@ -169,7 +169,7 @@ def _summarise(jobs: Sequence[Job], answers: Sequence[Answer]) -> None:
 
 # -------------------------------------------------------------------------------------------- records
 def _line(name: str, record: Record) -> str:
-    """name: of the result's path in the folder."""
+    """A record as a line of the file. name: the result's path in the folder."""
     return json.dumps({"result": name, **asdict(record)}) + "\n"
 
 
@@ -218,7 +218,7 @@ def key(job: Job) -> str:
 
 
 def _stated(reading: Reading) -> dict[str, Any]:
-    """What is said of a file. The content of files that it names counts; a folder counts by its name."""
+    """The stated entries of a reading. Files in it count by their content, folders by their name."""
     return reading.stated | {
         name: file_hash(path) if path.is_file() else str(path) for name, path in reading.files.items()
     }
@@ -237,7 +237,7 @@ def _content(path: Path, changed: object) -> str:
 
 
 def file_hash(path: Path) -> str:
-    """Raises FileError where the file cannot be read."""
+    """The SHA-256 of a file. Raises FileError where it cannot be read."""
     files.check_ordinary(path)
     try:
         with path.open("rb") as file:

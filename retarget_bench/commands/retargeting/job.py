@@ -12,7 +12,7 @@ from retarget_bench.commands import render
 from retarget_bench.commands.motion_files import MotionFile
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Motion
-from retarget_bench.motion.editing.edits import compared, doubts
+from retarget_bench.motion.editing.edits import compared
 from retarget_bench.motion.files import format_of, split_take
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported, load
@@ -20,7 +20,8 @@ from retarget_bench.motion.transfer import correspondence
 from retarget_bench.options import Parallel, option
 from retarget_bench.python import motions
 from retarget_bench.python.motions import RetargetOptions
-from retarget_bench.verification.verdict import Verdict, verdict
+from retarget_bench.verification import verdict as verdicts
+from retarget_bench.verification.verdict import Verdict
 
 Say = Callable[[str], object]
 """Prints a line."""
@@ -82,7 +83,6 @@ def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
     say, warn: are given notes and a summary, and warnings.
     """
     options = job.options
-    method = options.method or defaults.METHOD
     motions.check_output(job.out, job.source.path, job.target.path)
     performer, body = load(job.source.path, job.source.reading), _target(job.target, stamp(job.target.path))
     for path, file in ((job.source.path, performer), (job.target.path, body)):
@@ -90,9 +90,9 @@ def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
             warn(f"{path}: {warning}")
     source, target = motions.imported(performer), motions.imported(body).character
     source = source if options.fps is None else source.resample(options.fps)
-    answer = motions.answer(source, target, method, options.seed, options)
+    answer = motions.answer(source, target, options)
     lost = motions.write(job.out, answer)
-    for caution in (*motions.cautions(method, source.character, target), *doubts(source, options)):
+    for caution in motions.cautions(source, target, options):
         warn(f"bench: {caution}")
     for note in lost:
         warn(f"{job.out}: {note}")
@@ -101,18 +101,18 @@ def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
     followed = int((correspondence(source.character, target) >= 0).sum())
     say(
         f"{job.out}: {counted_frames(answer.frames)} of {source.character.name} at {source.fps:g} per "
-        f"second on the body of {target.name}, by {method}; "
+        f"second on the body of {target.name}, by {options.method or defaults.METHOD}; "
         f"{followed} of {len(target.skeleton)} joints follow it; {_units(job, body)}"
     )
-    seen, found = compared(source, options), None
+    compared_source, verdict = compared(source, options), None
     try:
-        found = verdict(seen, answer)
+        verdict = verdicts.verdict(compared_source, answer)
     except BenchError as error:
         warn(f"bench: {error}")
     if job.preview is not None:
-        _preview(job.preview, seen, answer, found)
+        _preview(job.preview, compared_source, answer, verdict)
         say(f"{job.preview}: source and result side by side")
-    return found
+    return verdict
 
 
 @lru_cache(maxsize=BODIES)
@@ -139,13 +139,13 @@ def stamp(path: Path) -> tuple[int, int] | None:
 
 def _units(job: Job, body: Imported) -> str:
     """Unit and up axis of the file that was written."""
-    kept = format_of(job.target.path) is format_of(job.out)
+    same_format = format_of(job.target.path) is format_of(job.out)
     new = ("m", "z" if job.out.suffix.lower() == ".npz" else "y")
-    unit, up = (body.findings.unit[0], body.findings.up) if kept else new
+    unit, up = (body.findings.unit[0], body.findings.up) if same_format else new
     return f"unit {unit}, {up} up"
 
 
-def _preview(path: Path, source: Motion, result: Motion, found: Verdict | None) -> None:
+def _preview(path: Path, source: Motion, result: Motion, verdict: Verdict | None) -> None:
     """A clip of both motions, or a sheet of moments where the name ends in .png, the worst of the verdict
     among them; with skins where there are meshes. Raises BenchError."""
     from retarget_bench.viewer import clips, scene_builder
@@ -156,14 +156,14 @@ def _preview(path: Path, source: Motion, result: Motion, found: Verdict | None) 
     style = DrawingStyle((1280, 720), skin=True)
     frames = render.chosen(scene, 0.0, None, None)
     if clips.ending(path) == clips.STILL:
-        render.write_sheet(path, scene, style, _moments(frames, found), None)
+        render.write_sheet(path, scene, style, _moments(frames, verdict), None)
     else:
         render.write_clip(path, scene, style, frames, min(scene.fps, render.FASTEST))
 
 
-def _moments(frames: Sequence[int], found: Verdict | None) -> list[int]:
+def _moments(frames: Sequence[int], verdict: Verdict | None) -> list[int]:
     """The worst frames of the verdict, and others evenly spread."""
     from retarget_bench.viewer import drawing
 
-    worst = list(dict.fromkeys(each.worst for each in (found.defects if found else ())))[:OF_VERDICT]
+    worst = list(dict.fromkeys(each.worst for each in (verdict.defects if verdict else ())))[:OF_VERDICT]
     return sorted({*worst, *drawing.moments(frames, render.MOMENTS - len(worst))})

@@ -24,9 +24,9 @@ def holds_motions(path: Path) -> bool:
     of other mesh files are scans."""
     if not path.is_dir():
         return False
-    found = [each for each in path.iterdir() if each.suffix.lower() in suffixes()]
-    own = [each for each in found if each.suffix.lower() not in SCANS]
-    return bool(own) or any(_animated(each) for each in sorted(found)[:1])
+    paths = [each for each in path.iterdir() if each.suffix.lower() in suffixes()]
+    own = [each for each in paths if each.suffix.lower() not in SCANS]
+    return bool(own) or any(_animated(each) for each in sorted(paths)[:1])
 
 
 def _animated(path: Path) -> bool:
@@ -118,8 +118,8 @@ def _named(files: Sequence[MotionFile], *, of_takes: bool) -> dict[str, MotionFi
             continue
         inside = motion_files(path)
         if not inside:
-            known = ", ".join(suffixes())
-            raise FileError(path, f"has no motion files; they end in {known}, folders in it are not read")
+            endings = ", ".join(suffixes())
+            raise FileError(path, f"has no motion files; they end in {endings}, folders in it are not read")
         if not of_takes or each.reading.take is not None:
             inside = _without_takes(inside.values())
         named += [(name, replace(each, path=file)) for name, file in inside.items()]
@@ -147,13 +147,13 @@ def _counted(names: Iterable[str]) -> Counter[str]:
 
 
 def _suffix(target: MotionFile, ending: str | None) -> str:
-    """``.bvh``, ``.glb``, ... Raises BenchError where results cannot be written so."""
+    """The ending of results: ``.bvh``, ``.glb``, ... Raises BenchError for a format that is not written."""
     written = suffixes(written=True)
     if ending is not None:
-        if (found := f".{ending.lower().lstrip('.')}") not in written:
-            known = ", ".join(each[1:] for each in written)
-            raise BenchError(f"--format {ending}: results are written as {known}")
-        return found
+        if (suffix := f".{ending.lower().lstrip('.')}") not in written:
+            endings = ", ".join(each[1:] for each in written)
+            raise BenchError(f"--format {ending}: results are written as {endings}")
+        return suffix
     form = format_of(target.path)
     return form.written[0] if form.written else _usual(target)
 
