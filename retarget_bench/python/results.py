@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import secrets
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from os import PathLike
@@ -98,29 +98,21 @@ class Results:
         index: the point of a curve, or "". Cases without an answer have no row: see ``problems``.
         Values per joint and frame, and values of whole sets such as FID, are in tables.
         """
-        columns = [np.array(column, dtype=object) for column in zip(*self._columns(), strict=True)]
-        return pd.DataFrame(
-            {name: np.concatenate(list(parts)) for name, parts in zip(ROW, columns, strict=True)}
-        ).infer_objects()
-
-    def _columns(self) -> Iterator[tuple[np.ndarray, ...]]:
-        """The columns of ``ROW``, of one value of one method on one split at a time."""
+        frames = []
         for matrix in self._matrices:
-            facts = [_facts(matrix, name) for name in CASE]
+            cases = pd.DataFrame({name: _facts(matrix, name) for name in CASE})
             for row in matrix.rows:
                 for paths, run in zip(row.all_paths, row.runs, strict=True):
-                    seeds = store.read_header(paths.any_header).seeds or (0,)
-                    for (value, index), numbers in run.items():
-                        there = matrix.own & ~np.isnan(numbers)
-                        origin = (matrix.dataset, matrix.split, row.label, seeds[0])
-                        case = (column[there] for column in facts)
-                        n = int(there.sum())
-                        yield (
-                            *(np.full(n, each, dtype=object) for each in origin),
-                            *case,
-                            *(np.full(n, each, dtype=object) for each in (value, index)),
-                            numbers[there],
-                        )
+                    numbers = np.array([*run.values()]).reshape(len(run), len(matrix.cases))
+                    value, case = np.nonzero(matrix.own & ~np.isnan(numbers))
+                    frame = cases.iloc[case].reset_index(drop=True)
+                    frame[["value_id", "index"]] = np.array([*run], dtype=object).reshape(-1, 2)[value]
+                    frame["value"] = numbers[value, case]
+                    frame["dataset"], frame["split"] = matrix.dataset, matrix.split
+                    frame["method"] = row.label
+                    frame["seed"] = (store.read_header(paths.any_header).seeds or (0,))[0]
+                    frames.append(frame)
+        return pd.concat(frames, ignore_index=True)[list(ROW)].infer_objects()
 
     @property
     def problems(self) -> pd.DataFrame:
