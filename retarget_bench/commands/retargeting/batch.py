@@ -77,14 +77,16 @@ def work(plugins: Sequence[tuple[str, registry.Kind]], order: tuple[Job, Record 
         now = key(job)
         if record is not None and record.key == now and record.content == file_hash(job.out):
             return Answer("current", record)
+        for path in filter(None, (job.out, job.preview)):
+            files.sweep(path)
         verdict = retarget(job, output.append, warnings.append)
         if verdict is not None:
             output += [*verdict.lines, verdict.summary]
             warnings += [f"{job.target.path.name}: {verdict.followers}"] * bool(verdict.undriven)
-        record_made = Record(now, None if verdict is None else verdict.as_dict(), file_hash(job.out))
+        new = Record(now, None if verdict is None else verdict.as_dict(), file_hash(job.out))
     except BenchError as error:
         return Answer("failed", None, output, warnings, str(error))
-    return Answer("done", record_made, output, warnings)
+    return Answer("done", new, output, warnings)
 
 
 def retarget_all(jobs: Sequence[Job], folder: Path, options: Options) -> list[Answer]:
@@ -95,8 +97,6 @@ def retarget_all(jobs: Sequence[Job], folder: Path, options: Options) -> list[An
     """
     busy = f"{folder}: another bench retarget is writing into this folder; wait for it"
     with files.locked(folder / files.LOCK, busy):
-        for path in (path for job in jobs for path in (job.out, job.preview) if path is not None):
-            files.sweep(path)
         records = _read(folder / RECORDS)
         answers = dict(_answers(jobs, folder, records, options))
         lines = [_line(name, record) for name, record in sorted(records.items())]
@@ -126,7 +126,7 @@ def _answers(
         each_job = partial(work, registry.files())
         for tried, done in enumerate(carried_out(each_job, orders, options.jobs), 1):
             answer = done.result or Answer("failed", error=done.error)
-            if answer.status == "done":
+            if answer.status == "done" and answer.record is not None:
                 records[names[done.number]] = answer.record
                 _append(folder / RECORDS, _line(names[done.number], answer.record))
             with tqdm.external_write_mode():  # above a progress bar, where there is one
