@@ -17,10 +17,10 @@ from retarget_bench.motion.findings import NO_ROLE
 from retarget_bench.motion.importer import Imported
 from retarget_bench.options import declared
 
-_SAID = "\n".join(f"{name}: {each.help}" for name, each in declared(Reading).items())
+_READING = "\n".join(f"{name}: {each.help}" for name, each in declared(Reading).items())
 
 
-@click.command("doctor", epilog=f"What can be said in brackets:\n\n\b\n{_SAID}")
+@click.command("doctor", epilog=f"What can be said in brackets:\n\n\b\n{_READING}")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=MOTION_FILE)
 @click.option(
     "--sheet",

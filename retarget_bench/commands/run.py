@@ -27,7 +27,7 @@ from retarget_bench.python.progress import progress_bar
 from retarget_bench.python.run_options import RunOptions
 
 MANIFEST = "manifest.json"
-NAMED = 3
+MOST_NAMES = 3
 """So many methods at most are named beside a progress bar."""
 
 
@@ -188,4 +188,4 @@ def carry_out(plan: Any, what: str, *, timed: bool = False) -> list[Any]:
 def _named(plan: Any) -> str:
     """The methods of a plan; their number where they are many."""
     names = list(map(str, plan.methods))
-    return ", ".join(names) if len(names) <= NAMED else f"({len(names)} methods)"
+    return ", ".join(names) if len(names) <= MOST_NAMES else f"({len(names)} methods)"

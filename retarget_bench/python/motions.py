@@ -31,7 +31,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import known
 from retarget_bench.python.arguments import checked, takes
-from retarget_bench.python.plans import Named, method_spec
+from retarget_bench.python.plans import MethodLike, method_spec
 from retarget_bench.verification import verdict as verdicts
 from retarget_bench.verification.verdict import Verdict
 
@@ -149,7 +149,7 @@ class LoadOptions(_ArrayOptions, Reading):
 class RetargetOptions(_ArrayOptions, Edits):
     """How a motion is retargeted."""
 
-    method: Named | None = option(
+    method: MethodLike | None = option(
         "The method, with parameters in brackets, or the file of your own (my_method.py).",
         default=None,
         shown=f"{defaults.METHOD}; for scans {defaults.SCAN_METHOD}",
@@ -282,7 +282,7 @@ def answer(source: character.Prediction, target: character.Character, options: R
     return replace(result, notes=(*result.notes, left_out))
 
 
-def ready(method: Named) -> tuple[Spec, Any, bool]:
+def ready(method: MethodLike) -> tuple[Spec, Any, bool]:
     """A method's spec, the method, and whether it is learned. Raises BenchError where it, its parameters or
     its weights cannot be used."""
     spec = method_spec(method)

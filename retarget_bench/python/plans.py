@@ -24,7 +24,7 @@ from retarget_bench.plugins.assets import asset_hashes
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.plugins.trial import try_import
-from retarget_bench.python.run_options import Named as Named
+from retarget_bench.python.run_options import MethodLike as MethodLike
 from retarget_bench.python.run_options import RunOptions
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import names
@@ -59,7 +59,7 @@ def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
     )
 
 
-def several(methods: Named | Sequence[Named]) -> Sequence[Named]:
+def several(methods: MethodLike | Sequence[MethodLike]) -> Sequence[MethodLike]:
     """One method, or some, as a list."""
     if isinstance(methods, str | PathLike | ModuleType) or callable(methods):
         return [methods]
@@ -153,7 +153,7 @@ def warn(problem: str) -> None:
     warnings.warn(f"left out: {problem}", stacklevel=2)
 
 
-def method_spec(method: Named) -> Spec:
+def method_spec(method: MethodLike) -> Spec:
     """The spec of a method, whose file is added to the registry where it is given by one.
 
     Raises BenchError for what worker processes cannot find by a name or a file.

@@ -18,7 +18,7 @@ from retarget_bench.motion.scans.reading import SUFFIXES, is_scan
 from retarget_bench.motion.scans.writing import write_frames
 from retarget_bench.python.arguments import checked
 from retarget_bench.python.motions import predicted, ready
-from retarget_bench.python.plans import Named
+from retarget_bench.python.plans import MethodLike
 
 if TYPE_CHECKING:
     from retarget_bench.motion.scans.importing import ScanFindings
@@ -57,7 +57,7 @@ class Surface(character.Surface):
 def retarget_scans(
     source: str | PathLike[str],
     target: str | PathLike[str],
-    method: Named = defaults.SCAN_METHOD,
+    method: MethodLike = defaults.SCAN_METHOD,
     *,
     fps: float = FPS,
     unit: str = "auto",
@@ -84,7 +84,7 @@ def retarget_scans(
 def answer(
     source: PointSets,
     target: character.Character,
-    method: Named,
+    method: MethodLike,
     seed: int = 0,
     names: tuple[str, ...] = (),
 ) -> Surface:

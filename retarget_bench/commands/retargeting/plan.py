@@ -109,12 +109,12 @@ def _named(files: Sequence[MotionFile], *, of_takes: bool) -> dict[str, MotionFi
     """Name -> file, of files and of those in folders; where two are named alike with their folder's name
     before it. of_takes: each motion of a file in a folder by itself, unless its reading names one. Raises
     BenchError."""
-    named: list[tuple[str, MotionFile]] = []
+    entries: list[tuple[str, MotionFile]] = []
     for each in files:
         path = each.path
         if not path.is_dir():
             own, take = split_take(path)
-            named.append((f"{own.stem}-{take.replace('/', '_')}" if take else own.stem, each))
+            entries.append((f"{own.stem}-{take.replace('/', '_')}" if take else own.stem, each))
             continue
         inside = motion_files(path)
         if not inside:
@@ -122,17 +122,17 @@ def _named(files: Sequence[MotionFile], *, of_takes: bool) -> dict[str, MotionFi
             raise FileError(path, f"has no motion files; they end in {endings}, folders in it are not read")
         if not of_takes or each.reading.take is not None:
             inside = _without_takes(inside.values())
-        named += [(name, replace(each, path=file)) for name, file in inside.items()]
-    counts = _counted(name for name, _ in named)
-    named = [
+        entries += [(name, replace(each, path=file)) for name, file in inside.items()]
+    counts = _counted(name for name, _ in entries)
+    entries = [
         (name if counts[name.casefold()] == 1 else f"{each.path.resolve().parent.name}-{name}", each)
-        for name, each in named
+        for name, each in entries
     ]
-    for name, many in _counted(name for name, _ in named).items():
+    for name, many in _counted(name for name, _ in entries).items():
         if many > 1:
-            both = ", ".join(str(file.path) for each, file in named if each.casefold() == name)
+            both = ", ".join(str(file.path) for each, file in entries if each.casefold() == name)
             raise BenchError(f"{both} would give results of one name; rename one, or give one run for each")
-    return dict(named)
+    return dict(entries)
 
 
 def _without_takes(paths: Iterable[Path]) -> dict[str, Path]:
