@@ -89,20 +89,20 @@ def _tested(kind: registry.Kind, spec: Spec, data: Spec) -> int:
 
 
 # --------------------------------------------------------------------------------------------- probes
-def _probed(methods: Sequence[Spec], options: TestOptions) -> int:
+def _probed(methods: Sequence[Spec], asked: TestOptions) -> int:
     """Give methods equivalent inputs, and measure by how much their answers differ; 1 where one is off.
 
     Raises BenchError for unknown probes.
     """
     from retarget_bench.verification.probe.probes import PROBES
 
-    probes_by_id, names = {probe.id: probe for probe in PROBES}, listed(options.probes)
-    if unknown := [name for name in names if name not in (*probes_by_id, EVERYTHING)]:
-        raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(probes_by_id)}")
-    probes = list(PROBES) if EVERYTHING in names else [probes_by_id[name] for name in names]
+    known, names = {probe.id: probe for probe in PROBES}, listed(asked.probes)
+    if unknown := [name for name in names if name not in (*known, EVERYTHING)]:
+        raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(known)}")
+    probes = list(PROBES) if EVERYTHING in names else [known[name] for name in names]
     specs = [registry.canonical("methods", spec) for spec in methods]
-    data = registry.canonical("datasets", named.parse(options.dataset))
-    subjects, groups = _of_dataset(data, listed(options.splits), options.limit)
+    data = registry.canonical("datasets", named.parse(asked.dataset))
+    subjects, groups = _of_dataset(data, listed(asked.splits), asked.limit)
     from tqdm import tqdm
 
     from retarget_bench.plugins import bound
@@ -113,7 +113,7 @@ def _probed(methods: Sequence[Spec], options: TestOptions) -> int:
             spec: ask(bound.method(spec).built, str(spec), subjects, groups, probes, bar.update)
             for spec in specs
         }
-    return int(_report(answers, data, options.out))
+    return int(_report(answers, data, asked.out))
 
 
 Questions = tuple[list["Subject"], list[list["Subject"]]]
@@ -147,7 +147,7 @@ def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
 
 
 def _report(answers: dict[Spec, list[Reply]], data: Spec, out: Path) -> bool:
-    """Print the table, the findings and where the rows lie. True where a probe failed."""
+    """Print the table, what is off, and where the rows lie. True where something is off."""
     from retarget_bench.analysis import summary
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import RENDERERS
