@@ -76,7 +76,7 @@ def command(method: str | None, options: Options) -> int:
     if method is None and not options.resume:
         raise BenchError("say which METHOD to train, or --resume -o DIR to go on with a run")
     spec = named.parse(method) if method else None
-    if spec is not None and spec.name in {each.name for each in registry.names("metrics")}:
+    if spec is not None and _is_metric_of_sets(spec.name):
         _train_feature_networks(spec, named.dataset(_one(options), options.root), options)
         return 0
     from retarget_bench.training import parallel
@@ -97,6 +97,12 @@ def command(method: str | None, options: Options) -> int:
     if os.environ.get("RANK", "0") == "0":  # the first process, see training/parallel.py
         echo(_ending(result))
     return 0
+
+
+def _is_metric_of_sets(name: str) -> bool:
+    """True for a metric with feature networks, unless a method has its name, as ``nkn`` does."""
+    methods, metrics = ({each.name for each in registry.names(kind)} for kind in ("methods", "metrics"))
+    return name not in methods and name in metrics and bool(bound.metrics((name,)).of_sets)
 
 
 def _one(options: Options) -> str:

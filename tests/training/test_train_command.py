@@ -96,6 +96,21 @@ def test_going_on_says_from_where(bench, toy_run, tmp_path):
     assert out.splitlines()[0] == "continuing from step 15"
 
 
+def test_a_method_that_is_called_like_a_metric_is_trained(bench, tmp_path):
+    """``nkn`` is both. Of a metric its feature networks would be trained, whatever the preset."""
+    assert {"nkn"} <= {each.name for each in registry.names("metrics")}
+    status, _, err = bench("nkn", "-d", "puppets", "--preset", "no such", "--out", str(tmp_path / "run"))
+    assert status == 2
+    assert "nkn has no preset 'no such'" in err
+
+
+def test_metrics_without_networks_cannot_be_trained(bench, tmp_path):
+    status, _, err = bench("position", "-d", "puppets", "--out", str(tmp_path / "run"))
+    assert status == 2
+    assert "'position'" in err
+    assert not (tmp_path / "run").exists()
+
+
 @pytest.mark.parametrize("command", [["train", "nkn"], ["ablate", "smrm", "table2"]])
 def test_a_seed_that_torch_does_not_take_is_refused(command, capsys):
     with pytest.raises(SystemExit) as ended:
