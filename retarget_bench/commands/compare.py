@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from retarget_bench.results.store import ResultPaths
     from retarget_bench.tables.comparing import Pair
 
-FORMATS = ("text", "md", "csv")
-
 
 class Options(ToFile, OfResults, PairOptions):
     """``bench compare``."""
@@ -43,7 +41,7 @@ def command(options: Options) -> None:
     from retarget_bench.tables import comparing
     from retarget_bench.tables.rendering import pairwise_text
 
-    form = options.form(options.format, FORMATS)
+    form = options.form
     first, second = options.first, options.second
     folders = [Path(name) for name in (first, second)]
     columns, splits = listed(options.columns) if options.columns else None, listed(options.splits)

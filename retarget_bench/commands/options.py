@@ -143,7 +143,7 @@ class OfResults(OptionSet):
 
 
 class ToFile(OptionSet):
-    """The destination of a text: the terminal or a file."""
+    """The destination of a text, the terminal or a file. Classes of these options have a ``format``."""
 
     out: Path | None = option("Write to this file.", default=None, letter="o", metavar="FILE")
 
@@ -154,16 +154,19 @@ class ToFile(OptionSet):
 
         return screen_width() if self.out is None else WIDTH
 
-    def form(self, form: str, forms: Sequence[str]) -> str:
-        """The format that was requested; else that of the file's ending, or the first where it has none.
+    @property
+    def form(self) -> str:
+        """The ``format`` that was requested; else that of the file's ending, or the first where it has none.
 
         Raises BenchError for an ending of another format.
         """
+        field = declared(type(self))["format"]
+        forms = [each for each in field.choices if each]
         ending = "" if self.out is None else self.out.suffix.lower().removeprefix(".")
-        meant = form or {"txt": "text", "htm": "html"}.get(ending, ending)
-        if meant and meant not in forms:
-            raise BenchError(f"{self.out} is to be {meant}; there are {', '.join(forms)}")
-        return meant or forms[0]
+        form = getattr(self, field.name) or {"txt": "text", "htm": "html"}.get(ending, ending)
+        if form and form not in forms:
+            raise BenchError(f"{self.out} is to be {form}; there are {', '.join(forms)}")
+        return form or forms[0]
 
     def write(self, text: str) -> None:
         """Print a text, or write it to the file."""

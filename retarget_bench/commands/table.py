@@ -12,8 +12,6 @@ from retarget_bench.errors import BenchError
 from retarget_bench.options import listed, option
 from retarget_bench.tables.requested import Request
 
-FORMATS = ("text", "md", "tex", "html", "csv", "json")
-
 
 class Options(ToFile, OfResults, Request):
     """``bench table``."""
@@ -50,7 +48,7 @@ def command(options: Options) -> None:
     """
     from retarget_bench.tables import rendering, requested
 
-    form = options.form(options.format, FORMATS)
+    form = options.form
     if options.protocols:
         options.write(_protocols(options, form))
         return

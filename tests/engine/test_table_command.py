@@ -16,13 +16,15 @@ from retarget_bench.analysis.breakdown import By
 from retarget_bench.cli import group
 from retarget_bench.commands import run
 from retarget_bench.commands.options import screen_width
-from retarget_bench.commands.table import FORMATS
+from retarget_bench.commands.table import Options
 from retarget_bench.evaluation import runner, timing
+from retarget_bench.options import declared
 from retarget_bench.python import progress
 from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
 TOYS = Path(__file__).parent / "toys"
+FORMATS = [each for each in declared(Options)["format"].choices if each]
 
 
 @pytest.fixture
