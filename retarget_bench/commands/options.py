@@ -156,7 +156,7 @@ class ToFile(OptionSet):
 
     @property
     def form(self) -> str:
-        """The ``format`` that was requested; else that of the file's ending, or the first where it has none.
+        """The requested ``format``; else that of the file's ending, or the first where it has none.
 
         Raises BenchError for an ending of another format.
         """
