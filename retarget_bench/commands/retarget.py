@@ -16,7 +16,7 @@ from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MOTION_FILE, MotionFile
 from retarget_bench.commands.options import takes
 from retarget_bench.commands.retargeting import batch, plan, scans
-from retarget_bench.commands.retargeting.job import Job, Options, retarget
+from retarget_bench.commands.retargeting.job import Job, Options, Say, retarget
 from retarget_bench.errors import BenchError
 from retarget_bench.files import check_writable, write_text
 from retarget_bench.motion.files import split_take
@@ -87,7 +87,8 @@ def _one(job: Job) -> int:
         )
     job = replace(job, preview=plan.preview_of(options.preview, job.out, several=False))
     _check_beside([job], options)
-    say, warn = (str, str) if options.quiet else (echo, partial(echo, err=True))
+    say: Say = str if options.quiet else echo
+    warn: Say = str if options.quiet else partial(echo, err=True)
     verdict = retarget(job, say, warn)
     if verdict is not None and not options.quiet:
         echo(verdict.text())
