@@ -102,6 +102,7 @@ def test_a_field_in_the_place_of_another_is_an_option_once():
         ({"width": float("nan")}, "width is nan"),
         ({"width": 10**20}, "width is 100000000000000000000;"),
         ({"width": "2"}, "width is '2', of type str; it takes a number"),
+        ({"width": True}, "width is True, of type bool; it takes a number"),
         ({"names": 3}, "names is 3, of type int; it takes text or a list of text"),
     ],
 )
