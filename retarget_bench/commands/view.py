@@ -63,37 +63,31 @@ def command(sources: tuple[str, ...], options: Options) -> None:
 
 
 def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str | None]:
-    """The requested cases, and the first to show. Raises BenchError where there are none."""
+    """The requested cases, and the first to show: of results, or of files as they are, a stored prediction
+    with its case. Raises BenchError where there are none."""
     from retarget_bench.viewer import results_library
     from retarget_bench.viewer.scene_builder import CaseList
 
-    folders = [Path(source) for source in sources if Path(source).is_dir()]
+    paths = [Path(source) for source in sources]
+    folders = [path for path in paths if path.is_dir()]
     if sources and not folders and results_library.are_files(sources):
-        return _of_files([Path(source) for source in sources], options.root)
+        if len(paths) == 1 and (stored := results_library.place_of(paths[0])) is not None:
+            place, case = stored
+            return CaseList([place.root], place.task, place.dataset, root=options.root), case
+        case_list = CaseList(files=paths)
+        case_list.scene("")  # says now what is wrong with them
+        return case_list, None
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
     roots = folders or options.roots
     case_list = CaseList(roots, options.task, options.only, listed(options.methods), root=options.root)
-    there = case_list.refresh()
-    if case_list.problem and not there:
+    cases = case_list.refresh()
+    if case_list.problem and not cases:
         raise BenchError(case_list.problem)
-    if not there and not any(folder.is_dir() for folder in roots):
+    if not cases and not any(folder.is_dir() for folder in roots):
         raise BenchError(f"there is no folder {', '.join(map(str, roots))}; bench run makes one")
-    return case_list, results_library.matching(there, names[0]) if names else None
-
-
-def _of_files(files: Sequence[Path], root: str | None) -> tuple[CaseList, str | None]:
-    """Files as they are; a stored prediction with its case."""
-    from retarget_bench.viewer import results_library
-    from retarget_bench.viewer.scene_builder import CaseList
-
-    if len(files) == 1 and (stored := results_library.place_of(files[0])) is not None:
-        place, case = stored
-        return CaseList([place.root], place.task, place.dataset, root=root), case
-    case_list = CaseList(files=files)
-    case_list.scene("")  # says now what is wrong with them
-    return case_list, None
+    return case_list, results_library.matching(cases, names[0]) if names else None
 
 
 def _free(port: int) -> None:

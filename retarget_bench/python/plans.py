@@ -173,7 +173,9 @@ def method_spec(method: MethodLike) -> Spec:
 
 def _file_of(method: object) -> Path:
     """The file of a plug-in's module, or of the class or function that is the ``plugin`` of its module."""
-    module = method if isinstance(method, ModuleType) else sys.modules.get(_module_name(method))
+    module = (
+        method if isinstance(method, ModuleType) else sys.modules.get(getattr(method, "__module__", ""))
+    )
     file = getattr(module, "__file__", None)
     is_plugin = method is module or getattr(module, "plugin", None) is method
     if not file or not is_plugin or module is sys.modules["__main__"]:
@@ -183,7 +185,3 @@ def _file_of(method: object) -> Path:
             f"that ends with the line plugin = {name}, and give the path of that file"
         )
     return Path(file)
-
-
-def _module_name(method: object) -> str:
-    return str(getattr(method, "__module__", ""))
