@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import click
 from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MOTION_FILE, MotionFile
 from retarget_bench.errors import BenchError
-from retarget_bench.files import check_writable, write_text
+from retarget_bench.files import check_writable, digest, write_text
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.findings import NO_ROLE
 from retarget_bench.motion.importer import Imported
@@ -89,14 +88,18 @@ def _save(path: Path, imported: Imported) -> None:
             f"{imported.findings.path.name}; choose another name, or remove it"
         )
     body = reading_text(imported)
-    write_text(path, f"{head}; written as {_digest(body)}\n{body}")
+    write_text(path, f"{head}; written as {digest(body, 12)}\n{body}")
 
 
 def reading_text(imported: Imported) -> str:
     """A reading as TOML, with all joints in its table of roles: those without a role are "none", with the
     reason."""
     stated = imported.settled.stated
-    lines = [f"{name} = {_value(value)}" for name, value in stated.items() if name != "roles"]
+    lines = [
+        f"{name} = {value if isinstance(value, int | float) else _quoted(str(value))}"
+        for name, value in stated.items()
+        if name != "roles"
+    ]
     lines += ["", "[roles]"]
     if imported.findings.missing:
         lines.append(f"# no joint is known as {', '.join(imported.findings.missing)}")
@@ -106,18 +109,9 @@ def reading_text(imported: Imported) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _value(value: object) -> str:
-    return repr(value) if isinstance(value, int | float) else _quoted(str(value))
-
-
 def _quoted(text: str) -> str:
     """A text in quotes of TOML: as JSON quotes it, but that DEL is escaped too."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _digest(body: str) -> str:
-    """A hash that tells an unchanged reading from one that was corrected."""
-    return hashlib.sha256(body.encode("utf-8", "surrogatepass")).hexdigest()[:12]
 
 
 def _may_replace(path: Path, head: str) -> bool:
@@ -128,4 +122,4 @@ def _may_replace(path: Path, head: str) -> bool:
         return True
     except (OSError, ValueError):
         return False
-    return first == f"{head}; written as {_digest(body)}"
+    return first == f"{head}; written as {digest(body, 12)}"

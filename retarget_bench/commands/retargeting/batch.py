@@ -213,8 +213,7 @@ def key(job: Job) -> str:
         "edits": code_hash(package_code("motion.editing")),
         "options": {name: getattr(job.options, name) for name in _DECIDE},
     }
-    text = json.dumps(decisive, sort_keys=True)
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    return files.digest(json.dumps(decisive, sort_keys=True), 16)
 
 
 def _stated(reading: Reading) -> dict[str, Any]:
