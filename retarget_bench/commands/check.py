@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ from retarget_bench.python.progress import progress_bar
 if TYPE_CHECKING:
     from retarget_bench.verification.gate.compare import Criteria
 
-_TOLERANCE = re.compile(r"(?:(?P<name>[^=]+)=)?(?P<number>\d+\.?\d*|\.\d+)\s*(?P<share>%?)")
+_TOLERANCE = re.compile(r"\s*(?:(?P<name>[^=]+)=)??(?P<number>\d+\.?\d*|\.\d+)\s*(?P<share>%?)\s*(?:,|$)")
 
 
 class Options(OfMethods):
@@ -116,13 +116,7 @@ def _criteria(options: Options) -> Criteria:
         return Criteria(worse_only=options.worse_only)
     installed = names.installed()
     allowed: dict[str, Tolerance] = {}
-    for each in _single([options.tolerance] if isinstance(options.tolerance, str) else options.tolerance):
-        match = _TOLERANCE.fullmatch(each)
-        if match is None or not (match["name"] or match["share"]):
-            raise BenchError(
-                f"--tolerance takes a share, such as 2%, or that of one value, such as mpjpe=2% or, in its "
-                f"unit, mpjpe=0.1; got {each!r}"
-            )
+    for match in _matches([options.tolerance] if isinstance(options.tolerance, str) else options.tolerance):
         number = float(match["number"])
         tolerance = Tolerance(0.0, number / 100) if match["share"] else Tolerance(number, 0.0)
         allowed[names.value_id(match["name"], installed) if match["name"] else ""] = tolerance
@@ -132,11 +126,16 @@ def _criteria(options: Options) -> Criteria:
     return Criteria(frozenset(values), options.worse_only, allowed)
 
 
-def _single(tolerances: Sequence[str]) -> list[str]:
+def _matches(tolerances: Sequence[str]) -> Iterator[re.Match[str]]:
     """The tolerances one by one. Commas separate them, and labels of values may hold some."""
-    singles, name = [], ""
-    for part in (part.strip() for text in tolerances for part in text.split(",")):
-        each = f"{name}, {part}" if name else part
-        name = "" if "=" in each or _TOLERANCE.fullmatch(each) else each
-        singles += [] if name else [each]
-    return [*singles, *([name] if name else [])]
+    for text in tolerances:
+        start = 0
+        while start < len(text):
+            match = _TOLERANCE.match(text, start)
+            if match is None or not (match["name"] or match["share"]):
+                raise BenchError(
+                    "--tolerance takes a share, such as 2%, or that of one value, such as mpjpe=2% or, in "
+                    f"its unit, mpjpe=0.1; got {text[start:]!r}"
+                )
+            yield match
+            start = match.end()

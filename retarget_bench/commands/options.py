@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from retarget_bench.results.store import ResultPaths
 
 Decorator = Callable[[Any], Any]
+PROBED = ("results of probes", "bench test METHOD --probes")
+"""Results of the task ``probe``, and the command that makes them."""
 
 
 def takes(options: type, *positional: str, only: tuple[str, ...] = ()) -> Decorator:
@@ -122,22 +124,18 @@ class OfResults(OptionSet):
         """These options for other folders of results."""
         return replace(self, results=folders)
 
-    def places(
-        self, task: str = defaults.TASK, what: str = "results", maker: str = ""
-    ) -> list[ResultPaths]:
-        """The results of a task. Raises BenchError where a folder has none, or none are of the data set.
-
-        what, maker: what they are and the command that makes them, for the error.
-        """
+    def places(self, task: str = defaults.TASK) -> list[ResultPaths]:
+        """The results of a task. Raises BenchError where a folder has none, or none are of the data set."""
         from retarget_bench.analysis.selection import of_dataset
         from retarget_bench.results import store
 
         check_task(task)
+        maker = "bench run" if task == defaults.TASK else f"bench run --task {task}"
+        what, maker = PROBED if task == "probe" else ("results", maker)
         places: list[ResultPaths] = []
         for root in self.roots:
             if not (here := store.find_results(root, task)):
-                of = "" if task == defaults.TASK else f" --task {task}"
-                raise BenchError(f"no {what} in {root}; {maker or f'bench run{of}'} makes some")
+                raise BenchError(f"no {what} in {root}; {maker} makes some")
             places += here
         return places if self.only is None else of_dataset(places, self.only)
 

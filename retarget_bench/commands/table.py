@@ -55,8 +55,8 @@ def command(options: Options) -> None:
     if options.paper:
         tables: Sequence[Any] = [_published(options)]
     elif options.task == "probe":
-        places = options.places("probe", "results of probes", "bench test METHOD --probes")
-        tables = requested.tables(places, replace(options, all=options.all or not options.columns), form)
+        request = replace(options, all=options.all or not options.columns)
+        tables = requested.tables(options.places("probe"), request, form)
     else:
         tables = requested.tables(options.places(options.task), options, form)
     if form == "text":
