@@ -188,8 +188,7 @@ class Results:
         Tests are over source clips, paired, and adjusted for the values compared. Raises BenchError for
         methods or values without results.
         """
-        chosen = of_splits(self.places, listed(options.splits))
-        matrices = of_bodies(result_matrix.result_matrices(chosen), options.bodies)
+        matrices = comparing.matrices_of(self.places, options)
         columns = listed(options.columns) if options.columns else None
         return Comparison(comparing.compare(matrices, options.first, options.second, columns, options.all))
 
