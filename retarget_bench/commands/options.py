@@ -158,7 +158,8 @@ class ToFile(OptionSet):
 
         Raises BenchError for an ending of another format.
         """
-        field = declared(type(self))["format"]
+        kind: Any = type(self)
+        field = declared(kind)["format"]
         forms = [each for each in field.choices if each]
         ending = "" if self.out is None else self.out.suffix.lower().removeprefix(".")
         form = getattr(self, field.name) or {"txt": "text", "htm": "html"}.get(ending, ending)

@@ -50,8 +50,10 @@ def _documented(call: Any, options: Any, before: int) -> Any:
     own = inspect.signature(inspect.unwrap(call)).parameters.values()
     first = [each.replace(kind=each.POSITIONAL_ONLY) for each in own][:before]
     fields = declared(options)
-    others = inspect.signature(options).parameters.values()
-    others = [each.replace(annotation=fields[each.name].kind) for each in others]
+    others = [
+        each.replace(annotation=fields[each.name].kind)
+        for each in inspect.signature(options).parameters.values()
+    ]
     call.__signature__ = inspect.Signature([*first, *others])
     lines = [f"{name}: {each.help}" for name, each in fields.items()]
     call.__doc__ = "\n\n".join([inspect.cleandoc(call.__doc__ or ""), "Options\n-------", *lines])

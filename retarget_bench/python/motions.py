@@ -26,6 +26,7 @@ from retarget_bench.motion.files.smpl.arrays import finite
 from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
+from retarget_bench.motion.point_sets import PointSets
 from retarget_bench.options import OptionSet, option
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -294,7 +295,7 @@ def predicted(
     method: Any,
     spec: Spec,
     task: str,
-    source: character.Prediction,
+    source: character.Prediction | PointSets,
     target: character.Character,
     seed: int,
 ) -> character.Prediction:

@@ -82,8 +82,9 @@ class Results:
     @checked
     def only(self, methods: str | Sequence[str] = (), splits: str | Sequence[str] = ()) -> Results:
         """The results of some methods, on some splits. Raises BenchError for those that there are not."""
-        places = of_splits(self.places, [splits] if isinstance(splits, str) else splits)
-        if names := [methods] if isinstance(methods, str) else methods:
+        names = [methods] if isinstance(methods, str) else list(methods)
+        places = of_splits(self.places, [splits] if isinstance(splits, str) else list(splits))
+        if names:
             places = method_order.of_methods(places, names)
         return Results(places, self.variants or bool(names))
 
