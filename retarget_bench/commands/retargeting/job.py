@@ -119,7 +119,7 @@ def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
 def _target(file: MotionFile, changed: object) -> Imported:
     """The target's file; kept for the next job. changed: see ``stamp``.
 
-    Of what joints below its root do nothing is said: only the body counts.
+    Motion of joints below its root is dropped without a warning, since only the body counts.
     """
     del changed
     reading = file.reading
