@@ -217,17 +217,13 @@ def _of_results(places: Sequence[ResultPaths], case: str, roots: Sequence[Path],
 
 def _answered(name: str, methods: Sequence[str], options: Options) -> Scene:
     """A case of a data set with new answers of methods."""
-    from retarget_bench.evaluation import plan, tasks
-    from retarget_bench.plugins import bound
+    from retarget_bench.evaluation import tasks
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.python.plans import method_spec
-    from retarget_bench.viewer import results_library, scene_builder
+    from retarget_bench.viewer import scene_builder
 
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
-    spec = named.dataset(options.dataset or defaults.DATASET, options.root)
+    data = named.dataset(options.dataset or defaults.DATASET, options.root)
     task = tasks.canonical(Spec.parse(options.task))
-    data = plan.data_of(bound.dataset(spec), str(task))
-    ids = [info.id for split in data.card.splits for info in data.cases(task.name, split)]
-    case = results_library.matching(ids, name)
-    return scene_builder.of_case_asked(spec, None, case, list(map(method_spec, methods)), task=str(task))
+    return scene_builder.of_case_asked(data, name, list(map(method_spec, methods)), task=str(task))
