@@ -118,7 +118,7 @@ def on_few(results: rb.Results, mine: str = FEW_STRUCTURES[-1]) -> Beside:
     """Every method on the cases that ``mine`` answered, which the others of few structures answer too."""
     found: Beside = {}
     for method in PEERS:
-        for split in results.compare(method, mine, MPJPE).found if method != mine else ():
+        for split in results.compare(method, mine, MPJPE).splits if method != mine else ():
             (one,) = split.differences
             ends = f" [{one.interval.low:+.2f}, {one.interval.high:+.2f}]" if one.interval else ""
             found[method, split.split] = one.first, f"{one.first - one.second:+.2f}{ends}", one.cases

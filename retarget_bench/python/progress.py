@@ -55,14 +55,14 @@ class _Lines:
 
     def __init__(self, what: str, units: str) -> None:
         self.what, self.units = what, units
-        self.begun = self.told = time.monotonic()
+        self.start = self.printed = time.monotonic()
 
     def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
-        if not done or (now - self.told < SECONDS and done < total):
+        if not done or (now - self.printed < SECONDS and done < total):
             return
-        self.told = now
-        spent = (now - self.begun) / 60
+        self.printed = now
+        spent = (now - self.start) / 60
         remaining = f", about {spent * (total - done) / done:.1f} min left" if done >= total / 20 else ""
         remaining = f" in {spent:.1f} min" if done >= total else remaining
         print(f"{self.what}: {done} of {total} {self.units}{remaining}", file=sys.stderr, flush=True)

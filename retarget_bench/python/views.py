@@ -133,13 +133,13 @@ def _facts(table: Table, group: Group, row: Row, column: Column, cell: Cell) -> 
 
 
 class Comparison:
-    """Two methods compared value by value: text by ``str``, numbers in ``frame``."""
+    """Two methods compared value by value: text by ``str``, numbers in ``frame``, by split in ``splits``."""
 
     def __init__(self, comparisons: Sequence[PairwiseComparison]) -> None:
-        self.found = tuple(comparisons)
+        self.splits = tuple(comparisons)
 
     def __str__(self) -> str:
-        return pairwise_text.text(self.found)
+        return pairwise_text.text(self.splits)
 
     __repr__ = __str__
 
@@ -152,7 +152,7 @@ class Comparison:
         ``difference``, its 95 % interval (``low``, ``high``), ``p``, ``p_adjusted`` (see
         ``bench compare``), ``cases``, ``clips``, ``verdict``.
         """
-        text = io.StringIO(pairwise_text.comma_separated(self.found))
+        text = io.StringIO(pairwise_text.comma_separated(self.splits))
         return ListFrame(pd.read_csv(text, keep_default_na=False, na_values=[""], dtype=TEXTS))
 
 
