@@ -133,7 +133,10 @@ def _facts(table: Table, group: Group, row: Row, column: Column, cell: Cell) -> 
 
 
 class Comparison:
-    """Two methods compared value by value: text by ``str``, numbers in ``frame``, by split in ``splits``."""
+    """Two methods compared value by value: text by ``str``, numbers in ``frame``.
+
+    splits: the comparison of each split.
+    """
 
     def __init__(self, comparisons: Sequence[PairwiseComparison]) -> None:
         self.splits = tuple(comparisons)
