@@ -285,7 +285,7 @@ def new(kind: str, name: str, options: NewOptions) -> None:
         texts, steps = _worker(name), []
     else:
         texts = {Path(spec): plugin_source(kind, name)}
-    if existing := [path for path in (*([Path(name)] * options.package), *texts) if path.exists()]:
+    if existing := [path for path in ([Path(name)] if options.package else texts) if path.exists()]:
         raise BenchError(f"{existing[0]} exists already; nothing was written")
     for path, text in texts.items():
         write_text(path, text)
