@@ -120,7 +120,7 @@ def on_few(results: rb.Results, own: str = FEW_STRUCTURES[-1]) -> Beside:
     """Every method on the cases that ``own`` answered, which the others of few structures answer too."""
     cells: Beside = {}
     for method in PEERS:
-        for split in results.compare(method, own, MPJPE).found if method != own else ():
+        for split in results.compare(method, own, MPJPE).splits if method != own else ():
             (one,) = split.differences
             ends = f" [{one.interval.low:+.2f}, {one.interval.high:+.2f}]" if one.interval else ""
             cells[method, split.split] = one.first, f"{one.first - one.second:+.2f}{ends}", one.cases

@@ -18,7 +18,7 @@ import pytest
 from click.testing import CliRunner
 
 from retarget_bench import cli
-from retarget_bench.commands import declared
+from retarget_bench.commands.options import takes
 from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.errors import BenchError
 from retarget_bench.options import listed
@@ -92,7 +92,7 @@ def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
 )
 def test_splits_may_be_repeated_or_listed(given, expected):
     seen = []
-    command = click.command()(declared.takes(RunOptions)(lambda options: seen.append(options.splits)))
+    command = click.command()(takes(RunOptions)(lambda options: seen.append(options.splits)))
     assert CliRunner().invoke(command, given).exit_code == 0
     assert listed(seen[0]) == expected
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from retarget_bench.commands.retargeting import batch, records, runs
+from retarget_bench.commands import retarget
+from retarget_bench.commands.retargeting import batch
 from retarget_bench.motion import bvh, importer
 from retarget_bench.parallel import Done
 from retarget_bench.plugins import registry
@@ -46,7 +47,7 @@ MOCAP, BOW = "mocap[unit=m]", "mocap/bow.bvh[unit=m]"
 
 def results(folder: str = "out") -> dict[str, int]:
     """Results by their path, with the time of their last change."""
-    paths = (path for path in Path(folder).rglob("*") if path.is_file() and path.name != records.NAME)
+    paths = (path for path in Path(folder).rglob("*") if path.is_file() and path.name != batch.RECORDS)
     return {path.relative_to(folder).as_posix(): path.stat().st_mtime_ns for path in paths}
 
 
@@ -131,7 +132,7 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     asked = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
     monkeypatch.setattr(batch, "carried_out", interrupted)
     assert bench(*asked)[0] == 130
-    with Path("out", records.NAME).open("a") as file:
+    with Path("out", batch.RECORDS).open("a") as file:
         file.write('{"result": "bow.bvh", "ke')  # cut off while it was written
     left = Path("out/.0123456789ab.bow.bvh")
     left.write_text("half")
@@ -141,7 +142,7 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     assert "1 retargeted, 1 up to date" in bench(*asked)[1]
     assert not left.exists()
     assert other.exists()
-    assert len(Path("out", records.NAME).read_text().splitlines()) == 2
+    assert len(Path("out", batch.RECORDS).read_text().splitlines()) == 2
 
 
 def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
@@ -307,7 +308,7 @@ def test_a_report_takes_the_place_of_reports_alone(bench, folders):
 def test_what_cannot_be_written_is_said_before_any_work(bench, folders, monkeypatch, option, place):
     ending = {"-o": ".bvh", "--report": ".json", "--preview": ".png"}[option]
     Path(f"folder{ending}").mkdir()
-    monkeypatch.setattr(runs, "retarget", lambda *_: pytest.fail("work was begun"))
+    monkeypatch.setattr(retarget, "retarget", lambda *_: pytest.fail("work was begun"))
     asked = {"-o": "out.bvh"} | {option: f"{place}{ending}"}
     words = [word for pair in asked.items() for word in pair]
     code, _, err = bench("retarget", BOW, "--target", "bodies/large.bvh", *COPY, *words)

@@ -25,7 +25,7 @@ from torch import nn
 
 from retarget_bench import defaults
 from retarget_bench.api import optional
-from retarget_bench.commands import declared
+from retarget_bench.commands.options import takes
 from retarget_bench.commands.train import ConsoleReporter
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
@@ -114,7 +114,7 @@ class Options(TrainingSettings):
     "--budget-scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of all budgets."
 )
 @click.option("--tiny", is_flag=True, help="Two steps of preset quick on little data, to try the command.")
-@declared.takes(Options, only=("out", "device", "jobs"))
+@takes(Options, only=("out", "device", "jobs"))
 def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: Options) -> None:
     """Train the shipped methods, ship what validates better, and write the tables of results."""
     chosen = [each for each in TRAININGS if each.method in only or not only]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import plugin_names, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfSplits, listed, option
 from retarget_bench.plugins import named, registry
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from retarget_bench.results.store import ResultPaths
     from retarget_bench.verification.probe.asking import Reply
 
-ANY_PLUGIN = declared.plugin_names(*registry.KINDS)
+ANY_PLUGIN = plugin_names(*registry.KINDS)
 EVERYTHING = "all"
 
 
@@ -50,7 +50,7 @@ class TestOptions(OfSplits):
 
 @click.command("test")
 @click.argument("plugins", metavar="NAME...", nargs=-1, required=True, shell_complete=ANY_PLUGIN)
-@declared.takes(TestOptions)
+@takes(TestOptions)
 def command(plugins: tuple[str, ...], options: TestOptions) -> int:
     """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
 

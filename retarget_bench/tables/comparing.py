@@ -9,9 +9,11 @@ from retarget_bench.analysis import pairwise, selection
 from retarget_bench.analysis.pairwise import PairwiseComparison
 from retarget_bench.analysis.ranking import Ranking
 from retarget_bench.analysis.summary import split_summary
+from retarget_bench.api import SELF
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, OfBodies, OfSplits, option
-from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, set_values
+from retarget_bench.options import Names, OfBodies, OfSplits, listed, option
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices, set_values
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import groups, names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries, stand_in
 
@@ -28,6 +30,17 @@ class PairOptions(OfSplits, OfBodies):
         "Values to compare.", default=(), shown="those of bench table", metavar="ID,ID", kw_only=False
     )
     all: bool = option("Compare every value.", default=False)
+
+
+def matrices_of(places: Sequence[ResultPaths], options: PairOptions) -> list[ResultMatrix]:
+    """The results of all methods that tables rank, on the splits and of the bodies of the options.
+
+    Self pairs are read whatever the splits: some values of other splits pool them.
+    """
+    splits = {place.split for place in selection.of_splits(places, listed(options.splits))}
+    read = [place for place in places if place.split in {*splits, SELF}]
+    chosen = [each for each in result_matrices(read) if each.split in splits]
+    return selection.of_bodies(chosen, options.bodies)
 
 
 def compare(

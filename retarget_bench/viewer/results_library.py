@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.predict import Outcome
@@ -102,20 +101,6 @@ def listed(places: Sequence[ResultPaths]) -> list[str]:
 
 MOTION_FILES = files.suffixes()
 """Endings of motion files; ``.npz`` is also that of predictions."""
-
-
-def results(
-    roots: Sequence[Path], task: str = "retarget", dataset: str | None = None, methods: Sequence[str] = ()
-) -> list[ResultPaths]:
-    """The results under some folders, of a data set and of methods where these are named, in their order.
-
-    dataset: see ``of_dataset``. Raises BenchError where there are none.
-    """
-    found = [place for root in roots for place in store.find_results(root, task)]
-    if not found:
-        raise BenchError(f"no results in {', '.join(map(str, roots))}; bench run makes some")
-    places = found if dataset is None else of_dataset(found, dataset)
-    return method_order.of_methods(places, methods) if methods else places
 
 
 def case(places: Sequence[ResultPaths], name: str) -> tuple[list[ResultPaths], str]:

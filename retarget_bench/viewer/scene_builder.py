@@ -46,7 +46,7 @@ def of_case(places: Sequence[ResultPaths], case_id: str, *, dataset: Spec | None
     """
     having = [each for each in map(read_stored, places) if case_id in each.cases]
     if not having:
-        raise _unknown(case_id, listed(places), "these results have")
+        raise _unknown(case_id, listed(places))
     return of_stored(having, case_id, dataset)
 
 
@@ -73,19 +73,16 @@ def of_stored(
     return _scene(case, answers, [each.values(case_id) for each in having], colours or {})
 
 
-def of_case_asked(
-    dataset: Spec, split: str | None, case_id: str, methods: Sequence[Spec], *, task: str = RETARGET
-) -> Scene:
+def of_case_asked(dataset: Spec, name: str, methods: Sequence[Spec], *, task: str = RETARGET) -> Scene:
     """A case of a data set with predictions made now; nothing is stored.
 
-    split: None looks in every split. task: as in ``bench run --task``.
+    name: as ``results_library.matching`` takes it. task: as in ``bench run --task``.
     Raises BenchError for an unknown case or method.
     """
     data = plan.data_of(bound.dataset(dataset), task)
-    splits = data.card.splits if split is None else (split,)
-    infos = {info.id: info for each in splits for info in data.cases(Spec.parse(task).name, each)}
-    if case_id not in infos:
-        raise _unknown(case_id, list(infos), f"{data.label} has")
+    cases = (data.cases(Spec.parse(task).name, split) for split in data.card.splits)
+    infos = {info.id: info for each in cases for info in each}
+    case_id = results_library.matching(list(infos), name)
     case = _loaded(data, infos[case_id])
     answers = []
     for spec in (registry.canonical("methods", each) for each in methods):
@@ -122,10 +119,11 @@ def _loaded(data: Dataset, info: CaseInfo) -> Case:
     return case
 
 
-def _unknown(case_id: str, known: Sequence[str], who: str) -> BenchError:
+def _unknown(case_id: str, known: Sequence[str]) -> BenchError:
     near = difflib.get_close_matches(case_id, known, 3, 0.5) or known[:3]
     return BenchError(
-        f"{who} no case {case_id!r}" + (f"; near it: {', '.join(near)}" if near else ", and no other")
+        f"these results have no case {case_id!r}"
+        + (f"; near it: {', '.join(near)}" if near else ", and no other")
     )
 
 

@@ -13,7 +13,7 @@ import pytest
 from stored import store as made_up
 
 from retarget_bench.analysis.summary import split_summaries
-from retarget_bench.commands import suite
+from retarget_bench.commands.run import read_suite
 from retarget_bench.errors import FileError
 from retarget_bench.exchange import card as submission_card
 from retarget_bench.files import check_ordinary
@@ -46,7 +46,7 @@ def reading(path: Path) -> object:
 
 
 READERS = [
-    *((suite.read, "a.toml"), (roles, "a.toml"), (reading, "a.toml")),
+    *((read_suite, "a.toml"), (roles, "a.toml"), (reading, "a.toml")),
     *((of_submission, "a.toml"),),
     *((card, "a.json"), (store.read_header, "a.json")),
 ]

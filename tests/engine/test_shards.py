@@ -22,7 +22,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.commands import suite
+from retarget_bench.commands.run import read_suite
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import executors, runner, shard_work, shards
 from retarget_bench.evaluation.shards import StoredPlan
@@ -247,7 +247,7 @@ def test_an_executor_that_there_is_not_is_told(tmp_path, executor, words):
 
 def test_a_suite_file_may_name_it(tmp_path):
     (tmp_path / "suite.toml").write_text('executor = "slurm[partition=cpu]"')
-    assert suite.read(tmp_path / "suite.toml") == {"executor": "slurm[partition=cpu]"}
+    assert read_suite(tmp_path / "suite.toml") == {"executor": "slurm[partition=cpu]"}
 
 
 def test_an_executor_is_no_part_of_keys(tmp_path):

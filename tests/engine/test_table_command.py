@@ -14,14 +14,17 @@ from stored import VALUES, changed, store
 
 from retarget_bench.analysis.breakdown import By
 from retarget_bench.cli import group
-from retarget_bench.commands import options, run
-from retarget_bench.commands.table import FORMATS
+from retarget_bench.commands import run
+from retarget_bench.commands.options import screen_width
+from retarget_bench.commands.table import Options
 from retarget_bench.evaluation import runner, timing
+from retarget_bench.options import declared
 from retarget_bench.python import progress
 from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
 TOYS = Path(__file__).parent / "toys"
+FORMATS = [each for each in declared(Options)["format"].choices if each]
 
 
 @pytest.fixture
@@ -165,7 +168,7 @@ def test_notes_come_on_request(results):
 @pytest.mark.parametrize(("columns", "most"), [("20", 80), ("90", 90), ("", 100), ("999", 200)])
 def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
     monkeypatch.setenv("COLUMNS", columns)
-    assert options.screen_width() == most
+    assert screen_width() == most
     assert max(map(len, bench(results, "--notes").splitlines())) <= most
 
 

@@ -131,7 +131,7 @@ def test_learned_methods_see_the_common_reference_pose():
 @given(angle=st.floats(0.3, 1.6), method=st.sampled_from(["copy_rotations", "ik"]))
 @examples(8)
 def test_a_stoop_leaves_no_head_and_no_paw_in_the_floor(angle, method):
-    found = motions.answer(stooped(angle), DOG, method)
+    found = motions.answer(stooped(angle), DOG, motions.RetargetOptions(method))
     for role in ("head", "left_hand", "right_hand"):
         assert lowest(found, role) > -2e-3, role
 
@@ -186,10 +186,10 @@ def test_a_longer_trunk_goes_no_deeper_than_that_of_its_source(method):
     copied = LONG.motion(bowed(LONG).rotations, source.root, 30.0)
     assert source.positions[..., 1].min() > -1e-6
     assert lowest(copied, "head") < -0.05, "without the edit it is in the floor"
-    found = motions.answer(source, LONG, method)
+    found = motions.answer(source, LONG, motions.RetargetOptions(method))
     if method == "copy_rotations":  # ik raises the head itself
         assert any("in the floor" in note for note in found.notes)
-    assert not motions.answer(source, PERSON, method).notes
+    assert not motions.answer(source, PERSON, motions.RetargetOptions(method)).notes
     soles = -LONG.standing_places[LONG.joint_of["left_toe"], 1]  # the toes' joints are at y = 0
     assert lowest(found, "head") > soles - 0.0101 * LONG.height
     feet = LONG.joints(["left_foot", "right_foot", "left_toe", "right_toe"])

@@ -122,14 +122,14 @@ def test_an_unknown_case_is_a_sentence_with_near_ones(tmp_path):
         BenchError, match=r"no case 'toy_moves/small>tall/nod'; near it: toy_moves/small>tall"
     ):
         scene_builder.of_case(places, "toy_moves/small>tall/nod")
-    with pytest.raises(BenchError, match="toy_moves has no case"):
-        scene_builder.of_case_asked(Spec("toy_moves"), None, "nothing", [])
+    with pytest.raises(BenchError, match="no case is called 'nothing'"):
+        scene_builder.of_case_asked(Spec("toy_moves"), "nothing", [])
 
 
 def test_asked_now_is_what_is_stored(tmp_path):
     stored = scene_builder.of_case(ran(tmp_path, "noise", "raise"), CASE)
     specs = [Spec.parse("toy_method[does=noise]"), Spec.parse("toy_method[does=raise]")]
-    asked = scene_builder.of_case_asked(Spec("toy_moves"), "intra", CASE, specs)
+    asked = scene_builder.of_case_asked(Spec("toy_moves"), CASE, specs)
     assert np.allclose(asked.figures[2].positions, stored.figures[2].positions, atol=1e-6)
     assert asked.figures[3].message == stored.figures[3].message
     assert [figure.label for figure in asked.figures] == [figure.label for figure in stored.figures]

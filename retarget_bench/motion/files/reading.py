@@ -15,7 +15,7 @@ from retarget_bench.files import read_toml
 from retarget_bench.motion.inner_positions import Way
 from retarget_bench.motion.roles import is_role, no_role
 from retarget_bench.motion.up_axis import UP_AXES
-from retarget_bench.options import Declared, OptionSet, declared, option
+from retarget_bench.options import Option, OptionSet, declared, option
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
@@ -138,7 +138,7 @@ class Reading(OptionSet):
         }
 
 
-def _fitting(value: Any, field: Declared) -> Any:
+def _fitting(value: Any, field: Option) -> Any:
     written = isinstance(value, int | float) and not field.is_a(float)
     return str(value) if written else value
 
