@@ -52,14 +52,17 @@ def sections() -> list[SplitSummary]:
         score("pan+footfix", both([0.4, 0.5, 0.7, 0.9], [0.9, 0.9, 0.95, 0.97])),
         score("told", both([0.9, 0.92, 0.95, 0.99], [0.8, 0.9, 0.9, 0.9]), sees=("reference",)),
     ]
-    return [SplitSummary("bows", split, [], scores, 4, 12, 900) for split in ("intra", "cross")]
+    return [
+        SplitSummary("bows", split, (), np.zeros(0, dtype=bool), (), {}, scores=tuple(scores))
+        for split in ("intra", "cross")
+    ]
 
 
 def drawn(path: Path, sections: list[SplitSummary]) -> None:
     """The curves of these summaries as a file."""
     charts = [
         data.LineChart(
-            section.split, f"{section.split}: {section.clips} clips",
+            section.split, f"{section.split}: {section.clip_count} clips",
             data.Axis("step", 0.04, 5, log=True), data.Axis(f"{name} of foot contacts", -0.02, 1.02),
             tuple(
                 data.Line(

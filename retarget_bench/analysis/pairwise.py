@@ -149,7 +149,12 @@ def compare(
     known = {key: p for key, each in of_table.items() if (p := _of_best(each, both)) is not None}
     of_cases = [_of_cases(matrix, first, second, value, of_table.get(value)) for value in values]
     sets = [stored_sets(matrix, row) for row in (first, second)]
-    declared = _declared_sets(first, second)
+    versions = [compatibility.metric_versions(row.header) for row in (first, second)]
+    declared = {
+        key: each
+        for key, each in set_values(row.header for row in (first, second)).items()
+        if versions[0].get(each.metric) == versions[1].get(each.metric)
+    }
     of_sets = [each for key in values if key in declared for each in _of_sets(declared[key], key, *sets)]
     of_sets = [each for each in of_sets if each.structure != TWO_LEGS or matrix.bodies]  # as in tables
     found = [*_adjusted([each for each in of_cases if each], known), *_adjusted(of_sets, known)]
@@ -214,13 +219,6 @@ def _of_cases(
         clips=int((~np.isnan(apart)).sum()),
         withheld=withheld,
     )
-
-
-def _declared_sets(first: MethodRow, second: MethodRow) -> dict[str, DeclaredValue]:
-    """Value id -> its declaration, of the values of sets that one version of a metric computed of both."""
-    one, two = (compatibility.metric_versions(row.header) for row in (first, second))
-    declared = set_values(row.header for row in (first, second))
-    return {key: each for key, each in declared.items() if one.get(each.metric) == two.get(each.metric)}
 
 
 def _of_sets(

@@ -152,13 +152,15 @@ def _ranked(losses: Mapping[str, np.ndarray], tolerance: float, **facts: Any) ->
     return Ranking(tuple(labels[i] for i in order), adjusted, equal=equal, **facts)
 
 
-def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
+def common_cases(
+    numbers: np.ndarray, ranked: np.ndarray, never: np.ndarray | np.bool = np.False_
+) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
     """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
     means are over these; and why ranked methods are left out.
 
-    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. Not every answer has every number: a method
-    that has it for less than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest
-    it shrink the set.
+    numbers: ``(methods, cases)``, whose other numbers become nan, of methods that are never ranked too;
+    ranked, never: ``(methods,)`` bool. Not every answer has every number: a method that has it for less
+    than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest it shrink the set.
     """
     there = ~np.isnan(numbers)
     any_of = there[ranked].any(axis=0)
@@ -166,4 +168,7 @@ def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, n
     few = ranked & (counts < COVERAGE * any_of.sum())
     left_out = {int(i): f"has it for {counts[i]} of {any_of.sum()} cases" for i in np.flatnonzero(few)}
     common = any_of & there[ranked & ~few].all(axis=0)
-    return common, ranked & ~few & common.any(), left_out
+    among = ranked & ~few & common.any()
+    if among.any():
+        numbers[(among | never)[:, None] & ~common] = np.nan
+    return common, among, left_out

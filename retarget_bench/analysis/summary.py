@@ -3,8 +3,9 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass, field, fields
+from functools import cache, cached_property
+from itertools import compress
 from typing import TypeVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from retarget_bench.analysis.ranking import (
 )
 from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.api import TWO_LEGS
+from retarget_bench.api import TWO_LEGS, CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics, timing
 from retarget_bench.evaluation.set_metrics import SetValue
@@ -110,35 +111,30 @@ class MethodSummary:
         return unranked(self.header)
 
 
-@dataclass
-class SplitSummary:
-    """All methods on one split of one data set, or on one part of it.
+@dataclass(frozen=True, eq=False)
+class SplitSummary(ResultMatrix):
+    """The results of all methods on one split of one data set, or on one part of it, with their means.
 
-    meaning:  what the cases of the split have in common; "" where results do not say it.
-    part:     which group of the cases, or joints, this is; "" for all.
-    bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
+    scores:   of the rows, in their order.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none, and of values of
               sets only those of all people.
-    so_far:   see ``ResultMatrix``.
-    variants: labels of variants of methods that were left out.
-    matrix:   what it was made of.
     """
 
-    dataset: str
-    split: str
-    notes: list[str]
-    scores: list[MethodSummary]
-    pairs: int
-    clips: int
-    frames: int
-    values: dict[str, DeclaredValue] = field(default_factory=dict)
+    scores: tuple[MethodSummary, ...] = ()
     rankings: Mapping[str, Ranking] = field(default_factory=dict)
-    meaning: str = ""
-    part: str = ""
-    bodies: str = ""
-    so_far: str = ""
-    variants: tuple[str, ...] = ()
-    matrix: ResultMatrix | None = field(default=None, repr=False)
+
+    @cached_property
+    def infos(self) -> list[CaseInfo]:
+        """The cases of the split itself, without self pairs that some values pool."""
+        return list(compress(self.cases, self.own.tolist()))
+
+    @property
+    def clip_count(self) -> int:
+        return len({info.clip for info in self.infos})
+
+    @property
+    def pair_count(self) -> int:
+        return len({(info.source, info.target) for info in self.infos})
 
     def slower(self, score: MethodSummary) -> str:
         """Why the speed of a method is not to be compared with those of the others; "" where it is."""
@@ -152,17 +148,15 @@ class SplitSummary:
 
     def on_cases_of(self, label: str, other: str, values: Iterable[str]) -> dict[str, tuple[Mean, Mean]]:
         """Id of these values -> means of two methods over the cases that both have a number for."""
-        if self.matrix is None:
-            return {}
-        labels = [row.label for row in self.matrix.rows]
+        labels = [row.label for row in self.rows]
         if not {label, other} <= set(labels):
             return {}
         at = [labels.index(label), labels.index(other)]
         found = {}
         for value in values:
-            numbers = self.matrix.numbers((value, ""))[at]
+            numbers = self.numbers((value, ""))[at]
             numbers[:, np.isnan(numbers).any(axis=0)] = np.nan
-            one, two = means_over_clips(numbers, self.matrix.clips)
+            one, two = means_over_clips(numbers, self.clips)
             if one is not None and two is not None:
                 found[value] = one, two
         return found
@@ -199,8 +193,7 @@ def split_summaries(
 
 def split_summary(matrix: ResultMatrix) -> SplitSummary:
     """Means, curves and rankings of all methods of a matrix."""
-    own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
-    clips = {info.clip for info in own} if matrix.bodies else None
+    clips = {info.clip for info in compress(matrix.cases, matrix.own.tolist())} if matrix.bodies else None
     known = cache(lambda value: _of_value(matrix, value))
     ids = dict.fromkeys(value for value, _ in matrix.keys)
 
@@ -218,27 +211,15 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
             sets=stored_sets(matrix, method),
         )
 
-    scores = [of_row(row) for row in range(len(matrix.rows))]
+    scores = tuple(of_row(row) for row in range(len(matrix.rows)))
     sets = set_values(row.header for row in matrix.rows)
     of_sets = cache(lambda value: _set_ranking(scores, value, sets[value]))
     return SplitSummary(
-        dataset=matrix.dataset,
-        split=matrix.split,
-        notes=list(matrix.rows[0].header.dataset.notes),
+        **{each.name: getattr(matrix, each.name) for each in fields(ResultMatrix)},
         scores=scores,
-        pairs=len({(info.source, info.target) for info in own}),
-        clips=len({info.clip for info in own}),
-        frames=sum(info.frames for info in own),
-        values=dict(matrix.values),
         rankings=OnDemand(
             [*ids, *sets], lambda value: of_sets(value) if value in sets else known(value).ranking
         ),
-        meaning=matrix.meaning,
-        part=matrix.part,
-        bodies=matrix.bodies,
-        so_far=matrix.so_far,
-        variants=matrix.variants,
-        matrix=matrix,
     )
 
 
@@ -259,9 +240,7 @@ def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
     found = _OfValue([*nothing], [{} for _ in nothing], [*nothing], None)
     for index in [index for key, index in matrix.keys if key == value]:
         numbers = matrix.numbers((value, index))
-        common, among, left_out = common_cases(numbers, ranked)
-        alike = among | never if among.any() else among
-        numbers[alike] = np.where(common, numbers[alike], np.nan)
+        common, among, left_out = common_cases(numbers, ranked, never)
         means = means_over_clips(numbers, matrix.clips)
         if not index:
             spreads = [

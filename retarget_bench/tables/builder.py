@@ -1,18 +1,17 @@
 """Table builder: columns, decimals, groups and notes of the tables of split summaries."""
 
-import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import CURVES, By
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary
+from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import CROSS, INTRA, SELF, TWO_LEGS, against_source
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import provenance
 from retarget_bench.tables.finding import finding
-from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, lacking
+from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, declared_values, lacking
 from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
 from retarget_bench.tables.model import Group, Problem, Table
 
@@ -34,8 +33,6 @@ LISTED = "bench info protocols (in Python rb.metrics()) lists all"
 """The end of messages about values, of which there are too many to name."""
 HARDEST_FIRST = (CROSS, INTRA, SELF)
 """The usual splits as tables show them: in the last one copying is exact."""
-_DUST, _ROUNDING = 1e-6, 1e-5
-"""Numbers below this size, or this share of the column's largest, count as rounding errors."""
 
 Values = Mapping[str, DeclaredValue]
 Layout = Literal["splits", "overview", "both"]
@@ -82,11 +79,6 @@ def in_order(found: Sequence[SplitSummary]) -> list[SplitSummary]:
     return sorted(found, key=lambda section: places.get(section.split, len(places)))
 
 
-def declared_values(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
-    """Value id -> its declaration, for all values of cases."""
-    return {key: value for section in found for key, value in section.values.items()}
-
-
 def all_columns(found: Sequence[SplitSummary]) -> list[str]:
     """Every value that is one number per case, in declared order, then fps, then values of sets; none that
     only stands in for another."""
@@ -112,17 +104,16 @@ def _table(
     with_sets: bool,
     layout: Layout,
 ) -> Table:
-    newest = compatibility.newest([score.header for section in found for score in section.scores])
     of_sets = declared_sets(found)
-    whole = _whole(found)
-    builder = GroupBuilder(newest, {**declared, **of_sets}, _Decimals(found), whole)
-    apart = [key for key in of_sets if key not in whole]
+    builder = GroupBuilder(found, {**declared, **of_sets})
+    apart = [key for key in of_sets if key not in builder.whole]
     sets = [key for key in apart if with_sets or key in (columns or ())]
-    keys = _broken_down(found, columns, declared) if by else []
+    keys = _broken_down(found, columns) if by else []
     cases = [key for key in columns or DEFAULT_COLUMNS if key not in apart]
     groups: list[Group] = []
     if by:
-        for parts in _by_split(found):
+        for split in dict.fromkeys(section.split for section in found):
+            parts = [section for section in found if section.split == split]
             groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts, keys)]
     else:
         beside = OVERVIEW_COLUMNS if columns is None else cases
@@ -144,7 +135,7 @@ def _table(
         title=title,
         groups=tuple(groups),
         finding=finding(groups[0], found) if groups and layout != "splits" and not by else "",
-        notes=(*told, *left, *_notes(found, newest)),
+        notes=(*told, *left, *_notes(found, builder.newest)),
         footnotes=tuple(builder.footnotes.sentences),
         problems=tuple(_problems(found)),
         provenance=provenance.provenance(found),
@@ -176,13 +167,6 @@ def _timed(found: Sequence[SplitSummary]) -> Sequence[SplitSummary]:
     """The split that speeds were measured on, alone: they are measured once."""
     timed = [each for each in found if any(score.fps is not None for score in each.scores)]
     return (timed or found)[:1]
-
-
-def _by_split(found: Sequence[SplitSummary]) -> list[list[SplitSummary]]:
-    splits: dict[str, list[SplitSummary]] = {}
-    for section in found:
-        splits.setdefault(section.split, []).append(section)
-    return list(splits.values())
 
 
 # --------------------------------------------------------------------------------------------- columns
@@ -234,18 +218,6 @@ def _columns(
     return list(dict.fromkeys(keys)), lost
 
 
-def _whole(found: Sequence[SplitSummary]) -> frozenset[str]:
-    """Ids of values of sets that are over all bodies of these sections."""
-    return frozenset(
-        each.value_id
-        for section in found
-        if section.bodies
-        for score in section.scores
-        for each in score.sets
-        if each.structure == TWO_LEGS
-    )
-
-
 def _no_set(section: SplitSummary, key: str) -> str:
     """Reason why no method has this value of the set of all bodies; "" where one has."""
     if section.so_far:
@@ -269,72 +241,29 @@ def stand_in(key: str, present: Collection[str]) -> str | None:
     return FPS if key == FPS else next((each for each in either if each in present), None)
 
 
-def _broken_down(
-    found: Sequence[SplitSummary], columns: Sequence[str] | None, declared: Values
-) -> list[str]:
+def _broken_down(found: Sequence[SplitSummary], columns: Sequence[str] | None) -> list[str]:
     """The values of a breakdown, a group each; by default the first default column, or else all."""
-    wanted = columns or DEFAULT_COLUMNS
+    wanted = [key for key in columns or DEFAULT_COLUMNS if key != FPS]
     present = _present(found, wanted)
-    shown = (stand_in(key, present) for key in wanted if key != FPS)
-    keys = list(dict.fromkeys(key for key in shown if key is not None))
+    keys = list(dict.fromkeys(filter(None, (stand_in(key, present) for key in wanted))))
     if columns is not None:
         return keys
-    return keys[:1] or [key for key in declared if key in _present(found, declared)]
+    known = declared_values(found)
+    return keys[:1] or [key for key in known if key in _present(found, known)]
 
 
 def _present(found: Sequence[SplitSummary], wanted: Iterable[str]) -> set[str]:
     """Those of the values that any method has, and of what stands in for those that none has."""
     means = [score.means for section in found for score in section.scores]
     either = ((key, against_source(key)) for key in wanted)
-    first = (next((k for k in both if any(k in each for each in means)), None) for both in either)
-    return {key for key in first if key is not None}
-
-
-# --------------------------------------------------------------------------------------------- numbers
-def _numbers(found: Sequence[SplitSummary], key: str) -> list[float]:
-    """Numbers that decide the decimals of a column: of ranked methods, or of all where these have none.
-
-    Numbers that are rounding errors beside the others are left out: predictions are in single precision.
-    """
-    scores = [score for section in found for score in section.scores]
-    numbers = [(score.unranked, abs(number)) for score in scores for number in _number(score, key)]
-    dust = max(_DUST, _ROUNDING * max((size for _, size in numbers), default=0.0))
-    ranked = [size for unranked, size in numbers if not unranked and size > dust]
-    return ranked or [size for _, size in numbers if size > dust]
-
-
-def _number(score: MethodSummary, key: str) -> list[float]:
-    if key == FPS:
-        return [] if score.fps is None else [score.fps]
-    if key in score.means:
-        return [score.means[key].value]
-    return [each.value for each in score.sets if each.value_id == key and each.value is not None]
-
-
-class _Decimals(dict[str, int]):
-    """Column -> its decimals, of columns that are shown."""
-
-    def __init__(self, found: Sequence[SplitSummary]) -> None:
-        self.found_in = found
-
-    def __missing__(self, key: str) -> int:
-        self[key] = _decimals(_numbers(self.found_in, key))
-        return self[key]
-
-
-def _decimals(numbers: Sequence[float]) -> int:
-    """Decimals that show three significant digits of the column's typical number; two for zeros alone."""
-    sizes = sorted(numbers)
-    sizes = [size for size in sizes if size > 1e-3 * sizes[-1]]
-    if not sizes:
-        return 2
-    return min(7, max(0, 2 - math.floor(math.log10(sizes[len(sizes) // 2]))))
+    first = (next((k for k in both if any(k in each for each in means)), "") for both in either)
+    return set(filter(None, first))
 
 
 # ----------------------------------------------------------------------------------------------- below
 def _notes(found: Sequence[SplitSummary], known: compatibility.Newest) -> list[str]:
     """Notes of the data sets, and notes on results of other versions."""
-    notes = [note for section in found for note in section.notes]
+    notes = [note for section in found for note in section.rows[0].header.dataset.notes]
     fresh = []
     for section in found:
         for score in section.scores:

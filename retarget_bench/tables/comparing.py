@@ -71,7 +71,13 @@ def compared(
     as_in_tables: whether the matrices have all rows of a table, whose verdicts hold where it has some.
     Raises BenchError for values that no result has, or that are curves.
     """
-    ids = _ids([matrix for matrix, _ in pairs], wanted)
+    if wanted is not None and not wanted:
+        raise BenchError(f"name at least one value, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
+    declared, of_sets = names.declared([matrix for matrix, _ in pairs])
+    ids = None if wanted is None else names.value_ids(wanted, declared | of_sets)
+    for key in ids or ():
+        if key in declared:
+            names.check_of_cases(key, declared, {})
     found = []
     for matrix, rows in pairs:
         rankings = table_rankings(matrix) if as_in_tables else {}
@@ -88,19 +94,6 @@ def table_rankings(matrix: ResultMatrix) -> Mapping[str, Ranking]:
     if any(row.header.waiting for row in matrix.rows):
         return {}
     return split_summary(selection.without_variants(matrix)).rankings
-
-
-def _ids(matrices: Sequence[ResultMatrix], wanted: Sequence[str] | None) -> list[str] | None:
-    """The ids of the values asked for."""
-    if wanted is None:
-        return None
-    if not wanted:
-        raise BenchError(f"name at least one value, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
-    declared, of_sets = names.declared(matrices)
-    found = names.value_ids(wanted, declared | of_sets)
-    for key in [key for key in found if key in declared]:
-        names.check_of_cases(key, declared, {})
-    return found
 
 
 def _values(matrix: ResultMatrix, wanted: Sequence[str] | None, everything: bool) -> Sequence[str]:

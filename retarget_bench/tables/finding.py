@@ -1,10 +1,10 @@
 """What a table shows, in one sentence made of its marks, its numbers and the headers of its methods."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import CROSS, INTRA, SELF
-from retarget_bench.tables.model import Column, Group, Row, count, listed
+from retarget_bench.tables.model import Group, Row, count, listed
 
 WHERE = {CROSS: "across structures", INTRA: "within structures", SELF: "on their own bodies"}
 """The usual splits in words."""
@@ -61,30 +61,21 @@ def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:
     number = next((n for n in at if group.columns[n].id == RECALL), None)
     if number is None:
         return ""
-    column = group.columns[number]
-    mine = _numbers(learned, number)
-    others = _numbers([row for row in group.ranked if not row.learned], number)
-    if not mine or not others:
+    per_cent = 1 if group.columns[number].unit == "%" else 100
+    cells = {row.label: row.cells[number].value for row in group.ranked}
+    others = {label: per_cent * value for label, value in cells.items() if value is not None}
+    trained = {row.label: others.pop(row.label) for row in learned if row.label in others}
+    if not trained or not others:
         return ""
     best = max(others, key=others.__getitem__)
-    who = "learned methods keep" if len(mine) > 1 else f"{next(iter(mine))} keeps"
-    kept = _range([min(mine.values()), max(mine.values())], column)
-    said = f"{who} {kept} of contacts, {best} {_percent(others.pop(best), column)} %"
-    return said + (f", other untrained ones {_range(list(others.values()), column)}" if others else "")
+    who = "learned methods keep" if len(trained) > 1 else f"{next(iter(trained))} keeps"
+    sentence = f"{who} {_range(trained.values())} of contacts, {best} {others.pop(best):.0f} %"
+    return sentence + (f", other untrained ones {_range(others.values())}" if others else "")
 
 
-def _range(numbers: Sequence[float], column: Column) -> str:
-    least, most = _percent(min(numbers), column), _percent(max(numbers), column)
+def _range(numbers: Iterable[float]) -> str:
+    least, *_, most = (f"{number:.0f}" for number in sorted([*numbers] * 2))
     return f"{least} %" if least == most else f"{least} to {most} %"
-
-
-def _numbers(rows: Sequence[Row], number: int) -> dict[str, float]:
-    cells = {row.label: row.cells[number].value for row in rows}
-    return {label: value for label, value in cells.items() if value is not None}
-
-
-def _percent(number: float, column: Column) -> str:
-    return f"{number if column.unit == '%' else 100 * number:.0f}"
 
 
 def _training(learned: Sequence[str], shares: dict[str, float], subject: str) -> str:

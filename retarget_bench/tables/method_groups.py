@@ -1,6 +1,6 @@
 """Groups of a table: methods by values, of cases or of sets; or parts of a breakdown by methods."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from retarget_bench.analysis import statistics
@@ -9,12 +9,7 @@ from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
 from retarget_bench.analysis.summary import PEOPLE_SET, MethodSummary, SplitSummary, of_set, usual_value
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
-from retarget_bench.tables.groups import (
-    FPS,
-    STALE,
-    GroupBuilder,
-    by_number,
-)
+from retarget_bench.tables.groups import FPS, STALE, GroupBuilder, by_number
 from retarget_bench.tables.model import NOT_RUN, Cell, Group, Row, count, listed
 
 Spot = tuple[SplitSummary, str]
@@ -44,8 +39,10 @@ class MethodGroup:
 
     def group(self, absent: Sequence[str]) -> Group:
         """``absent`` are sentences about columns that are left out."""
-        there = dict.fromkeys(score.label for section in self.sections for score in section.scores)
-        shown = (label for label in there if not (self._refused(label) or self._untimed(label)))
+        there = {score.label: score for section in self.sections for score in section.scores}
+        if {key for _, key in self.spots} == {FPS}:  # a control says nothing of how fast motion is made
+            there = {label: each for label, each in there.items() if not each.header.method.control}
+        shown = (label for label in there if not self._refused(label))
         rows = [self._row(label) for label in sorted(shown, key=self._place)]
         return Group(
             title=self._title(),
@@ -70,14 +67,12 @@ class MethodGroup:
     def _floors(self, rows: Sequence[Row]) -> list[str]:
         """The references' scores by values of sets, unless the row of a control shows them."""
         at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.whole]
-        sets = [(section, key, PEOPLE_SET) for section, key in (self.spots[number] for number in at)]
-        known = [usual_value(section.scores, key, which).floor for section, key, which in sets]
-        texts = [
-            "" if floor is None else self.builder.shown(floor, key)
-            for floor, (_, key, _) in zip(known, sets, strict=True)
-        ]
-        given = any(row.mark and [row.cells[number].text for number in at] == texts for row in rows)
-        return [] if given else floors(sets, self.builder)
+        sets = [self.spots[number] for number in at]
+        known = [(usual_value(section.scores, key).floor, key) for section, key in sets]
+        texts = ["" if floor is None else self.builder.shown(floor, key) for floor, key in known]
+        if any(row.mark and [row.cells[number].text for number in at] == texts for row in rows):
+            return []
+        return floors(sets, PEOPLE_SET, self.builder)
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""
@@ -85,10 +80,12 @@ class MethodGroup:
         for section in self.sections:
             fresh = (each for each in section.scores if not self.builder.newest.why_outdated(each.header))
             cases = count(max((score.asked for score in fresh), default=0), "case")
-            cases += f" of {count(section.clips, 'clip')}"
+            cases += f" of {count(section.clip_count, 'clip')}"
             if not self.several:
-                frames = f", {section.frames} frames" if section.frames else ""
-                cases += f" and {count(section.pairs, 'pair')}{frames}"
+                frames = sum(info.frames for info in section.infos)
+                cases += f" and {count(section.pair_count, 'pair')}" + (
+                    f", {frames} frames" if frames else ""
+                )
             shown.append(f"{section.split}: {cases}")
         return "; ".join(shown)
 
@@ -112,10 +109,14 @@ class MethodGroup:
             else Cell(NOT_RUN)
             for section, key in self.spots
         )
-        method = next(iter(scores.values())).header.method
+        first = next(iter(scores.values()))
+        method = first.header.method
         old = any(self.builder.newest.why_outdated(score.header) for score in scores.values())
-        mark = STALE if old else never_ranked(method) or _answered(scores.values())
-        n = "" if self.several else "0" if old else _of(next(iter(scores.values())))
+        some = dict.fromkeys(f"{each.ok} of {each.asked}" for each in scores.values())
+        fewer = any(score.unranked for score in scores.values())
+        mark = STALE if old else never_ranked(method) or (f"answered {', '.join(some)}" if fewer else "")
+        answered = f"{first.ok}" if first.ok == first.asked else f"{first.ok}/{first.asked}"
+        n = "" if self.several else "0" if old else answered
         return Row(label, mark, cells, n, method.summary, method.trained_on is not None)
 
     def _scores(self, label: str) -> dict[str, MethodSummary]:
@@ -129,11 +130,6 @@ class MethodGroup:
         counts = [score.header.counts for score in self._scores(label).values()]
         alone = bool(self.sections[0].bodies) and any(each.asked for each in counts)
         return alone and all(each.unsupported == each.asked for each in counts)
-
-    def _untimed(self, label: str) -> bool:
-        """True for a control where all columns are speeds: it says nothing of how fast motion is made."""
-        method = next(iter(self._scores(label).values())).header.method
-        return method.control and {key for _, key in self.spots} == {FPS}
 
     def _place(self, label: str) -> tuple[int, float, str]:
         """Sort key of rows: by ranking, then by number, then those without one."""
@@ -210,22 +206,11 @@ class MethodGroup:
         having = [score for score in methods if key in score.means]
         if len(having) < 2 or self.builder.column(key).better == "none":
             return ""
-        if section.matrix and (why := doubt(section.matrix, key)):
+        if why := doubt(section, key):
             return why
         ranked = any(not score.unranked for score in having)
         why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
         return f"{why}. Each number is over other cases"
-
-
-def _of(score: MethodSummary) -> str:
-    return f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
-
-
-def _answered(scores: Collection[MethodSummary]) -> str:
-    """Why a method is not ranked that answered some cases only, on one split or on several; or ""."""
-    if not any(score.unranked for score in scores):
-        return ""
-    return "answered " + ", ".join(dict.fromkeys(f"{each.ok} of {each.asked}" for each in scores))
 
 
 def speeds(section: SplitSummary) -> list[str]:
@@ -246,10 +231,10 @@ def speeds(section: SplitSummary) -> list[str]:
 
 
 # ---------------------------------------------------------------------------------------- values of sets
-def floors(spots: Sequence[tuple[SplitSummary, str, tuple[str, str]]], builder: GroupBuilder) -> list[str]:
-    """A sentence for each value of sets: the references' scores. spots: split, value, set."""
+def floors(spots: Sequence[Spot], which: tuple[str, str], builder: GroupBuilder) -> list[str]:
+    """A sentence for each value of a set: the references' scores."""
     found: dict[str, list[str]] = {}
-    for section, key, which in spots:
+    for section, key in spots:
         if (floor := usual_value(section.scores, key, which).floor) is not None:
             found.setdefault(builder.column(key).label, []).append(
                 f"{section.split} {builder.shown(floor, key)}"
@@ -293,7 +278,7 @@ def _of_set(
         columns=columns,
         ranked=tuple(row for row in rows if not row.mark),
         unranked=tuple(row for row in rows if row.mark),
-        below=(*floors([(section, key, which) for key in keys], builder), SETS),
+        below=(*floors([(section, key) for key in keys], which, builder), SETS),
         counted="windows",
         structure=structure,
         kind=kind,
@@ -328,12 +313,13 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         if not any(score.asked or key in score.means for score in section.scores):
             continue  # self pairs, which only legacy protocols count here
         scores = {score.label: score for score in section.scores}
-        cells = (
-            _of_part(section, scores[label], key, builder, marks[label])
-            if label in scores
-            else Cell(NOT_RUN)
-            for label in labels
-        )
+        cells = []
+        for label in labels:
+            cell = builder.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
+            if cell.value is not None and scores[label].unranked and not marks[label]:
+                reason = "over the cases that it answered, which are not all of this line"
+                cell = replace(cell, reason=reason, footnote=builder.footnotes.number(reason))
+            cells.append(cell)
         # not every body has every joint, nor every clip every second
         whole = heading not in ("joint", "part", *CURVES)
         asked = max(score.asked for score in section.scores) if whole else 0
@@ -364,20 +350,6 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         subject=key,
         below=tuple(f"{split}: {each}." for each in so_far),
     )
-
-
-def _of_part(
-    section: SplitSummary, score: MethodSummary, key: str, builder: GroupBuilder, mark: str
-) -> Cell:
-    """The cell of a method and a part, with a footnote where it is ranked in other parts and not in this.
-
-    mark: why it is ranked in none.
-    """
-    cell = builder.cell(section, score, key)
-    if mark or cell.value is None or not score.unranked:
-        return cell
-    reason = "over the cases that it answered, which are not all of this line"
-    return replace(cell, reason=reason, footnote=builder.footnotes.number(reason))
 
 
 def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:

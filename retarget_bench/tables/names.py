@@ -11,8 +11,8 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import folded
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix, set_values
-from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, declared_values, entries
-from retarget_bench.tables.groups import FPS, declared_sets
+from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries
+from retarget_bench.tables.groups import FPS, declared_sets, declared_values
 
 Known = Mapping[str, DeclaredValue]
 SPEED = DeclaredValue(

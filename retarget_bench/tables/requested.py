@@ -114,15 +114,11 @@ def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") ->
         columns = columns[: 1 if usual and by else None]
         layout = "splits" if layout == "both" else layout
     made = builder.tables(shown, columns, by or "", layout=layout)
-    if asked.unit:  # ids say per cent of the height, and CSV has no units
-        made = [_titled(table) for table in made]
+    for place, table in enumerate(made):
+        units = {column.unit for column in (*table.columns, *table.subjects)}
+        if asked.unit and units & set(UNITS.values()):  # ids say per cent of the height; CSV has no units
+            made[place] = replace(table, title=f"{table.title} in metres")
     return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
-
-
-def _titled(table: Table) -> Table:
-    """A table that says so where any of its values is in metres."""
-    units = {column.unit for column in (*table.columns, *table.subjects)}
-    return replace(table, title=f"{table.title} in metres") if units & set(UNITS.values()) else table
 
 
 def task_tables(
@@ -131,19 +127,14 @@ def task_tables(
     """The tables of a task: by level or structure, or whatever else is asked for; of ``reconstruct`` also
     one over all structures."""
     both = by is None and TASK_BREAKDOWN[task] == "structure"
-    whole = split_summaries(places, select=select) if both else []
     by = by or TASK_BREAKDOWN[task]
-    parts, wanted = split_summaries(places, by, select=select), TASK_COLUMNS[task]
+    parts = split_summaries(places, by, select=select)
+    there = {key for section in parts for key in section.values}
+    columns = [key for key in TASK_COLUMNS[task] if key in there]
     return [
-        *builder.tables(whole, _known_columns(whole, wanted)),
-        *builder.tables(parts, _known_columns(parts, wanted[: 1 if whole else None]), by),
+        *(builder.tables(split_summaries(places, select=select), columns or None) if both else []),
+        *builder.tables(parts, columns[: 1 if both else None] or None, by),
     ]
-
-
-def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str] | None:
-    """Those that any result has; None, the usual ones of all tables, where none has."""
-    there = {key for section in found for key in section.values}
-    return tuple(key for key in wanted if key in there) or None
 
 
 def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSummary], list[str]]:

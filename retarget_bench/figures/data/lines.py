@@ -53,7 +53,7 @@ def recall(matrices: Sequence[ResultMatrix], by_height: bool = False, order: Seq
             if lines:
                 x = _across(THRESHOLDS[suffix], lines, log=True)
                 y = Axis(f"{name} of foot contacts", -SIDE, 1 + SIDE)
-                title = f"{each.split}: {section.clips} clips, {section.pairs} pairs"
+                title = f"{each.split}: {section.clip_count} clips, {section.pair_count} pairs"
                 charts.append(LineChart(each.split, title, x, y, lines))
     if not charts:
         raise NothingToDraw(
@@ -84,7 +84,7 @@ def growth(
     for each, (section, lines) in zip(found, curves, strict=True):
         if lines:
             x = _across("end of the second, s", lines)
-            charts.append(LineChart(each.split, f"{each.split}: {section.clips} clips", x, y, lines))
+            charts.append(LineChart(each.split, f"{each.split}: {section.clip_count} clips", x, y, lines))
     return Figure("growth", found[0].dataset, "error over time", headers, tuple(charts), "bands 95 %")
 
 
@@ -218,7 +218,7 @@ def major_share(places: Iterable[ResultPaths]) -> float | None:
 def _task_figure(
     kind: str, matrix: ResultMatrix, sections: Sequence[SplitSummary], charts: Sequence[LineChart]
 ) -> Figure:
-    title = f"{sections[0].clips} clips at every level"
+    title = f"{sections[0].clip_count} clips at every level"
     note = "mean over clips, bands 95 %"
     return Figure(kind, matrix.dataset, title, values.methods([matrix]), tuple(charts), note)
 

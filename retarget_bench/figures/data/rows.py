@@ -125,7 +125,7 @@ def speed(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
             ends = axis_limits.limits({m.method: [m.mean] for m in marks}, headers, what.declared)
             rates = [mark.at for mark in marks]
             x = Axis("frames per second, one thread", min(rates) / 1.5, max(rates) * 1.5, log=True)
-            title = f"{matrix.split}: {section.clips} clips"
+            title = f"{matrix.split}: {section.clip_count} clips"
             front = best([mark for mark in marks if not mark.hollow], what.declared)
             charts.append(PointChart(matrix.split, title, x, Axis(what.axis, *ends), marks, tuple(front)))
     if not charts:

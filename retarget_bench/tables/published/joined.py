@@ -53,7 +53,11 @@ def joined(
         ours = of_cases(table, matrices)
     page = _Page(table, ours, known_as or {})
     groups = tuple(page.groups())
-    no_results = () if ours else (_nothing(table),)
+    why = dict.fromkeys(column.missing for column in table.columns)
+    alone = f"Ours have no number here: {'; '.join(why)}."
+    if any(column.value_id for column in table.columns):
+        alone = "None of the results here has a case that this table asks for."
+    no_results = () if ours else (alone,)
     notes = (*table.notes, *no_results, *page.left_out(), *(note for part in ours for note in part.notes))
     return Table(
         table.title,
@@ -63,14 +67,6 @@ def joined(
         reading=READING,
         hints=tuple(hints),
     )
-
-
-def _nothing(table: PublishedTable) -> str:
-    """A sentence on why the printed rows stand alone."""
-    if any(column.value_id for column in table.columns):
-        return "None of the results here has a case that this table asks for."
-    why = dict.fromkeys(column.missing for column in table.columns)
-    return f"Ours have no number here: {'; '.join(why)}."
 
 
 def _of_bodies(

@@ -14,8 +14,8 @@ from retarget_bench.results import compatibility
 from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 from retarget_bench.tables.model import Cell, count
-from retarget_bench.tables.published.ours import OurRow, OurRows, missing, number_cell, variant
-from retarget_bench.tables.published.printed import Column, PublishedTable
+from retarget_bench.tables.published.ours import OurRow, OurRows, counted, missing, number_cell, variant
+from retarget_bench.tables.published.printed import PublishedTable
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
 
@@ -58,18 +58,17 @@ def _values(table: PublishedTable, row: MethodRow, newest: Newest) -> Values:
     if header.four_legged is None or not row.paths.complete or newest.why_outdated(header):
         return {}
     found = set_metrics.read(row.paths)
-    there = [each for each in found if not newest.why_value_outdated(header, each.value_id)]
-    four = set(header.four_legged)
-    return {
-        column.label: [each for each in there if _is_of(column, each, four)] for column in table.columns
-    }
-
-
-def _is_of(column: Column, value: SetValue, four_legged: set[str]) -> bool:
-    """True for a value of a column: of its kind, and of a structure of as many legs."""
-    legs, _, kind = column.cases.partition(" legs")
-    same = (value.value_id, value.kind) == (column.value_id, kind.strip())
-    return same and (value.structure in four_legged) == (legs == "4")
+    found = [each for each in found if not newest.why_value_outdated(header, each.value_id)]
+    values: dict[str, list[SetValue]] = {}
+    for column in table.columns:  # values of its kind, and of structures of as many legs
+        legs, _, kind = column.cases.partition(" legs")
+        which = column.value_id, kind.strip(), legs == "4"
+        values[column.label] = [
+            each
+            for each in found
+            if (each.value_id, each.kind, each.structure in header.four_legged) == which
+        ]
+    return values
 
 
 def _cells(table: PublishedTable, values: Values, usual: Values) -> dict[str, Cell]:
@@ -120,5 +119,4 @@ def _counts(where: str, rows: Sequence[OurRow]) -> tuple[str, ...]:
             least = min(cells, key=lambda cell: cell.n)
             told = f"{count(least.n, 'window')} in each set, {count(least.clips, 'clip')}"
             over.setdefault(told, []).append(label)
-    notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
-    return (f"n, {where}: {notes}.",) if over else ()
+    return counted(where, over)

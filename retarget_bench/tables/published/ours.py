@@ -1,6 +1,6 @@
 """Our results in the columns of a published table, over the cases that all methods answered."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -83,6 +83,12 @@ def missing(column: Column, why: str = "") -> Cell:
     return Cell(NOT_APPLICABLE, reason=column.missing or why or f"no results on {column.over}")
 
 
+def counted(where: str, over: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """A sentence on what columns are over: cases or windows in words -> the columns; () for none."""
+    notes = "; ".join(f"{', '.join(columns)}: {cases}" for cases, columns in over.items())
+    return (f"n, {where}: {notes}.",) if over else ()
+
+
 def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
     """Rows of the methods that have a number in any column, per data set and group of bodies.
 
@@ -112,7 +118,7 @@ class _Numbers:
     shown: np.ndarray
     alike: np.ndarray
     common: np.ndarray
-    own: bool = False
+    own: bool
 
 
 class _Part:
@@ -126,22 +132,24 @@ class _Part:
         self.table, self.matrices = table, matrices
         rows = sorted((row for matrix in matrices for row in matrix.rows), key=lambda row: row.label)
         own = {matrix.cases[i] for matrix in matrices for i in np.flatnonzero(matrix.own)}
-        known: dict[str, str] = {}
-        for row in rows:
-            known |= case_metadata.read(row.paths).structures
+        structures = {
+            target: each
+            for row in rows
+            for target, each in case_metadata.read(row.paths).structures.items()
+        }
         self.methods = {row.label: row.header.method for row in rows}
         self.infos = sorted(own, key=lambda info: (info.clip, info.split, info.id))
         self.clips = np.unique([info.clip for info in self.infos], return_inverse=True)[1]
-        self.structures = [known.get(info.target, "") for info in self.infos]
+        self.structures = [structures.get(info.target, "") for info in self.infos]
         self.compared = np.array([not never_ranked(each) for each in self.methods.values()])
-        found = {column.label: self._numbers(column) for column in table.columns if column.value_id}
-        self.numbers = {label: each for label, each in found.items() if each is not None}
+        numbers = {column.label: self._numbers(column) for column in table.columns if column.value_id}
+        self.numbers = {label: each for label, each in numbers.items() if not np.isnan(each.answered).all()}
 
     def rows(self, where: str) -> OurRows:
         """The rows by name, and what their numbers are over."""
         rows = [self._row(at, *each) for at, each in enumerate(self.methods.items())]
         fewer = [self._on_the_same(at, row.label) for at, row in enumerate(rows) if row.mark == FEWER]
-        common = {label: int(found.common.sum()) for label, found in self.numbers.items()}
+        common = {label: int(each.common.sum()) for label, each in self.numbers.items()}
         return OurRows(
             where,
             tuple(row for row in rows if row.numbers),
@@ -150,63 +158,44 @@ class _Part:
         )
 
     # ------------------------------------------------------------------------------------------ numbers
-    def _numbers(self, column: Column) -> _Numbers | None:
-        """The numbers of a column; None where no method has any."""
-
-        def values(matrix: ResultMatrix) -> np.ndarray:
+    def _numbers(self, column: Column) -> _Numbers:
+        """The numbers of a column."""
+        asked = np.array([self._asked(column, each) for each in self.methods.values()])
+        answered, unanswered = np.full(asked.shape, np.nan), np.zeros_like(asked)
+        method = {label: number for number, label in enumerate(self.methods)}
+        case = {info: number for number, info in enumerate(self.infos)}
+        for matrix in self.matrices:
             declared = matrix.values.get(column.value_id)
             if declared is not None and metres.UNITS.get(declared.unit) == column.unit:
                 matrix = metres.in_metres(matrix)
-            return matrix.numbers((column.value_id, ""))
-
-        def unanswered(matrix: ResultMatrix) -> np.ndarray:
-            lost = ([info.id in row.header.unanswered for info in matrix.cases] for row in matrix.rows)
-            return np.array(list(lost))
-
-        asked = np.array([self._asked(column, each) for each in self.methods.values()])
-        answered = np.where(asked, self._filled(np.nan, values), np.nan)
-        there = ~np.isnan(answered)
-        nobody = np.zeros_like(asked)
-        nothing = _Numbers(answered, answered, nobody[:, 0], nobody[0])
-        having = self.compared & there.any(axis=1)
-        if not there.any():
-            return None
-        if len(np.unique(asked[having], axis=0)) > 1:
-            return replace(nothing, own=True)
-        whole = ~(asked & self._filled(False, unanswered)).any(axis=1)
-        common, alike, _ = common_cases(answered, having & whole)
-        if not alike.any():
-            return nothing
-        shown = np.where((alike | ~self.compared)[:, None] & ~common, np.nan, answered)
-        return _Numbers(answered, shown, alike, common)
+            own = np.flatnonzero(matrix.own)
+            at = np.ix_([method[row.label] for row in matrix.rows], [case[matrix.cases[i]] for i in own])
+            answered[at] = matrix.numbers((column.value_id, ""))[:, own]
+            unanswered[at] = [
+                [matrix.cases[i].id in row.header.unanswered for i in own] for row in matrix.rows
+            ]
+        answered[~asked] = np.nan
+        having = self.compared & ~np.isnan(answered).all(axis=1)
+        own_cases = len(np.unique(asked[having], axis=0)) > 1
+        ranked = having & ~(asked & unanswered).any(axis=1) & ~np.array(own_cases)
+        shown = answered.copy()
+        common, alike, _ = common_cases(shown, ranked, ~self.compared)
+        return _Numbers(answered, shown, alike, common, own_cases)
 
     def _asked(self, column: Column, method: MethodInfo) -> np.ndarray:
         """``(cases,)`` bool: the cases that a column is over, of a method."""
-        asked: Iterable[bool]
+        structures = np.array(self.structures)
         if column.chosen_by == "structure":
-            asked = (f"{STRUCTURE} {each}" == column.cases for each in self.structures)
-        elif column.chosen_by == "training":
+            return structures == column.cases.removeprefix(f"{STRUCTURE} ")
+        if column.chosen_by == "training":
             had = (method.trained_on or {}).get("structures", ())
-            seen = column.cases == SEEN
-            asked = (method.trained_on is not None and (each in had) == seen for each in self.structures)
-        elif column.chosen_by == "splits":
-            asked = (column.takes(info.split) for info in self.infos)
-        else:
-            pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
-            of_papers = self.matrices[0].rows[0].header.dataset.name == defaults.PAPERS_DATASET
-            asked = (of_papers and info.pair in pairs for info in self.infos)
-        return np.array(list(asked), dtype=bool)
-
-    def _filled(self, nothing: float, values: Callable[[ResultMatrix], np.ndarray]) -> np.ndarray:
-        """``(methods, cases)`` of all matrices. values: ``(rows, cases)`` of one of them."""
-        method = {label: number for number, label in enumerate(self.methods)}
-        case = {info: number for number, info in enumerate(self.infos)}
-        into = np.full((len(method), len(case)), nothing)
-        for matrix in self.matrices:
-            own = np.flatnonzero(matrix.own)
-            at = np.ix_([method[row.label] for row in matrix.rows], [case[matrix.cases[i]] for i in own])
-            into[at] = values(matrix)[:, own]
-        return into
+            seen = np.isin(structures, list(had)) == (column.cases == SEEN)
+            return seen & (method.trained_on is not None)
+        if column.chosen_by == "splits":
+            return np.array([column.takes(info.split) for info in self.infos])
+        pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
+        of_papers = self.matrices[0].rows[0].header.dataset.name == defaults.PAPERS_DATASET
+        return np.array([of_papers and info.pair in pairs for info in self.infos])
 
     def _parts(self, column: Column) -> list[Column]:
         """The columns that a column is the mean of."""
@@ -285,8 +274,5 @@ class _Part:
                 pairs, clips = f"{pairs} of {len(column.pairs)}", f"{clips} of {self.table.clips}"
             cases = f"{count(len(there), 'case')}, pairs {pairs}, clips {clips}"
             over.setdefault(cases, []).append(column.label)
-        if not over:
-            return []
-        notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
         fewer = f"{where}: not all of the paper's cases; do not compare with the printed numbers."
-        return [f"n, {where}: {notes}.", *([] if whole else [fewer])]
+        return [*counted(where, over), *([] if whole else [fewer])]

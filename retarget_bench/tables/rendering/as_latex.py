@@ -11,7 +11,7 @@ from itertools import groupby
 
 from retarget_bench import files
 from retarget_bench.errors import printable
-from retarget_bench.tables.model import Cell, Column, Group, Mark, Table
+from retarget_bench.tables.model import Cell, Group, Mark, Table
 from retarget_bench.tables.rendering import words
 
 ESCAPES = {
@@ -137,7 +137,11 @@ def _tabular(group: Group, intervals: bool) -> list[str]:
     longest = max((len(words.named(row)) for row in group.rows), default=0)
     width = len(group.columns) + counted
     first = "l" if longest <= LONGEST_NAME else NAME_COLUMN
-    heads = [_stack(plain(_named(column)).split(" "), "b") for column in group.columns]
+    named = (
+        f"{column.label} {column.arrow}".strip() + (f" ({column.mark})" if column.mark else "")
+        for column in group.columns
+    )
+    heads = [_stack(plain(name).split(" "), "b") for name in named]
     units = [_small(plain(words.shown_unit(column))) for column in group.columns]
     out = [rf"\begin{{tabular}}{{@{{}}{first}{'r' * width}@{{}}}}", r"\toprule", *_splits(group, counted)]
     out.append(_joined([plain(group.heading), *heads, *["$n$"] * counted]))
@@ -164,10 +168,6 @@ def _splits(group: Group, counted: bool) -> list[str]:
         rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
         start += width
     return [_joined([*names, *[""] * counted]), "".join(rules)]
-
-
-def _named(column: Column) -> str:
-    return f"{column.label} {column.arrow}".strip() + (f" ({column.mark})" if column.mark else "")
 
 
 def _joined(cells: Sequence[str]) -> str:

@@ -3,7 +3,7 @@
 import re
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, LEVEL, unseen
 from retarget_bench.tables.groups import FPS
@@ -11,7 +11,6 @@ from retarget_bench.tables.model import (
     CONTROL,
     EMPTY,
     MARKS,
-    Cell,
     Column,
     Group,
     Mark,
@@ -87,30 +86,22 @@ def reading(
     full: how numbers are made and compared; otherwise only the marks in brief.
     """
     cells = [cell for table in tables for cell in table.cells]
-    told = (table for table in tables if table.groups and (full or _only_speeds(table)))
-    said = [f"{each} {ARROWS}" for each in dict.fromkeys(map(_means, told))]
-    if any(cell.mark for cell in cells):
+    means = []
+    for table in tables:
+        speeds = {column.id for column in table.explained} == {FPS}
+        means += (
+            [table.reading or (SPEEDS if speeds else MEANS)] if table.groups and (full or speeds) else []
+        )
+    said = [f"{each} {ARROWS}" for each in dict.fromkeys(means)]
+    if clips := [cell.clips for cell in cells if cell.mark]:
+        rare = (
+            f"{max(clips)} clips can miss failures on up to {100 * unseen(max(clips)):.0f} % of all clips."
+        )
         marks = f"{signs['best']} {BEST}; {signs['tied']} {TIED}."
-        said.append(" ".join([marks, *_rare(cells)]) if full else BRIEF_MARKS)
+        marks += f" {rare}" if max(clips) < CLIPS_FOR_RARE else ""
+        said.append(marks if full else BRIEF_MARKS)
     said += [INTERVALS] if intervals else []
     return said + ([SEEDS] if any(cell.spread is not None for cell in cells) else [])
-
-
-def _means(table: Table) -> str:
-    """What numbers are means over."""
-    return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
-
-
-def _only_speeds(table: Table) -> bool:
-    return {column.id for column in table.explained} == {FPS}
-
-
-def _rare(cells: Iterable[Cell]) -> list[str]:
-    """A sentence on failures that so few clips can miss; none where they suffice."""
-    clips = max((cell.clips for cell in cells if cell.mark), default=CLIPS_FOR_RARE)
-    if clips >= CLIPS_FOR_RARE:
-        return []
-    return [f"{clips} clips can miss failures on up to {100 * unseen(clips):.0f} % of all clips."]
 
 
 def meanings(table: Table) -> list[tuple[str, str]]:
