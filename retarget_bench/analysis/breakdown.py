@@ -47,16 +47,16 @@ def breakdown(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
 # -------------------------------------------------------------------------------------- case metadata
 def structures_of(matrix: ResultMatrix) -> dict[str, str]:
     """Case -> structure of its target, sorted by structure. Raises BenchError where results lack it."""
-    found: dict[str, str] = {}
+    structures: dict[str, str] = {}
     for row in matrix.rows:
-        mine = case_metadata.read(row.paths).structures
-        if not mine:
+        own = case_metadata.read(row.paths).structures
+        if not own:
             raise BenchError(
                 f"{row.paths.folder} lacks the structures of the bodies; bench run --overwrite always "
                 "writes them"
             )
-        found |= mine
-    groups = {info.id: found.get(info.target, UNKNOWN) for info in matrix.cases}
+        structures |= own
+    groups = {info.id: structures.get(info.target, UNKNOWN) for info in matrix.cases}
     return dict(sorted(groups.items(), key=lambda pair: pair[1]))
 
 
@@ -102,14 +102,14 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
 def _indexed(matrix: ResultMatrix, index: str, what: str) -> dict[str, DeclaredValue]:
     """The values of this index, declared as values without one; those that references break rank nobody.
     Raises BenchError where there is none."""
-    found = {
+    values = {
         key: replace(each, index="", better="none" if doubt(matrix, key) else each.better)
         for key, each in matrix.values.items()
         if each.index == index
     }
-    if not found:
+    if not values:
         raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench run computes them")
-    return found
+    return values
 
 
 def _with_runs(
@@ -134,7 +134,7 @@ def _joint_means(
     parts: target -> joint -> group; None: each joint is a group.
     """
     position = {info.id: number for number, info in enumerate(matrix.cases)}
-    found: dict[str, dict[Key, np.ndarray]] = {}
+    means_of: dict[str, dict[Key, np.ndarray]] = {}
     stored = store.read_results(place, arrays=True)
     here = [number for number, info in enumerate(stored.infos) if info.id in position]  # of these bodies
     place_of = [position[stored.infos[number].id] for number in here]
@@ -158,8 +158,8 @@ def _joint_means(
         with np.errstate(invalid="ignore"):
             means = totals / counts
         for name, row in zip(groups.tolist(), means, strict=True):
-            found.setdefault(name, {})[value, ""] = row
-    return found
+            means_of.setdefault(name, {})[value, ""] = row
+    return means_of
 
 
 # -------------------------------------------------------------------------------------------- curves
@@ -199,11 +199,11 @@ def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:
             f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench run adds them "
             "(growth.world)"
         )
-    kept = np.zeros(len(matrix.cases), dtype=bool)
+    long_enough = np.zeros(len(matrix.cases), dtype=bool)
     for value, index in matrix.keys:
         if value in curves and _number(index)[0] >= seconds:
-            kept |= ~np.isnan(matrix.numbers((value, index))).all(axis=0)
-    return matrix.restricted(kept, f"{seconds} s and longer")
+            long_enough |= ~np.isnan(matrix.numbers((value, index))).all(axis=0)
+    return matrix.restricted(long_enough, f"{seconds} s and longer")
 
 
 # ------------------------------------------------------------------------------------------------ seen

@@ -96,8 +96,8 @@ def doubt(matrix: ResultMatrix, value: str) -> str:
     """Why nobody is ranked by a value on these cases, though methods have it; "": there is no doubt."""
     doubted = matrix.values[value].doubt
     numbers = matrix.numbers((doubted, "")) if doubted else np.empty((0, 0))
-    known = numbers[:, ~np.isnan(numbers).all(axis=0)]
-    if not known.size or (share := float(np.nanmax(known, axis=0).mean())) <= MOST_DOUBTED:
+    present = numbers[:, ~np.isnan(numbers).all(axis=0)]
+    if not present.size or (share := float(np.nanmax(present, axis=0).mean())) <= MOST_DOUBTED:
         return ""
     return f"the references themselves are beyond what it allows in {share:.0f} % of the cases"
 

@@ -47,10 +47,10 @@ class OnDemand(Mapping[str, T]):
         self.ids, self.compute = dict.fromkeys(ids), compute
 
     def __getitem__(self, value: str) -> T:
-        found = self.compute(value) if value in self.ids else None
-        if found is None:
+        result = self.compute(value) if value in self.ids else None
+        if result is None:
             raise KeyError(value)
-        return found
+        return result
 
     def __iter__(self) -> Iterator[str]:
         return (value for value in self.ids if value in self)
@@ -152,14 +152,14 @@ class SplitSummary(ResultMatrix):
         if not {label, other} <= set(labels):
             return {}
         at = [labels.index(label), labels.index(other)]
-        found = {}
+        means_of = {}
         for value in values:
             numbers = self.numbers((value, ""))[at]
             numbers[:, np.isnan(numbers).any(axis=0)] = np.nan
             one, two = means_over_clips(numbers, self.clips)
             if one is not None and two is not None:
-                found[value] = one, two
-        return found
+                means_of[value] = one, two
+        return means_of
 
 
 def split_summaries(
@@ -181,20 +181,22 @@ def split_summaries(
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
     Raises BenchError where results lack the metadata of the breakdown, heights, or the durations of cases.
     """
-    found = [in_metres(matrix) if metres else matrix for matrix in result_matrices(places)]
+    matrices = [in_metres(matrix) if metres else matrix for matrix in result_matrices(places)]
     if at_least is not None:
-        found = [matrix for matrix in (lasting(each, at_least) for each in found) if len(matrix.cases)]
-        if not found:
+        matrices = [
+            matrix for matrix in (lasting(each, at_least) for each in matrices) if len(matrix.cases)
+        ]
+        if not matrices:
             raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
-    found = found if select is None else select.parts(found)
-    parts = found if by is None else [part for matrix in found for part in breakdown(matrix, by)]
+    matrices = matrices if select is None else select.parts(matrices)
+    parts = matrices if by is None else [part for matrix in matrices for part in breakdown(matrix, by)]
     return [split_summary(part) for part in parts]
 
 
 def split_summary(matrix: ResultMatrix) -> SplitSummary:
     """Means, curves and rankings of all methods of a matrix."""
     clips = {info.clip for info in compress(matrix.cases, matrix.own.tolist())} if matrix.bodies else None
-    known = cache(lambda value: _of_value(matrix, value))
+    of_value = cache(lambda value: _of_value(matrix, value))
     ids = dict.fromkeys(value for value, _ in matrix.keys)
 
     def of_row(row: int) -> MethodSummary:
@@ -203,9 +205,9 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         return MethodSummary(
             label=method.label,
             header=method.header,
-            means=OnDemand(ids, lambda value: known(value).means[row]),
-            curves=OnDemand(ids, lambda value: known(value).curves[row] or None),
-            spread=OnDemand(ids, lambda value: known(value).spreads[row]),
+            means=OnDemand(ids, lambda value: of_value(value).means[row]),
+            curves=OnDemand(ids, lambda value: of_value(value).curves[row] or None),
+            spread=OnDemand(ids, lambda value: of_value(value).spreads[row]),
             fps=timing.rate(times),
             pace=timing.pace(times),
             sets=stored_sets(matrix, method),
@@ -218,7 +220,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         **{each.name: getattr(matrix, each.name) for each in fields(ResultMatrix)},
         scores=scores,
         rankings=OnDemand(
-            [*ids, *sets], lambda value: of_sets(value) if value in sets else known(value).ranking
+            [*ids, *sets], lambda value: of_sets(value) if value in sets else of_value(value).ranking
         ),
     )
 
@@ -237,7 +239,7 @@ def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
     ranked = np.array([not unranked(row.header) for row in matrix.rows])
     never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
     nothing = [None] * len(matrix.rows)
-    found = _OfValue([*nothing], [{} for _ in nothing], [*nothing], None)
+    result = _OfValue([*nothing], [{} for _ in nothing], [*nothing], None)
     for index in [index for key, index in matrix.keys if key == value]:
         numbers = matrix.numbers((value, index))
         common, among, left_out = common_cases(numbers, ranked, never)
@@ -248,11 +250,11 @@ def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
                 for row, mean, each in zip(matrix.rows, means, among, strict=True)
             ]
             order = ranking(matrix, value, numbers, among, left_out)
-            found = _OfValue(means, found.curves, spreads, order)
+            result = _OfValue(means, result.curves, spreads, order)
         else:
-            for curve, mean in zip(found.curves, means, strict=True):
+            for curve, mean in zip(result.curves, means, strict=True):
                 curve |= {} if mean is None else {index: mean}
-    return found
+    return result
 
 
 def _spread(row: MethodRow, value: str, clips: np.ndarray, common: np.ndarray | np.bool) -> float | None:
@@ -269,10 +271,10 @@ def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None
     per_clip = statistics.per_clip(numbers, clips)
     counts, filled = (~np.isnan(numbers)).sum(axis=1), (~np.isnan(per_clip)).sum(axis=1)
     totals = np.nansum(per_clip, axis=1)
-    found = statistics.mean_intervals(per_clip)
+    intervals = statistics.mean_intervals(per_clip)
     return [
         Mean(float(total / k), int(n), int(k), interval) if n else None
-        for total, n, k, interval in zip(totals, counts, filled, found, strict=True)
+        for total, n, k, interval in zip(totals, counts, filled, intervals, strict=True)
     ]
 
 
@@ -285,13 +287,13 @@ def stored_sets(matrix: ResultMatrix, row: MethodRow) -> list[SetValue]:
     """
     if matrix.part or matrix.so_far or not row.paths.complete:
         return []
-    found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
-    structures = case_metadata.read(row.paths).structures if matrix.bodies and found else {}
+    values = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
+    structures = case_metadata.read(row.paths).structures if matrix.bodies and values else {}
     if not structures:
-        return found
+        return values
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
-    return [each for each in found if each.structure in here]
+    return [each for each in values if each.structure in here]
 
 
 def of_set(values: Iterable[SetValue], key: str, which: tuple[str, str] = PEOPLE_SET) -> SetValue | None:
@@ -308,8 +310,8 @@ def usual_value(scores: Iterable[MethodSummary], key: str, which: tuple[str, str
     method has any.
     """
     newest_last = sorted(scores, key=lambda score: score.header.date)
-    found = [of_set(score.sets, key, which) for score in newest_last]
-    values = [each for each in found if each is not None and each.value is not None]
+    candidates = [of_set(score.sets, key, which) for score in newest_last]
+    values = [each for each in candidates if each is not None and each.value is not None]
     if not values:
         return SetValue(key, which[0], 0, 0, kind=which[1])
     fresh = [each for each in values if each.network == values[-1].network]

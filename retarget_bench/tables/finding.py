@@ -14,11 +14,11 @@ FEW = 3
 """So many methods at most are named."""
 
 
-def finding(group: Group, found: Sequence[SplitSummary]) -> str:
+def finding(group: Group, sections: Sequence[SplitSummary]) -> str:
     """Who is best on the first split, what learned methods keep of contacts, and how much of their papers'
     training they have had; "" where the table has none of these facts.
 
-    group: methods by values, of which the columns of one split come first. found: of which it was made.
+    group: methods by values, of which the columns of one split come first. sections: of which it was made.
     """
     split = group.columns[0].split if group.columns else ""
     at = [number for number, column in enumerate(group.columns) if column.split == split]
@@ -26,17 +26,17 @@ def finding(group: Group, found: Sequence[SplitSummary]) -> str:
     where = f"{WHERE[name]} ({name})" if name in WHERE else f"on {name}"
     shares = {
         score.label: score.header.method.training_share
-        for section in found
+        for section in sections
         for score in section.scores
         if score.header.method.training_share is not None
     }
     learned = [row for row in group.ranked if row.learned]
-    kept = _contacts(group, at, learned)
-    subject = "they" if kept and len(learned) > 1 else ""
-    clauses = [_best(group, at), kept, _training([row.label for row in learned], shares, subject)]
-    said = "; ".join(filter(None, clauses[:2]))
-    said = f"{where[0].upper()}{where[1:]} {said}" if said else ""
-    return "; ".join(filter(None, [said, clauses[2]])) + "." if any(clauses) else ""
+    contacts = _contacts(group, at, learned)
+    subject = "they" if contacts and len(learned) > 1 else ""
+    clauses = [_best(group, at), contacts, _training([row.label for row in learned], shares, subject)]
+    sentence = "; ".join(filter(None, clauses[:2]))
+    sentence = f"{where[0].upper()}{where[1:]} {sentence}" if sentence else ""
+    return "; ".join(filter(None, [sentence, clauses[2]])) + "." if any(clauses) else ""
 
 
 def _best(group: Group, at: Sequence[int]) -> str:
@@ -48,12 +48,12 @@ def _best(group: Group, at: Sequence[int]) -> str:
             ties = sum(mark == "tied" for mark in marks.values())
             tied = f" ({count(ties, 'other')} tied)" if ties else ""
             columns.setdefault(best, []).append(group.columns[number].label + tied)
-    said: list[str] = []
+    clauses: list[str] = []
     for labels, values in columns.items():
         who = listed(labels) if len(labels) <= FEW else f"{len(labels)} methods"
-        verb = "" if said else " are best" if len(labels) > 1 else " is best"
-        said.append(f"{who}{verb} by {listed(values)}")
-    return listed(said)
+        verb = "" if clauses else " are best" if len(labels) > 1 else " is best"
+        clauses.append(f"{who}{verb} by {listed(values)}")
+    return listed(clauses)
 
 
 def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:
@@ -80,14 +80,18 @@ def _range(numbers: Iterable[float]) -> str:
 
 def _training(learned: Sequence[str], shares: dict[str, float], subject: str) -> str:
     """How much of their papers' training these methods have had, as far as it is known."""
-    known = {label: shares[label] for label in learned if label in shares}
-    if not known:
+    trained = {label: shares[label] for label in learned if label in shares}
+    if not trained:
         return ""
-    told = [f"{100 * share:.2g}" for share in sorted(known.values())]
-    amount = f"{told[0]} %" if told[0] == told[-1] else f"{told[0]} to {told[-1]} %"
-    if len(known) == len(learned) > 1:
+    percentages = [f"{100 * share:.2g}" for share in sorted(trained.values())]
+    amount = (
+        f"{percentages[0]} %"
+        if percentages[0] == percentages[-1]
+        else f"{percentages[0]} to {percentages[-1]} %"
+    )
+    if len(trained) == len(learned) > 1:
         return f"{subject or 'learned methods'} saw {amount} of their papers' training"
-    each = [f"{label} saw {100 * share:.2g} %" for label, share in known.items()]
-    said = listed(each) if len(known) <= FEW else f"{len(known)} learned methods saw {amount}"
-    said += " of its paper's training" if len(known) == 1 else " of their papers' training"
-    return said + (", of others it is not known" if len(known) < len(learned) else "")
+    each = [f"{label} saw {100 * share:.2g} %" for label, share in trained.items()]
+    clause = listed(each) if len(trained) <= FEW else f"{len(trained)} learned methods saw {amount}"
+    clause += " of its paper's training" if len(trained) == 1 else " of their papers' training"
+    return clause + (", of others it is not known" if len(trained) < len(learned) else "")

@@ -212,14 +212,14 @@ def _numbers(score: MethodSummary, key: str) -> list[float]:
     return [each.value for each in score.sets if each.value_id == key and each.value is not None]
 
 
-def declared_values(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
+def declared_values(sections: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
     """Value id -> its declaration, for all values of cases."""
-    return {key: value for section in found for key, value in section.values.items()}
+    return {key: value for section in sections for key, value in section.values.items()}
 
 
-def declared_sets(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
+def declared_sets(sections: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
     """Value id -> its declaration in the newest header, for all values of whole sets."""
-    return set_values(score.header for section in found for score in section.scores)
+    return set_values(score.header for section in sections for score in section.scores)
 
 
 def failed(metric: str, headers: Iterable[ResultHeader]) -> str:

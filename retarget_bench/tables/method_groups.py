@@ -68,8 +68,8 @@ class MethodGroup:
         """The references' scores by values of sets, unless the row of a control shows them."""
         at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.whole]
         sets = [self.spots[number] for number in at]
-        known = [(usual_value(section.scores, key).floor, key) for section, key in sets]
-        texts = ["" if floor is None else self.builder.shown(floor, key) for floor, key in known]
+        floor_of = [(usual_value(section.scores, key).floor, key) for section, key in sets]
+        texts = ["" if floor is None else self.builder.shown(floor, key) for floor, key in floor_of]
         if any(row.mark and [row.cells[number].text for number in at] == texts for row in rows):
             return []
         return floors(sets, PEOPLE_SET, self.builder)
@@ -95,10 +95,10 @@ class MethodGroup:
         of_cases = (
             None if key in self.builder.whole else section.rankings.get(key) for section, key in self.spots
         )
-        found = tuple(each and replace(each, common=None) for each in of_cases)
-        asked = [max(score.asked for score in section.scores) for section, _ in self.spots]
-        alike = all(each is None or each.cases == n for each, n in zip(found, asked, strict=True))
-        return tuple(None for _ in found) if self.several and alike else found
+        rankings = tuple(each and replace(each, common=None) for each in of_cases)
+        counts = [max(score.asked for score in section.scores) for section, _ in self.spots]
+        alike = all(each is None or each.cases == n for each, n in zip(rankings, counts, strict=True))
+        return tuple(None for _ in rankings) if self.several and alike else rankings
 
     # --------------------------------------------------------------------------------------------- rows
     def _row(self, label: str) -> Row:
@@ -162,13 +162,13 @@ class MethodGroup:
 
     def _failed(self) -> list[str]:
         """A sentence for each metric that failed on answers of a split."""
-        found: dict[tuple[str, str], list[tuple[str, MetricFault]]] = {}
+        faults: dict[tuple[str, str], list[tuple[str, MetricFault]]] = {}
         for section in self.sections:
             for score in section.scores:
                 for fault in score.header.faults:
-                    found.setdefault((section.split, fault.metric), []).append((score.label, fault))
+                    faults.setdefault((section.split, fault.metric), []).append((score.label, fault))
         sentences = []
-        for (split, metric), each in found.items():
+        for (split, metric), each in faults.items():
             labels, answers = {label for label, _ in each}, sum(len(fault.cases) for _, fault in each)
             whose = f"of {min(labels)}" if len(labels) == 1 else f"of {len(labels)} methods"
             first = each[0][1]
@@ -180,25 +180,25 @@ class MethodGroup:
 
     def _without_marks(self) -> list[str]:
         """Why columns have no marks, and why rows have none that are not significantly worse."""
-        found: dict[str, list[str]] = {}
+        splits_of: dict[str, list[str]] = {}
         for section, key in self.spots:
-            ranking, label, said = section.rankings.get(key), self.builder.column(key).label, ""
+            ranking, label, sentence = section.rankings.get(key), self.builder.column(key).label, ""
             if ranking is None:
                 if why := self._not_ranked(section, key):
-                    said = f"no method is ranked by {label}, since {why}."
+                    sentence = f"no method is ranked by {label}, since {why}."
             elif len(ranking.order) > 1 and not ranking.separable:
-                said = (
+                sentence = (
                     f"{count(ranking.clips, 'clip')} cannot tell the best method from others (that takes "
                     f"{statistics.ENOUGH_CLIPS}), so none is marked best or tied."
                 )
             elif ranking.complete and ranking.unclear:
-                said = (
+                sentence = (
                     f"by {label} {listed(ranking.unclear)} cannot be told from {ranking.best} either, "
                     "though better methods can: the difference varies more."
                 )
-            found.setdefault(said, []).append(section.split)
-        found.pop("", None)
-        return [f"{', '.join(dict.fromkeys(splits))}: {said}" for said, splits in found.items()]
+            splits_of.setdefault(sentence, []).append(section.split)
+        splits_of.pop("", None)
+        return [f"{', '.join(dict.fromkeys(splits))}: {sentence}" for sentence, splits in splits_of.items()]
 
     def _not_ranked(self, section: SplitSummary, key: str) -> str:
         """Why nobody is ranked by a value; "" where fewer than two have it, or it is a description."""
@@ -219,9 +219,9 @@ def speeds(section: SplitSummary) -> list[str]:
     timed = [(score.fps, score) for score in methods if score.fps is not None]
     timed.sort(key=lambda each: (-each[0], each[1].label))
     shown = [f"{score.label} {fps:,.0f}" for fps, score in timed if not section.slower(score)]
-    said = "Speed in frames/s of one process and thread, with handing over"
+    lead = "Speed in frames/s of one process and thread, with handing over"
     return [
-        *([f"{said}: {', '.join(shown)}."] if shown else []),
+        *([f"{lead}: {', '.join(shown)}."] if shown else []),
         *(
             f"Not comparable: {score.label} {fps:,.0f}, {slower}."
             for fps, score in timed
@@ -233,13 +233,13 @@ def speeds(section: SplitSummary) -> list[str]:
 # ---------------------------------------------------------------------------------------- values of sets
 def floors(spots: Sequence[Spot], which: tuple[str, str], builder: GroupBuilder) -> list[str]:
     """A sentence for each value of a set: the references' scores."""
-    found: dict[str, list[str]] = {}
+    floor_of: dict[str, list[str]] = {}
     for section, key in spots:
         if (floor := usual_value(section.scores, key, which).floor) is not None:
-            found.setdefault(builder.column(key).label, []).append(
+            floor_of.setdefault(builder.column(key).label, []).append(
                 f"{section.split} {builder.shown(floor, key)}"
             )
-    return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in found.items()]
+    return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in floor_of.items()]
 
 
 def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
@@ -249,8 +249,8 @@ def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) ->
         if each.value_id in keys and each.value is not None:
             computed.setdefault((each.structure, each.kind), {})[each.value_id] = None
     return [
-        _of_set(section, which, [key for key in keys if key in mine], builder)
-        for which, mine in sorted(computed.items())
+        _of_set(section, which, [key for key in keys if key in present], builder)
+        for which, present in sorted(computed.items())
     ]
 
 
@@ -262,8 +262,8 @@ def _of_set(
     rows = []
     for score in section.scores:
         mark = STALE if builder.newest.why_outdated(score.header) else score.unranked
-        mine = [of_set(score.sets, key, which) for key in keys]
-        n = max((each.n for each in mine if each is not None), default=0)
+        values = [of_set(score.sets, key, which) for key in keys]
+        n = max((each.n for each in values if each is not None), default=0)
         cells = tuple(builder.cell(section, score, key, which) for key in keys)
         method = score.header.method
         rows.append(Row(score.label, mark, cells, f"{n}", method.summary, method.trained_on is not None))
@@ -285,10 +285,10 @@ def _of_set(
     )
 
 
-def without_sets(found: Sequence[SplitSummary], keys: Sequence[str]) -> list[str]:
+def without_sets(sections: Sequence[SplitSummary], keys: Sequence[str]) -> list[str]:
     """A sentence about the sets for which no method has any of these values; [] for none."""
     reasons: dict[str, str] = {}
-    for section in found:
+    for section in sections:
         values = [each for score in section.scores for each in score.sets if each.value_id in keys]
         having = {(each.structure, each.kind) for each in values if each.value is not None}
         for each in values:
@@ -321,9 +321,9 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
                 cell = replace(cell, reason=reason, footnote=builder.footnotes.number(reason))
             cells.append(cell)
         # not every body has every joint, nor every clip every second
-        whole = heading not in ("joint", "part", *CURVES)
-        asked = max(score.asked for score in section.scores) if whole else 0
-        n = max(asked, *(score.means[key].n for score in section.scores if key in score.means), 0)
+        same_cases = heading not in ("joint", "part", *CURVES)
+        counted = max(score.asked for score in section.scores) if same_cases else 0
+        n = max(counted, *(score.means[key].n for score in section.scores if key in score.means), 0)
         rows.append(Row(section.part, "", tuple(cells), f"{n}"))
     split = sections[0].split
     unit = f" in {value.unit}" if value.unit != "1" else ""

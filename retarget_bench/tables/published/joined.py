@@ -73,37 +73,37 @@ def _of_bodies(
     matrices: Sequence[ResultMatrix], bodies: str, table: PublishedTable
 ) -> tuple[list[ResultMatrix], list[str]]:
     """The matrices of a group of bodies, and sentences about what is left out or is not done yet."""
-    wanted = wanted_group([matrix.bodies for matrix in matrices], bodies)
-    kept = [matrix for matrix in matrices if wanted in ("all", matrix.bodies)]
+    group = wanted_group([matrix.bodies for matrix in matrices], bodies)
+    shown = [matrix for matrix in matrices if group in ("all", matrix.bodies)]
     cases: dict[str, int] = {}
     for each in matrices:
-        if wanted not in ("all", each.bodies) and any(column.takes(each.split) for column in table.columns):
+        if group not in ("all", each.bodies) and any(column.takes(each.split) for column in table.columns):
             cases[each.bodies] = cases.get(each.bodies, 0) + int(each.own.sum())
-    hints = [f"{matrix.split}: {matrix.so_far}" for matrix in kept if matrix.so_far]
-    return kept, [*hints, *([f"Not shown: {', '.join(others(cases))}."] if cases else [])]
+    hints = [f"{matrix.split}: {matrix.so_far}" for matrix in shown if matrix.so_far]
+    return shown, [*hints, *([f"Not shown: {', '.join(others(cases))}."] if cases else [])]
 
 
 def _with_structures(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> PublishedTable:
     """A table by what training had seen, with a further block: the structures of these results, and a note
     for every trained method that says which of them it knew; any other table as it is."""
-    seen = next((column for column in table.columns if column.chosen_by == "training"), None)
-    if seen is None:
+    template = next((column for column in table.columns if column.chosen_by == "training"), None)
+    if template is None:
         return table
-    found: set[str] = set()
+    structures_here: set[str] = set()
     notes: dict[str, None] = {}
     for matrix, row in ((each, row) for each in matrices for row in each.rows):
         structures = case_metadata.read(row.paths).structures
-        mine = {structures[info.target] for info in matrix.cases if info.target in structures}
-        found |= mine
+        targets = {structures[info.target] for info in matrix.cases if info.target in structures}
+        structures_here |= targets
         if trained := row.header.method.trained_on:
-            known = mine & set(trained.get("structures", ()))
-            told = [", ".join(sorted(each)) or "none" for each in (known, mine - known)]
-            notes[f"{row.label}: trained on structures {told[0]}; new to it: {told[1]}."] = None
-    ours = [
-        replace(seen, label=name, cases=f"{STRUCTURE} {name}", block=OUR_STRUCTURES)
-        for name in sorted(found)
+            trained_on = targets & set(trained.get("structures", ()))
+            lists = [", ".join(sorted(each)) or "none" for each in (trained_on, targets - trained_on)]
+            notes[f"{row.label}: trained on structures {lists[0]}; new to it: {lists[1]}."] = None
+    columns = [
+        replace(template, label=name, cases=f"{STRUCTURE} {name}", block=OUR_STRUCTURES)
+        for name in sorted(structures_here)
     ]
-    return replace(table, columns=(*table.columns, *ours), notes=(*table.notes, *notes))
+    return replace(table, columns=(*table.columns, *columns), notes=(*table.notes, *notes))
 
 
 @dataclass(frozen=True)
@@ -118,10 +118,10 @@ class _Page:
     @property
     def blocks(self) -> dict[str, list[Column]]:
         """Heading -> columns; the paper's first."""
-        found: dict[str, list[Column]] = {}
+        blocks: dict[str, list[Column]] = {}
         for column in self.table.columns:
-            found.setdefault(column.block, []).append(column)
-        return found
+            blocks.setdefault(column.block, []).append(column)
+        return blocks
 
     def groups(self) -> Iterator[Group]:
         """The paper's columns, and each block of further ones in which any of ours has a number."""
@@ -130,10 +130,10 @@ class _Page:
             if not block:
                 yield self._group(self.table.source, columns, shown)
             elif shown and not all(self._repeats(row, columns) for _, row in shown):
-                kept = [
+                filled = [
                     column for column in columns if any(column.label in row.numbers for _, row in shown)
                 ]
-                yield self._group(f"{self.table.source}: {block}", kept, shown)
+                yield self._group(f"{self.table.source}: {block}", filled, shown)
 
     def left_out(self) -> list[str]:
         """Sentences on methods without a number in a block of columns, and why."""
@@ -167,16 +167,16 @@ class _Page:
             if any(column.label in numbers for column in columns):
                 ranked.append(self._printed(label, numbers, columns))
             ranked += [drawn for row, drawn in ours if self.known_as.get(row.label) == label]
-        known = self.known_as
-        ranked += [drawn for row, drawn in ours if not row.mark and row.label not in known]
+        known_as = self.known_as
+        ranked += [drawn for row, drawn in ours if not row.mark and row.label not in known_as]
         where = ", ".join(dict.fromkeys(part.where for part, _ in shown))
         return Group(
             title=f"{title}; ours on {where}" if where else title,
             split="",
             columns=tuple(_heading(column) for column in columns),
             ranked=tuple(ranked),
-            unranked=tuple(drawn for row, drawn in ours if row.mark and row.label not in known),
-            heading="row" if known else "method",
+            unranked=tuple(drawn for row, drawn in ours if row.mark and row.label not in known_as),
+            heading="row" if known_as else "method",
         )
 
     def _printed(self, label: str, numbers: Mapping[str, Number], columns: Sequence[Column]) -> Row:
@@ -195,15 +195,15 @@ class _Page:
         return Row(f"{label} ({COUNTED if counted else PRINTED})", "", tuple(cells), "", about)
 
     def _own(self, part: OurRows, row: OurRow, columns: Sequence[Column]) -> Row:
-        mine = (row.cells[column.label] for column in columns)
-        cells = [replace(cell, footnote=self.footnotes.number(cell.reason)) for cell in mine]
+        row_cells = (row.cells[column.label] for column in columns)
+        cells = [replace(cell, footnote=self.footnotes.number(cell.reason)) for cell in row_cells]
         over = {
             (cell.n, part.asked.get(column.label, cell.n))
             for column, cell in zip(columns, cells, strict=True)
             if cell.value is not None
         }
-        (n, asked) = over.pop() if len(over) == 1 else (0, 0)
-        counted = "" if self.table.of_sets or not n else f"{n}" if n == asked else f"{n}/{asked}"
+        (n, total) = over.pop() if len(over) == 1 else (0, 0)
+        counted = "" if self.table.of_sets or not n else f"{n}" if n == total else f"{n}/{total}"
         if row.label in self.known_as:
             return Row(self.known_as[row.label], row.mark, tuple(cells), counted, row.label)
         label = f"{row.label} ({row.variant})" if row.variant else row.label

@@ -35,11 +35,13 @@ def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Our
         newest = compatibility.newest(headers)
         values = {row.label: _values(table, row, newest) for row in matrix.rows}
         usual = {
-            column.label: _usual([each for mine in values.values() for each in mine.get(column.label, ())])
+            column.label: _usual(
+                [each for by_column in values.values() for each in by_column.get(column.label, ())]
+            )
             for column in table.columns
         }
         floors = {
-            label: [replace(each, value=each.floor) for each in found] for label, found in usual.items()
+            label: [replace(each, value=each.floor) for each in sets] for label, sets in usual.items()
         }
         rows = [OurRow(FLOOR, FLOOR_MARK, _cells(table, floors, usual))] if any(floors.values()) else []
         for row in matrix.rows:
@@ -57,15 +59,15 @@ def _values(table: PublishedTable, row: MethodRow, newest: Newest) -> Values:
     header = row.header
     if header.four_legged is None or not row.paths.complete or newest.why_outdated(header):
         return {}
-    found = set_metrics.read(row.paths)
-    found = [each for each in found if not newest.why_value_outdated(header, each.value_id)]
+    stored = set_metrics.read(row.paths)
+    stored = [each for each in stored if not newest.why_value_outdated(header, each.value_id)]
     values: dict[str, list[SetValue]] = {}
     for column in table.columns:  # values of its kind, and of structures of as many legs
         legs, _, kind = column.cases.partition(" legs")
         which = column.value_id, kind.strip(), legs == "4"
         values[column.label] = [
             each
-            for each in found
+            for each in stored
             if (each.value_id, each.kind, each.structure in header.four_legged) == which
         ]
     return values
@@ -75,11 +77,11 @@ def _cells(table: PublishedTable, values: Values, usual: Values) -> dict[str, Ce
     """The cells of a row. usual: the values of the sets that most methods are compared with."""
     cells = {}
     for column in table.columns:
-        mine = values[column.label]
-        numbers = {each.structure: each.value for each in mine if each.value is not None}
-        having = [each for each in mine if each.structure in numbers]
+        sets = values[column.label]
+        numbers = {each.structure: each.value for each in sets if each.value is not None}
+        having = [each for each in sets if each.structure in numbers]
         if not having:
-            cells[column.label] = missing(column, "; ".join(dict.fromkeys(each.reason for each in mine)))
+            cells[column.label] = missing(column, "; ".join(dict.fromkeys(each.reason for each in sets)))
             continue
         cells[column.label] = replace(
             number_cell(float(np.mean([*numbers.values()])), None, table.decimals(column.label)),
@@ -90,25 +92,25 @@ def _cells(table: PublishedTable, values: Values, usual: Values) -> dict[str, Ce
     return cells
 
 
-def _other_sets(mine: Sequence[SetValue], usual: Sequence[SetValue]) -> str:
+def _other_sets(sets: Sequence[SetValue], usual: Sequence[SetValue]) -> str:
     """How a number is of other sets than most, or "": these two may not be compared."""
     real = {each.structure: each.real for each in usual if each.value is not None}
-    if lacking := len(set(real) - {each.structure for each in mine}):
+    if lacking := len(set(real) - {each.structure for each in sets}):
         return f"over {count(lacking, 'structure')} fewer than the others; not comparable with them"
-    if any(each.real != real.get(each.structure, each.real) for each in mine):
+    if any(each.real != real.get(each.structure, each.real) for each in sets):
         return "over other windows than the others, since it did not answer the same cases"
     return ""
 
 
 def _usual(values: Sequence[SetValue]) -> list[SetValue]:
     """Per structure one of the values with the most common real set."""
-    found = []
+    usual = []
     for structure in dict.fromkeys(each.structure for each in values):
-        mine = [each for each in values if each.structure == structure]
-        given = [each for each in mine if each.value is not None] or mine
-        real = Counter(each.real for each in given).most_common(1)[0][0]
-        found.append(next(each for each in given if each.real == real))
-    return found
+        sets = [each for each in values if each.structure == structure]
+        having = [each for each in sets if each.value is not None] or sets
+        real = Counter(each.real for each in having).most_common(1)[0][0]
+        usual.append(next(each for each in having if each.real == real))
+    return usual
 
 
 def _counts(where: str, rows: Sequence[OurRow]) -> tuple[str, ...]:
@@ -117,6 +119,6 @@ def _counts(where: str, rows: Sequence[OurRow]) -> tuple[str, ...]:
     for label in rows[0].cells if rows else ():
         if cells := [row.numbers[label] for row in rows if label in row.numbers]:
             least = min(cells, key=lambda cell: cell.n)
-            told = f"{count(least.n, 'window')} in each set, {count(least.clips, 'clip')}"
-            over.setdefault(told, []).append(label)
+            counts = f"{count(least.n, 'window')} in each set, {count(least.clips, 'clip')}"
+            over.setdefault(counts, []).append(label)
     return counted(where, over)

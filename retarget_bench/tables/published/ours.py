@@ -59,17 +59,17 @@ def variant(method: MethodInfo) -> str:
 
     What parameters in the label set is not said again.
     """
-    given = {name: value for name, value in method.parameters.items() if name != "weights"}
+    parameters = {name: value for name, value in method.parameters.items() if name != "weights"}
     try:
-        card = optional.method_card(registry.create("methods", Spec(method.name, given)))
+        card = optional.method_card(registry.create("methods", Spec(method.name, parameters)))
     except BenchError:
         return ""
-    words = ", ".join(said for name, said in card.differs.items() if name not in given)
+    words = ", ".join(words_of for name, words_of in card.differs.items() if name not in parameters)
     if not card.paper:
         return words
-    if any(given == each for each in card.published):
+    if any(parameters == each for each in card.published):
         return "as published"
-    return f"ours: {words}" if words else "ours, with these settings" if given else "ours"
+    return f"ours: {words}" if words else "ours, with these settings" if parameters else "ours"
 
 
 def number_cell(value: float, spread: float | None, decimals: int) -> Cell:
@@ -160,8 +160,8 @@ class _Part:
     # ------------------------------------------------------------------------------------------ numbers
     def _numbers(self, column: Column) -> _Numbers:
         """The numbers of a column."""
-        asked = np.array([self._asked(column, each) for each in self.methods.values()])
-        answered, unanswered = np.full(asked.shape, np.nan), np.zeros_like(asked)
+        over = np.array([self._asked(column, each) for each in self.methods.values()])
+        answered, unanswered = np.full(over.shape, np.nan), np.zeros_like(over)
         method = {label: number for number, label in enumerate(self.methods)}
         case = {info: number for number, info in enumerate(self.infos)}
         for matrix in self.matrices:
@@ -174,10 +174,10 @@ class _Part:
             unanswered[at] = [
                 [matrix.cases[i].id in row.header.unanswered for i in own] for row in matrix.rows
             ]
-        answered[~asked] = np.nan
+        answered[~over] = np.nan
         having = self.compared & ~np.isnan(answered).all(axis=1)
-        own_cases = len(np.unique(asked[having], axis=0)) > 1
-        ranked = having & ~(asked & unanswered).any(axis=1) & ~np.array(own_cases)
+        own_cases = len(np.unique(over[having], axis=0)) > 1
+        ranked = having & ~(over & unanswered).any(axis=1) & ~np.array(own_cases)
         shown = answered.copy()
         common, alike, _ = common_cases(shown, ranked, ~self.compared)
         return _Numbers(answered, shown, alike, common, own_cases)
@@ -189,8 +189,8 @@ class _Part:
             return structures == column.cases.removeprefix(f"{STRUCTURE} ")
         if column.chosen_by == "training":
             had = (method.trained_on or {}).get("structures", ())
-            seen = np.isin(structures, list(had)) == (column.cases == SEEN)
-            return seen & (method.trained_on is not None)
+            matches = np.isin(structures, list(had)) == (column.cases == SEEN)
+            return matches & (method.trained_on is not None)
         if column.chosen_by == "splits":
             return np.array([column.takes(info.split) for info in self.infos])
         pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
@@ -212,13 +212,13 @@ class _Part:
                 cells[column.label] = missing(column, UNTRAINED if untrained else "")
                 continue
             found, reason = self.numbers[column.label], ""
-            asked = int(found.common.sum())
+            common = int(found.common.sum())
             if found.own:
                 reason = f"over {count(cell.n, 'case')}: {column.over} of its own"
             elif not (mark or found.alike[at]):
                 fewer = True
-            elif cell.n < asked:
-                reason = f"over the {cell.n} of the {count(asked, 'common case')} that it has"
+            elif cell.n < common:
+                reason = f"over the {cell.n} of the {count(common, 'common case')} that it has"
             cells[column.label] = replace(cell, reason=reason)
         return OurRow(label, mark or (FEWER if fewer else ""), cells, variant(method))
 
@@ -226,15 +226,15 @@ class _Part:
         """The cells with a number of one method. numbers: column -> ``(cases,)``."""
         cells: dict[str, Cell] = {}
         for column in self.table.columns:
-            mine = numbers.get(column.label, np.full(len(self.infos), np.nan))
-            (mean,) = means_over_clips(mine[None], self.clips)
+            own = numbers.get(column.label, np.full(len(self.infos), np.nan))
+            (mean,) = means_over_clips(own[None], self.clips)
             if mean is None:
                 continue
             value, interval = mean.value, mean.interval
             if parts := self._parts(column):  # the mean of means, as the papers take it
                 values = (cells[part.label].value for part in parts if part.label in cells)
                 value, interval = float(np.mean([each for each in values if each is not None])), None
-            spread = float(np.nanstd(mine)) if self.table.has_spread(column.label) else None
+            spread = float(np.nanstd(own)) if self.table.has_spread(column.label) else None
             cell = number_cell(value, spread, self.table.decimals(column.label))
             cells[column.label] = replace(cell, interval=interval, n=mean.n, clips=mean.clips)
         return cells
@@ -243,8 +243,8 @@ class _Part:
     def _on_the_same(self, at: int, label: str) -> str:
         """A sentence with the numbers that the best of the compared methods has on the cases of another; ""
         where there are no others."""
-        mine = [each for each in self.numbers.values() if not np.isnan(each.answered[at]).all()]
-        last = next((each for each in reversed(mine) if each.alike.any()), None)
+        columns = [each for each in self.numbers.values() if not np.isnan(each.answered[at]).all()]
+        last = next((each for each in reversed(columns) if each.alike.any()), None)
         if last is None:
             return ""
         means = means_over_clips(last.shown, self.clips)
@@ -256,23 +256,23 @@ class _Part:
                 for key, each in self.numbers.items()
             }
         )
-        told = ", ".join(f"{key} {cell.text}" for key, cell in cells.items())
-        return f"{label} {FEWER}; on these {list(self.methods)[best]} has {told}."
+        listed = ", ".join(f"{key} {cell.text}" for key, cell in cells.items())
+        return f"{label} {FEWER}; on these {list(self.methods)[best]} has {listed}."
 
     def _counts(self, where: str) -> list[str]:
         """Sentences on the cases, pairs and clips that the columns are over."""
         over: dict[str, list[str]] = {}
-        whole = True
+        complete = True
         for column in self.table.columns:
-            found = self.numbers.get(column.label)
-            if found is None or not found.common.any() or column.chosen_by == "mean":
+            numbers = self.numbers.get(column.label)
+            if numbers is None or not numbers.common.any() or column.chosen_by == "mean":
                 continue
-            there = [self.infos[int(at)] for at in np.flatnonzero(found.common)]
+            there = [self.infos[int(at)] for at in np.flatnonzero(numbers.common)]
             pairs, clips = (f"{len({getattr(info, of) for info in there})}" for of in ("pair", "clip"))
             if column.pairs:
-                whole &= (pairs, clips) == (f"{len(column.pairs)}", f"{self.table.clips}")
+                complete &= (pairs, clips) == (f"{len(column.pairs)}", f"{self.table.clips}")
                 pairs, clips = f"{pairs} of {len(column.pairs)}", f"{clips} of {self.table.clips}"
             cases = f"{count(len(there), 'case')}, pairs {pairs}, clips {clips}"
             over.setdefault(cases, []).append(column.label)
         fewer = f"{where}: not all of the paper's cases; do not compare with the printed numbers."
-        return [*counted(where, over), *([] if whole else [fewer])]
+        return [*counted(where, over), *([] if complete else [fewer])]

@@ -177,16 +177,16 @@ def of_rows(
     rows: their labels; those that no table has are without printed numbers. digits: of ours.
     Raises BenchError for tables that there are none of.
     """
-    columns, found = [], {row: dict[str, Number]() for row in rows}
+    columns, rows_by_label = [], {row: dict[str, Number]() for row in rows}
     for table in map(published, tables):
         for column in table.columns:
             if not column.value_id or column.chosen_by != "splits":
                 continue
             columns.append(replace(column, block="", repeats=""))
-            for row in found:
+            for row in rows_by_label:
                 if number := table.rows.get(row, {}).get(column.repeats or column.label):
-                    found[row][column.label] = number
+                    rows_by_label[row][column.label] = number
     source = ", ".join(published(table).source for table in tables)
     return PublishedTable(
-        " ".join(tables), title, source, tuple(columns), found, tuple(notes), digits=digits
+        " ".join(tables), title, source, tuple(columns), rows_by_label, tuple(notes), digits=digits
     )

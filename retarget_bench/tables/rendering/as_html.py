@@ -64,8 +64,8 @@ def environment() -> Environment:
     )
 
 
-def _finalize(given: Any) -> Any:
-    return printable(given) if type(given) is str else given
+def _finalize(value: Any) -> Any:
+    return printable(value) if type(value) is str else value
 
 
 def sort_key(cell: Cell, column: Column) -> str:

@@ -57,7 +57,7 @@ def latex(tables: Sequence[Table], intervals: bool = False) -> str:
     """A table environment per group; a group of many columns has several."""
     head = "% needs \\usepackage{booktabs} in the preamble\n"
     most = WITH_INTERVALS if intervals else MOST_COLUMNS
-    made, labels = [], Counter[str]()
+    environments, labels = [], Counter[str]()
     for table in tables:
         for group in table.groups:
             label = files.slug(f"{table.title} {group.split}")
@@ -65,8 +65,8 @@ def latex(tables: Sequence[Table], intervals: bool = False) -> str:
                 labels[label] += 1
                 number = f"-{labels[label]}" if labels[label] > 1 else ""
                 part = _part(group, slice(first, first + most))
-                made.append(_environment(table, part, label + number, intervals))
-    return head + "\n".join(made)
+                environments.append(_environment(table, part, label + number, intervals))
+    return head + "\n".join(environments)
 
 
 def plain(sentence: str) -> str:
@@ -119,13 +119,13 @@ def _caption(table: Table, group: Group, intervals: bool) -> str:
     """The data and how to read the table: two lines on a page."""
     cells = [cell for row in group.rows for cell in row.cells]
     marks = {cell.mark for cell in cells}
-    told = [
+    parts = [
         (r"\textbf{Bold}: best", "best" in marks),
         (r"\underline{underlined}: not significantly different from it", "tied" in marks),
         (r"small: 95\% intervals over clips", intervals and any(cell.interval for cell in cells)),
         (plain("±: standard deviation over seeds"), any(cell.spread is not None for cell in cells)),
     ]
-    reading = "; ".join(each for each, there in told if there)
+    reading = "; ".join(each for each, there in parts if there)
     shown = f"{plain(table.title)}; {plain(group.title)}."
     return shown + (f" {reading[0].upper()}{reading[1:]}." if reading else "")
 
@@ -137,11 +137,11 @@ def _tabular(group: Group, intervals: bool) -> list[str]:
     longest = max((len(words.named(row)) for row in group.rows), default=0)
     width = len(group.columns) + counted
     first = "l" if longest <= LONGEST_NAME else NAME_COLUMN
-    named = (
+    head_texts = (
         f"{column.label} {column.arrow}".strip() + (f" ({column.mark})" if column.mark else "")
         for column in group.columns
     )
-    heads = [_stack(plain(name).split(" "), "b") for name in named]
+    heads = [_stack(plain(name).split(" "), "b") for name in head_texts]
     units = [_small(plain(words.shown_unit(column))) for column in group.columns]
     out = [rf"\begin{{tabular}}{{@{{}}{first}{'r' * width}@{{}}}}", r"\toprule", *_splits(group, counted)]
     out.append(_joined([plain(group.heading), *heads, *["$n$"] * counted]))
