@@ -204,7 +204,7 @@ def test_flesh_inside_flesh_is_a_figure_where_there_is_some(results):
     scene = scene_builder.dressed(Scene("tubes", (deep,), 30.0))
     ranked = method_order.ranked(found[0].places)
     plain, told = (
-        Tags(page(found, motions.PackedScenes(flesh=each), ranked)).tags for each in (None, scene)
+        Tags(page(found, motions.PackedScenes(penetrating=each), ranked)).tags for each in (None, scene)
     )
     policy = [each["content"] for name, each in told if name == "meta" and "content" in each]
     assert any("img-src data:;" in each for each in policy)

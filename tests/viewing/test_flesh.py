@@ -11,7 +11,7 @@ from playing import button, frame, picture
 from retarget_bench.motion.motion import PointSets, Surface
 from retarget_bench.motion.penetration import inside_mask
 from retarget_bench.motion.point_sets import unknown_body
-from retarget_bench.report.flesh import flesh_figure, penetration
+from retarget_bench.report.penetration import penetration_figure, penetration
 from retarget_bench.viewer import flesh, player, scene_builder
 from retarget_bench.viewer.colours import LIT
 from retarget_bench.viewer.drawing import Drawing
@@ -171,7 +171,7 @@ def test_the_reports_figure_is_of_answers_with_more_flesh_inside_than_the_refere
     assert penetration(replace(scene, figures=scene.figures[:1])) == 0
     same = tuple(replace(each, part="reference") for each in scene.figures)
     assert penetration(replace(scene, figures=same)) == 0
-    made = flesh_figure(scene)
+    made = penetration_figure(scene)
     assert "deep" in made.caption
     assert "still" not in made.caption
     assert len(made.png) < 120_000
