@@ -85,7 +85,7 @@ def never_ranked(method: MethodInfo) -> str:
 def unranked(header: ResultHeader) -> str:
     """The reason why a method with this header is not ranked; "" where it is.
 
-    Whoever leaves out a case would choose the cases that all are compared on, so it is compared apart.
+    A method that leaves out a case would choose the cases on which all are compared, so it is not ranked.
     """
     counts = header.counts
     fewer = f"answered {counts.ok} of {counts.asked}" if counts.ok < counts.asked else ""

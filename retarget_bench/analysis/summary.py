@@ -38,9 +38,9 @@ PEOPLE_SET = (TWO_LEGS, "")
 
 
 class OnDemand(Mapping[str, T]):
-    """What is known by value id, computed when it is asked for: of a million cases tables show few values.
+    """A mapping by value id that is computed on access: of a million cases tables show few values.
 
-    compute: value id -> what there is of it, or None; it remembers.
+    compute: value id -> its entry, or None; it remembers.
     """
 
     def __init__(self, ids: Iterable[str], compute: Callable[[str], T | None]) -> None:
@@ -227,7 +227,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
 
 @dataclass(frozen=True)
 class _OfValue:
-    """What is known of a value: of every row its mean, curve and spread over seeds, and the ranking."""
+    """Mean, curve and spread over seeds of every row by one value, and the ranking."""
 
     means: list[Mean | None]
     curves: list[dict[str, Mean]]

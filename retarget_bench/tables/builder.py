@@ -106,7 +106,7 @@ def _table(
 ) -> Table:
     of_sets = declared_sets(sections)
     builder = GroupBuilder(sections, {**declared, **of_sets})
-    apart = [key for key in of_sets if key not in builder.whole]
+    apart = [key for key in of_sets if key not in builder.pooled]
     sets = [key for key in apart if with_sets or key in (columns or ())]
     keys = _broken_down(sections, columns) if by else []
     cases = [key for key in columns or DEFAULT_COLUMNS if key not in apart]
@@ -206,7 +206,7 @@ def _columns(
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
     for key in requested:
-        of_sets = key in builder.whole or (section.so_far and key in declared_sets([section]))
+        of_sets = key in builder.pooled or (section.so_far and key in declared_sets([section]))
         shown = key if of_sets else stand_in(key, present)
         reason = _no_set(section, key) if of_sets else ""
         if shown is not None and not reason:

@@ -1,4 +1,4 @@
-"""What a table shows, in one sentence made of its marks, its numbers and the headers of its methods."""
+"""The finding of a table: one sentence made of its marks, its numbers and the headers of its methods."""
 
 from collections.abc import Iterable, Sequence
 
@@ -9,14 +9,14 @@ from retarget_bench.tables.model import Group, Row, count, listed
 WHERE = {CROSS: "across structures", INTRA: "within structures", SELF: "on their own bodies"}
 """The usual splits in words."""
 RECALL = "contact_recall"
-"""The value that says which share of contacts is kept."""
+"""The share of contacts that is kept."""
 FEW = 3
-"""So many methods at most are named."""
+"""Methods that are named at most."""
 
 
 def finding(group: Group, sections: Sequence[SplitSummary]) -> str:
-    """Who is best on the first split, what learned methods keep of contacts, and how much of their papers'
-    training they have had; "" where the table has none of these facts.
+    """The best methods on the first split, the share of contacts that learned methods keep, and their share
+    of their papers' training; "" where the table has none of these facts.
 
     group: methods by values, of which the columns of one split come first. sections: of which it was made.
     """

@@ -54,7 +54,7 @@ class GroupBuilder:
         return compatibility.newest(score.header for each in self.sections for score in each.scores)
 
     @cached_property
-    def whole(self) -> frozenset[str]:
+    def pooled(self) -> frozenset[str]:
         """Ids of values of sets that are over all bodies of the table, and so columns beside the others."""
         scores = (score for section in self.sections if section.bodies for score in section.scores)
         return frozenset(
@@ -105,7 +105,7 @@ class GroupBuilder:
             return self.footnotes.missing("speed was not measured", NOT_RUN)
         if which is not None:
             return self._of_set(score, key, usual_value(section.scores, key, which))
-        if key in self.whole:
+        if key in self.pooled:
             cell = self._of_set(score, key, usual_value(section.scores, key))
         elif key in score.means:
             cell = self._of_cases(section, score, key)
@@ -223,13 +223,13 @@ def declared_sets(sections: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
 
 
 def failed(metric: str, headers: Iterable[ResultHeader]) -> str:
-    """What a metric did wrong with any answer of these methods, as text; "" where it failed with none."""
+    """The failure of a metric on an answer of these methods, as text; "" where it failed on none."""
     faults = (each for header in headers for each in header.faults if each.metric == metric)
     return next((f"metric {metric} failed: {each.message}" for each in faults), "")
 
 
 def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
-    """Why these rows have no number for a value, as text: its metric failed, or its needs are not met as
+    """The reason why these rows have no number for a value: its metric failed, or its needs are not met as
     far as other numbers show."""
     if fault := failed(value.metric, (score.header for score in scores)):
         return fault

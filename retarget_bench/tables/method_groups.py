@@ -66,7 +66,7 @@ class MethodGroup:
 
     def _floors(self, rows: Sequence[Row]) -> list[str]:
         """The references' scores by values of sets, unless the row of a control shows them."""
-        at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.whole]
+        at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.pooled]
         sets = [self.spots[number] for number in at]
         floor_of = [(usual_value(section.scores, key).floor, key) for section, key in sets]
         texts = ["" if floor is None else self.builder.shown(floor, key) for floor, key in floor_of]
@@ -93,7 +93,7 @@ class MethodGroup:
         """The ranking of every column of cases, without the mask of those of the matrix; none where the
         title has their numbers of cases."""
         of_cases = (
-            None if key in self.builder.whole else section.rankings.get(key) for section, key in self.spots
+            None if key in self.builder.pooled else section.rankings.get(key) for section, key in self.spots
         )
         rankings = tuple(each and replace(each, common=None) for each in of_cases)
         counts = [max(score.asked for score in section.scores) for section, _ in self.spots]
@@ -143,7 +143,7 @@ class MethodGroup:
 
     # ---------------------------------------------------------------------------------------- sentences
     def _beside_best(self, label: str) -> str:
-        """What the best ranked method has on the cases that a method answered, which were not all."""
+        """Numbers of the best ranked method on the cases of a method that did not answer all."""
         score = next(iter(self._scores(label).values()))
         if not score.unranked or never_ranked(score.header.method):
             return ""

@@ -43,7 +43,7 @@ def column_ids(names: Iterable[str], sections: Sequence[SplitSummary]) -> list[s
 
 def value_ids(names: Iterable[str], declared: Known) -> list[str]:
     """The ids that these names stand for, each once."""
-    return list(dict.fromkeys(value_id(name, declared) for name in _whole(names, declared)))
+    return list(dict.fromkeys(value_id(name, declared) for name in _rejoined(names, declared)))
 
 
 def value_id(name: str, declared: Known) -> str:
@@ -69,7 +69,7 @@ def value_id(name: str, declared: Known) -> str:
     ]
     matches = list(dict.fromkeys([*usual, *matches]))
     raise BenchError(
-        f"{name!r} may be one of {len(matches)} values; give the id: {', '.join(_told(matches, declared))}"
+        f"{name!r} may be one of {len(matches)} values; give the id: {', '.join(_shown(matches, declared))}"
     )
 
 
@@ -92,7 +92,7 @@ def _usual_first(ids: Sequence[str]) -> list[str]:
     return sorted(ids, key=lambda key: places.get(key, len(places)))
 
 
-def _whole(names: Iterable[str], declared: Known) -> list[str]:
+def _rejoined(names: Iterable[str], declared: Known) -> list[str]:
     """The names, with labels that were split at their commas in one piece again."""
     labels = {folded(value.label) for value in declared.values()}
     parts, joined = list(names), []
@@ -131,7 +131,7 @@ def against_the_source(
             replaced.append(key)
     if lost and (explicit or not replaced):
         having = [key for key in declared if api.against_source(key) in declared]
-        there = f"those that are: {', '.join(_told(having, declared))}" if having else "no value here is"
+        there = f"those that are: {', '.join(_shown(having, declared))}" if having else "no value here is"
         raise BenchError(
             f"{lost[0]} ({declared[lost[0]].label}) is not computed against the source; {there}"
         )
@@ -171,7 +171,7 @@ def _words(text: str) -> list[str]:
     return sorted(re.findall(r"[^\W_]+", text.casefold()))
 
 
-def _told(ids: Iterable[str], declared: Known) -> list[str]:
+def _shown(ids: Iterable[str], declared: Known) -> list[str]:
     """Values by id and label, as messages name them."""
     return [f"{key} ({declared[key].label})" for key in ids]
 
@@ -192,4 +192,4 @@ def _cure(name: str, declared: Known) -> str:
     if near := close(name, declared, cutoff=0.3):
         return f"the nearest are {' and '.join(near)}; {LISTED}"
     few = _usual_first([key for key, value in declared.items() if not value.index])[:3]
-    return f"there are {', '.join(_told(few, declared))} and others; {LISTED}"
+    return f"there are {', '.join(_shown(few, declared))} and others; {LISTED}"

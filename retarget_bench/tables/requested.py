@@ -1,4 +1,4 @@
-"""The tables that somebody asks for, on the command line or in Python."""
+"""Tables by request, on the command line or in Python."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -198,7 +198,7 @@ class _Page:
         row_cells = (row.cells[column.label] for column in columns)
         cells = [replace(cell, footnote=self.footnotes.number(cell.reason)) for cell in row_cells]
         over = {
-            (cell.n, part.asked.get(column.label, cell.n))
+            (cell.n, part.common.get(column.label, cell.n))
             for column, cell in zip(columns, cells, strict=True)
             if cell.value is not None
         }

@@ -24,7 +24,7 @@ Values = Mapping[str, Sequence[SetValue]]
 
 
 def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
-    """Rows per data set, with the floor: what real motion scores.
+    """Rows per data set, with the floor: the score of real motion.
 
     Only complete results without references count (their headers say which structures have four legs). Of a
     method with several seeds, the first. A column's number is the mean over the structures that have one.
@@ -93,7 +93,7 @@ def _cells(table: PublishedTable, values: Values, usual: Values) -> dict[str, Ce
 
 
 def _other_sets(sets: Sequence[SetValue], usual: Sequence[SetValue]) -> str:
-    """How a number is of other sets than most, or "": these two may not be compared."""
+    """The reason why a number, over other sets than most, may not be compared with them; or ""."""
     real = {each.structure: each.real for each in usual if each.value is not None}
     if lacking := len(set(real) - {each.structure for each in sets}):
         return f"over {count(lacking, 'structure')} fewer than the others; not comparable with them"

@@ -36,7 +36,7 @@ class OurRow:
 
     @property
     def numbers(self) -> dict[str, Cell]:
-        """The cells that have one."""
+        """The cells that have a number."""
         return {label: cell for label, cell in self.cells.items() if cell.value is not None}
 
 
@@ -44,12 +44,12 @@ class OurRow:
 class OurRows:
     """Our rows on one data set and group of bodies, by name.
 
-    asked: column -> the cases that compared rows are over. notes: sentences on what numbers are over.
+    common: column -> the cases that compared rows are over. notes: sentences on what numbers are over.
     """
 
     where: str
     rows: tuple[OurRow, ...]
-    asked: Mapping[str, int]
+    common: Mapping[str, int]
     notes: tuple[str, ...]
 
 

@@ -1,4 +1,4 @@
-"""What papers print: their tables, from the CSV files of this folder.
+"""Printed tables of papers, from the CSV files of this folder.
 
 ``tables.csv`` names the tables, ``notes.csv`` has sentences about them. The files of papers have a line for
 every printed number: where it stands (paper, table, row, column), the value with the paper's digits, its
@@ -119,7 +119,7 @@ class PublishedTable:
 
     @property
     def of_sets(self) -> bool:
-        """It compares sets of answers with real motion, and not answers with right ones."""
+        """True for a table that compares sets of answers with real motion."""
         return any(column.chosen_by == "sets" for column in self.columns)
 
     def has_spread(self, label: str) -> bool:

@@ -46,9 +46,9 @@ ESCAPES = {
 MISSING = "--"
 LONGEST_NAME = 24
 NAME_COLUMN = r"p{0.21\linewidth}"
-"""Of names longer than that, which then take several lines."""
+"""A column of names longer than that, which take several lines."""
 MOST_COLUMNS, WITH_INTERVALS = 10, 7
-"""So many columns fit across a page."""
+"""Columns that fit across a page."""
 ONE_COLUMN = 4
 """Tables with more columns of numbers are as wide as the page."""
 

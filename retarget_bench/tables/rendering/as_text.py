@@ -12,7 +12,7 @@ from retarget_bench.tables.rendering import words
 from retarget_bench.tables.rendering.words import filled, to_the_right, width, wrapped
 
 WIDTH = 100
-"""Where nothing is said, as in pipes and files."""
+"""Characters in a line of pipes and files."""
 MOST_COLUMNS = 9
 """Tables with more columns than this, and than rows, are transposed."""
 WIDEST_HEAD, WIDEST_WORD = 9, 22
@@ -148,7 +148,7 @@ class _Page:
 
     # ------------------------------------------------------------------------------------------ legend
     def legend(self, table: Table) -> list[str]:
-        """What stands below the table; of each method that lacks answers one line, without notes."""
+        """The lines below the table; of each method that lacks answers one line, without notes."""
         lines: list[str] = []
         short = set() if self.notes or table.reading else set(words.problem_lines(table))
         for lead, sentence in words.legend(table, self.notes, self.intervals):

@@ -139,7 +139,7 @@ def _needed(one: Difference) -> str:
 
 
 def _row(comparison: PairwiseComparison, one: Difference) -> list[str]:
-    """What stands below ``HEADS``, as text."""
+    """The cells below ``HEADS``, as text."""
     facts, interval, same = one.facts, one.interval, one.verdict == "same"
     goal = f"{facts.goal:g}" if facts.better == "target" else ""
     unit = f", {facts.unit}" if facts.unit != "1" else ""
