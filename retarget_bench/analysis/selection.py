@@ -44,7 +44,7 @@ class Selection:
         labels_of = {name: label_of(name, labels) for name in self.methods}
         if strangers := [name for name, label in labels_of.items() if label is None]:
             raise unknown(labels, strangers[0])
-        chosen = [self._kept(matrix, set(labels_of.values())) for matrix in matrices]
+        chosen = [self._chosen(matrix, set(labels_of.values())) for matrix in matrices]
         some = [matrix for matrix in chosen if matrix.rows]
         parts = [part for matrix in some for part in by_bodies(matrix)] if self.apart else some
         shown = [part for part in map(so_far, parts) if part.cases or not part.so_far]
@@ -52,7 +52,7 @@ class Selection:
             raise BenchError("no case is done by all of these methods yet; ask again later, or for fewer")
         return shown
 
-    def _kept(self, matrix: ResultMatrix, chosen_labels: set[str | None]) -> ResultMatrix:
+    def _chosen(self, matrix: ResultMatrix, chosen_labels: set[str | None]) -> ResultMatrix:
         names_control = any(row.label in chosen_labels for row in matrix.rows if row.header.method.control)
         controls = self.controls and not names_control
         rows = [
@@ -173,15 +173,15 @@ def _slug(spec: str) -> str:
 
 
 def of_bodies(matrices: Sequence[ResultMatrix], bodies: str = "") -> list[ResultMatrix]:
-    """The cases of one group of bodies, which the data set's name then says; see ``wanted_group``."""
+    """The cases of one group of bodies, which the data set's name then says; see ``group_of_bodies``."""
     parts = [part for matrix in matrices for part in by_bodies(matrix)]
-    group = wanted_group([part.bodies for part in parts], bodies)
+    group = group_of_bodies([part.bodies for part in parts], bodies)
     if group == "all":
         return list(matrices)
     return [replace(part, dataset=f"{part.dataset}: {group}") for part in parts if part.bodies == group]
 
 
-def wanted_group(there: Sequence[str], bodies: str) -> str:
+def group_of_bodies(there: Sequence[str], bodies: str) -> str:
     """The group of bodies to show out of those that there are: of ``BODIES``, or ``all``.
 
     bodies: what is asked for; "": people, or all where there are none. Raises BenchError where there are

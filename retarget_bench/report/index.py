@@ -117,7 +117,7 @@ def _seen_first(split: Split) -> list[int]:
 def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinning) -> dict[str, Any]:
     values = split.values if step.few is None else split.values[:1]
     few = {value.id: _few(split, value, step.few) for value in split.values if value not in values}
-    cases = _kept(split, at, shown, few, step.worst)
+    cases = _shown_cases(split, at, shown, few, step.worst)
     entry = {
         "name": split.name,
         "labels": split.labels,
@@ -170,7 +170,7 @@ def _worst_of(loss: np.ndarray, most: int | None) -> list[int]:
     return [int(case) for case in present[np.argsort(-loss[present], kind="stable")[:most]]]
 
 
-def _kept(
+def _shown_cases(
     split: Split,
     at: tuple[int, int],
     shown: PackedScenes,
@@ -226,7 +226,7 @@ def _lost(
             if f"{case_file(case)}.npz" not in stored:
                 reason_of.setdefault(str(number), NOT_STORED)
         reasons.append(reason_of)
-    for (c, s, number), answers in shown.gone.items():
+    for (c, s, number), answers in shown.failures.items():
         if (c, s) == at:
             for label, status, message in answers:
                 reasons[split.labels.index(label)][str(number)] = printable(f"{status}: {message}")

@@ -116,7 +116,7 @@ class PackedScenes:
 
     scenes:  the text of every scene. places: case -> number of its scene.
     reasons: case -> why it has no scene, of those that were to have one.
-    gone:    case -> method, status, message of every answer of it that is not to be seen.
+    failures: case -> method, status, message of every answer of it that is not to be seen.
     lively:  case -> how much there is to see: speed of the source's joints while it is upright.
     notes:   sentences for people who look for more.
     penetrating: the case with most self-penetration; None where skins are not shown, or no answer has more
@@ -127,7 +127,7 @@ class PackedScenes:
     places: dict[Chosen, int] = field(default_factory=dict)
     lively: dict[Chosen, float] = field(default_factory=dict)
     reasons: dict[Chosen, str] = field(default_factory=dict)
-    gone: dict[Chosen, list[tuple[str, str, str]]] = field(default_factory=dict)
+    failures: dict[Chosen, list[tuple[str, str, str]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     penetrating: Scene | None = None
 
@@ -173,7 +173,7 @@ def motions(
         answers = [figure for figure in scene.figures if figure.part == "prediction"]
         paired = any(figure.part == scene_builder.REFERENCE for figure in scene.figures)
         answering = [label for label in split.labels if not (paired and label == scene_builder.REFERENCE)]
-        result.gone[each] = [
+        result.failures[each] = [
             (label, figure.status, figure.message)
             for label, figure in zip(answering, answers, strict=True)
             if figure.positions is None

@@ -12,7 +12,7 @@ from retarget_bench.results.header import MetricFault
 from retarget_bench.tables.groups import FPS, STALE, GroupBuilder, by_number
 from retarget_bench.tables.model import NOT_RUN, Cell, Group, Row, count, listed
 
-Spot = tuple[SplitSummary, str]
+ColumnKey = tuple[SplitSummary, str]
 """The split and the value of a column."""
 SETS = "Not ranked: compare such values by their intervals and with the floor, and none of different n."
 
@@ -30,7 +30,7 @@ class MethodGroup:
     builder: GroupBuilder
 
     @property
-    def spots(self) -> list[Spot]:
+    def column_keys(self) -> list[ColumnKey]:
         return [(section, key) for section in self.sections for key in self.keys[section.split]]
 
     @property
@@ -40,7 +40,9 @@ class MethodGroup:
     def group(self, absent: Sequence[str]) -> Group:
         """``absent`` are sentences about columns that are left out."""
         there = {score.label: score for section in self.sections for score in section.scores}
-        if {key for _, key in self.spots} == {FPS}:  # a control says nothing of how fast motion is made
+        if {key for _, key in self.column_keys} == {
+            FPS
+        }:  # a control says nothing of how fast motion is made
             there = {label: each for label, each in there.items() if not each.header.method.control}
         shown = (label for label in there if not self._refused(label))
         rows = [self._row(label) for label in sorted(shown, key=self._place)]
@@ -49,7 +51,7 @@ class MethodGroup:
             split="" if self.several else self.sections[0].split,
             columns=tuple(
                 replace(self.builder.column(key), split=section.split if self.several else "")
-                for section, key in self.spots
+                for section, key in self.column_keys
             ),
             ranked=tuple(row for row in rows if not row.mark),
             unranked=tuple(row for row in rows if row.mark),
@@ -66,8 +68,8 @@ class MethodGroup:
 
     def _floors(self, rows: Sequence[Row]) -> list[str]:
         """The references' scores by values of sets, unless the row of a control shows them."""
-        at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.pooled]
-        sets = [self.spots[number] for number in at]
+        at = [number for number, (_, key) in enumerate(self.column_keys) if key in self.builder.pooled]
+        sets = [self.column_keys[number] for number in at]
         floor_of = [(usual_value(section.scores, key).floor, key) for section, key in sets]
         texts = ["" if floor is None else self.builder.shown(floor, key) for floor, key in floor_of]
         if any(row.mark and [row.cells[number].text for number in at] == texts for row in rows):
@@ -93,10 +95,11 @@ class MethodGroup:
         """The ranking of every column of cases, without the mask of those of the matrix; none where the
         title has their numbers of cases."""
         of_cases = (
-            None if key in self.builder.pooled else section.rankings.get(key) for section, key in self.spots
+            None if key in self.builder.pooled else section.rankings.get(key)
+            for section, key in self.column_keys
         )
         rankings = tuple(each and replace(each, common=None) for each in of_cases)
-        counts = [max(score.asked for score in section.scores) for section, _ in self.spots]
+        counts = [max(score.asked for score in section.scores) for section, _ in self.column_keys]
         alike = all(each is None or each.cases == n for each, n in zip(rankings, counts, strict=True))
         return tuple(None for _ in rankings) if self.several and alike else rankings
 
@@ -107,7 +110,7 @@ class MethodGroup:
             self.builder.cell(section, scores[section.split], key)
             if section.split in scores
             else Cell(NOT_RUN)
-            for section, key in self.spots
+            for section, key in self.column_keys
         )
         first = next(iter(scores.values()))
         method = first.header.method
@@ -181,7 +184,7 @@ class MethodGroup:
     def _without_marks(self) -> list[str]:
         """Why columns have no marks, and why rows have none that are not significantly worse."""
         splits_of: dict[str, list[str]] = {}
-        for section, key in self.spots:
+        for section, key in self.column_keys:
             ranking, label, sentence = section.rankings.get(key), self.builder.column(key).label, ""
             if ranking is None:
                 if why := self._not_ranked(section, key):
@@ -231,10 +234,10 @@ def speeds(section: SplitSummary) -> list[str]:
 
 
 # ---------------------------------------------------------------------------------------- values of sets
-def floors(spots: Sequence[Spot], which: tuple[str, str], builder: GroupBuilder) -> list[str]:
+def floors(column_keys: Sequence[ColumnKey], which: tuple[str, str], builder: GroupBuilder) -> list[str]:
     """A sentence for each value of a set: the references' scores."""
     floor_of: dict[str, list[str]] = {}
-    for section, key in spots:
+    for section, key in column_keys:
         if (floor := usual_value(section.scores, key, which).floor) is not None:
             floor_of.setdefault(builder.column(key).label, []).append(
                 f"{section.split} {builder.shown(floor, key)}"

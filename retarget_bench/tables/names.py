@@ -14,7 +14,7 @@ from retarget_bench.results.result_matrix import ResultMatrix, set_values
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries
 from retarget_bench.tables.groups import FPS, declared_sets, declared_values
 
-Known = Mapping[str, DeclaredValue]
+Declared = Mapping[str, DeclaredValue]
 SPEED = DeclaredValue(
     label="speed",
     meaning="",
@@ -41,12 +41,12 @@ def column_ids(names: Iterable[str], sections: Sequence[SplitSummary]) -> list[s
     return value_ids(names, {**declared_values(sections), **declared_sets(sections), FPS: SPEED})
 
 
-def value_ids(names: Iterable[str], declared: Known) -> list[str]:
+def value_ids(names: Iterable[str], declared: Declared) -> list[str]:
     """The ids that these names stand for, each once."""
     return list(dict.fromkeys(value_id(name, declared) for name in _rejoined(names, declared)))
 
 
-def value_id(name: str, declared: Known) -> str:
+def value_id(name: str, declared: Declared) -> str:
     """The id of the value that a name stands for.
 
     The name may be an id, a label (``MPJPE``; where case, spaces, underscores and hyphens do not count),
@@ -73,7 +73,7 @@ def value_id(name: str, declared: Known) -> str:
     )
 
 
-def candidates(text: str, declared: Known) -> list[str]:
+def candidates(text: str, declared: Declared) -> list[str]:
     """The ids of all values that a name may stand for, likely ones first; [] for none: see ``value_id``."""
     if text in declared:
         return [text]
@@ -92,7 +92,7 @@ def _usual_first(ids: Sequence[str]) -> list[str]:
     return sorted(ids, key=lambda key: places.get(key, len(places)))
 
 
-def _rejoined(names: Iterable[str], declared: Known) -> list[str]:
+def _rejoined(names: Iterable[str], declared: Declared) -> list[str]:
     """The names, with labels that were split at their commas in one piece again."""
     labels = {folded(value.label) for value in declared.values()}
     parts, joined = list(names), []
@@ -138,7 +138,7 @@ def against_the_source(
     return replaced
 
 
-def check_of_cases(key: str, declared: Known, of_sets: Known) -> None:
+def check_of_cases(key: str, declared: Declared, of_sets: Declared) -> None:
     """Raises BenchError for a value of sets and for a curve: they have no number per case."""
     if key in of_sets:
         raise BenchError(
@@ -171,12 +171,12 @@ def _words(text: str) -> list[str]:
     return sorted(re.findall(r"[^\W_]+", text.casefold()))
 
 
-def _shown(ids: Iterable[str], declared: Known) -> list[str]:
+def _shown(ids: Iterable[str], declared: Declared) -> list[str]:
     """Values by id and label, as messages name them."""
     return [f"{key} ({declared[key].label})" for key in ids]
 
 
-def close(name: str, declared: Known, also: Sequence[str] = (), cutoff: float = 0.6) -> list[str]:
+def close(name: str, declared: Declared, also: Sequence[str] = (), cutoff: float = 0.6) -> list[str]:
     """The values that were perhaps meant, each by its id and label. also: names of what is no value."""
     names = {folded(each): each for each in also}
     for key, value in declared.items():
@@ -185,7 +185,7 @@ def close(name: str, declared: Known, also: Sequence[str] = (), cutoff: float = 
     return list(dict.fromkeys(names[each] for each in near))
 
 
-def _cure(name: str, declared: Known) -> str:
+def _cure(name: str, declared: Declared) -> str:
     """The values that were perhaps meant; else the nearest or a few usual ones, and how to list all."""
     if near := close(name, declared):
         return f"did you mean {' or '.join(near)}?"

@@ -1,11 +1,12 @@
 """Tables by request, on the command line or in Python."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import PEOPLE, Selection, wanted_group
+from retarget_bench.analysis.selection import PEOPLE, Selection, group_of_bodies
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
@@ -138,33 +139,25 @@ def task_tables(
 
 
 def _shown(sections: Sequence[SplitSummary], request: Request) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of these bodies and splits, and sentences about what is left out.
+    """The sections of these bodies (``selection.group_of_bodies``) and splits, and sentences about what is
+    left out.
 
     Raises BenchError where there are none.
     """
-    shown, hints = of_bodies(sections, request.bodies)
-    splits = listed(request.splits)
-    chosen = [each for each in shown if not splits or each.split in splits]
-    if shown and not chosen:
-        bodies = f" of {request.bodies} bodies" if request.bodies not in ("", "all") else ""
-        there = " and ".join(dict.fromkeys(section.split for section in shown))
-        raise BenchError(f"no case{bodies} is in the split {' or '.join(splits)}; {there} have some")
-    return chosen, hints
-
-
-# ---------------------------------------------------------------------------------------------- bodies
-def of_bodies(sections: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of a group of bodies (``selection.wanted_group``), and sentences about what is left
-    out."""
-    group = wanted_group([section.bodies for section in sections], bodies)
-    chosen = [section for section in sections if group in ("all", section.bodies)]
-    cases: dict[str, int] = {}
-    for section in sections if group != "all" else ():
-        if section.bodies != group:
-            cases_of = max(score.asked for score in section.scores)
-            cases[section.bodies] = cases.get(section.bodies, 0) + cases_of
-    variants = dict.fromkeys(label for section in chosen for label in section.variants)
+    group = group_of_bodies([section.bodies for section in sections], request.bodies)
+    of_group = [section for section in sections if group in ("all", section.bodies)]
+    cases = Counter[str]()
+    for section in sections:
+        if group not in ("all", section.bodies):
+            cases[section.bodies] += max(score.asked for score in section.scores)
+    variants = {label for section in of_group for label in section.variants}
     left = [*others(cases), *([f"{count(len(variants), 'variant')} (--variants)"] if variants else [])]
+    splits = listed(request.splits)
+    chosen = [section for section in of_group if not splits or section.split in splits]
+    if of_group and not chosen:
+        bodies = f" of {request.bodies} bodies" if request.bodies not in ("", "all") else ""
+        there = " and ".join(dict.fromkeys(section.split for section in of_group))
+        raise BenchError(f"no case{bodies} is in the split {' or '.join(splits)}; {there} have some")
     return chosen, [f"Not shown: {', '.join(left)}."] if left else []
 
 

@@ -161,7 +161,7 @@ class Drawing:
         for box, stage, (figure, _) in zip(self._boxes, self._stages, self._shown, strict=True):
             top = box.top + box.height + 0.3 * self._letter + self._line
             pen.text((box.left, top), error_text(figure, frame, letters, box.width), FAINT, letters)
-            if stage is not None and not stage.seen(frame):
+            if stage is not None and not stage.in_picture(frame):
                 draw_away(pen, box, stage, frame, self._letter)
 
     def _legend(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
@@ -304,7 +304,7 @@ def sheet(scene: Scene, style: DrawingStyle, frames: Sequence[int]) -> Image.Ima
             if stage is not None:
                 box = Box(names + GAP + column * (wide + GAP), top, wide, high)
                 picture.paste(stage.picture(frame), (box.left, box.top))
-                if not stage.seen(frame):
+                if not stage.in_picture(frame):
                     draw_away(pen, box, stage, frame, letter)
         figures = scene.figures if style.overlay else scene.figures[row : row + 1]
         span = Box(names + GAP, top, width - names - 2 * GAP, high)

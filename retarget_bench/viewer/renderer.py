@@ -77,7 +77,7 @@ class Stage:
     camera: Camera
     targets: np.ndarray
     size: tuple[int, int]
-    _kept: dict[tuple[float, ...], Image.Image] = field(default_factory=dict)
+    _pictures: dict[tuple[float, ...], Image.Image] = field(default_factory=dict)
 
     def picture(self, frame: int) -> Image.Image:
         """An RGB picture of a frame."""
@@ -103,16 +103,16 @@ class Stage:
 
     def _ground(self, target: tuple[float, float, float]) -> Image.Image:
         """The floor around where the camera looks; kept as long as it does not move."""
-        if target not in self._kept:
+        if target not in self._pictures:
             size = self.size[0] * FINER, self.size[1] * FINER
             picture = Image.new("RGB", size, STAGE)
             reach = max(
                 REACH * max(solid.size for solid in self.solids), 0.75 * max(size) / self._fine.zoom
             )
             floor.draw(ImageDraw.Draw(picture), self.ground, self._fine, np.array(target), reach)
-            self._kept.clear()
-            self._kept[target] = picture
-        return self._kept[target]
+            self._pictures.clear()
+            self._pictures[target] = picture
+        return self._pictures[target]
 
     @cached_property
     def _fine(self) -> Camera:
@@ -132,7 +132,7 @@ class Stage:
                 pieces.append(Piece(near, corners.ravel().tolist(), colour))
         return pieces
 
-    def seen(self, frame: int) -> bool:
+    def in_picture(self, frame: int) -> bool:
         """True where any joint of the first figure is in the picture."""
         pixels = self.camera.project(self.solids[0].places[frame], self.targets[frame])[0]
         return bool(((pixels >= 0) & (pixels <= np.array(self.size))).all(axis=1).any())

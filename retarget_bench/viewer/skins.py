@@ -27,7 +27,7 @@ class Skin:
 
     mesh:   of at most ``MOST`` triangles, which are all that its corners are for.
     joints: ``(used,)`` those that are followed. followed: ``(vertices, FOLLOWED)`` places among them, the
-            largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``WHOLE``.
+            largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``FULL_WEIGHT``.
     place:  of each vertex of the whole mesh its corner here, -1 for those that no face is left of.
     """
 
@@ -44,7 +44,7 @@ class Skin:
         small, number = _in_order(merged)
         order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
         weights = np.take_along_axis(small.weights, order, axis=1)
-        shares = _whole(weights / weights.sum(axis=1, keepdims=True))
+        shares = _quantized(weights / weights.sum(axis=1, keepdims=True))
         order = np.where(shares > 0, order, order[:, :1])  # a share of nothing needs no joint
         if order.shape[1] < FOLLOWED:
             pad = FOLLOWED - order.shape[1]
@@ -135,8 +135,8 @@ def _in_order(mesh: Mesh) -> tuple[Mesh, np.ndarray]:
     return Mesh(mesh.vertices[used[order]], faces, mesh.weights[used[order]], mesh.pose), numbers
 
 
-def _whole(weights: np.ndarray) -> np.ndarray:
-    """``WHOLE`` times the weights, rounded; the largest, which is the first, takes up the difference."""
+def _quantized(weights: np.ndarray) -> np.ndarray:
+    """``FULL_WEIGHT`` times the weights, rounded; the first and largest takes up the difference."""
     shares = np.rint(FULL_WEIGHT * weights).astype(np.int64)
     shares[:, 0] += FULL_WEIGHT - shares.sum(axis=1)
     return shares

@@ -124,10 +124,10 @@ def _by_joint(
     return errors
 
 
-def _wanted(
+def _shown_structures(
     matrix: ResultMatrix, structures: Mapping[str, str], structure: str | None, most: int
 ) -> list[str]:
-    """The structure asked for, or those of most cases."""
+    """The named structure, or those of most cases."""
     counts = Counter(structures.values())
     if structure is not None and structure not in counts:
         raise BenchError(
@@ -157,7 +157,9 @@ def skeletons(
         errors
         for matrix in values.in_order([each for each in matrices if value in each.values], order)
         for structures in [_structures(matrix, bodies)]
-        for errors in _by_joint(matrix, value, structures, _wanted(matrix, structures, structure, most))
+        for errors in _by_joint(
+            matrix, value, structures, _shown_structures(matrix, structures, structure, most)
+        )
     ]
     if not by_matrix:
         raise NothingToDraw(f"no method has {value} on these results; bench table says why")

@@ -149,13 +149,13 @@ def denoise(matrix: ResultMatrix, halves: Sequence[SeenPart] = (), order: Sequen
     """
     (matrix,) = values.in_order([matrix], order)
     sections = _levels(matrix)
-    levels = _given(sections)
+    levels = _source_errors(sections)
     if not levels:
         raise NothingToDraw(
             f"these results have no {BEFORE} beside {AFTER}, which the metric restoration gives; bench "
             "task denoise with -m restoration, or without -m, computes them"
         )
-    places = {(half.label, half.seen): _given(half.sections) for half in halves}
+    places = {(half.label, half.seen): _source_errors(half.sections) for half in halves}
     most = max(*levels.values(), *(each for half in places.values() for each in half.values()), 1e-3)
     shown = [section for section in sections if section.part in levels]
     lines = _level_lines(matrix, shown, halves, AFTER, levels, places)
@@ -230,7 +230,7 @@ def _levels(matrix: ResultMatrix) -> list[SplitSummary]:
         raise NothingToDraw(str(error)) from error
 
 
-def _given(sections: Iterable[SplitSummary]) -> dict[str, float]:
+def _source_errors(sections: Iterable[SplitSummary]) -> dict[str, float]:
     """Level -> the error of its sources, of a method that answered most cases."""
     numbers = {}
     for section in sections:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from retarget_bench.analysis.selection import Selection, wanted_group
+from retarget_bench.analysis.selection import Selection, group_of_bodies
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
@@ -73,7 +73,7 @@ def _of_bodies(
     matrices: Sequence[ResultMatrix], bodies: str, table: PublishedTable
 ) -> tuple[list[ResultMatrix], list[str]]:
     """The matrices of a group of bodies, and sentences about what is left out or is not done yet."""
-    group = wanted_group([matrix.bodies for matrix in matrices], bodies)
+    group = group_of_bodies([matrix.bodies for matrix in matrices], bodies)
     shown = [matrix for matrix in matrices if group in ("all", matrix.bodies)]
     cases: dict[str, int] = {}
     for each in matrices:

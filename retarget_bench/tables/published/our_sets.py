@@ -1,7 +1,7 @@
 """Values of sets of our answers in the columns of a published table, and the floor."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +19,8 @@ from retarget_bench.tables.published.printed import PublishedTable
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
 
-Values = Mapping[str, Sequence[SetValue]]
-"""Label of a column -> its values, one per structure of the targets."""
+Values = Mapping[str, Mapping[str, SetValue]]
+"""Label of a column -> structure of the targets -> value."""
 
 
 def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
@@ -34,14 +34,10 @@ def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Our
         headers = [row.header for each in matrices if each.dataset == matrix.dataset for row in each.rows]
         newest = compatibility.newest(headers)
         values = {row.label: _values(table, row, newest) for row in matrix.rows}
-        usual = {
-            column.label: _usual(
-                [each for by_column in values.values() for each in by_column.get(column.label, ())]
-            )
-            for column in table.columns
-        }
+        usual = {column.label: _usual(values.values(), column.label) for column in table.columns}
         floors = {
-            label: [replace(each, value=each.floor) for each in sets] for label, sets in usual.items()
+            label: {name: replace(each, value=each.floor) for name, each in sets.items()}
+            for label, sets in usual.items()
         }
         rows = [OurRow(FLOOR, FLOOR_MARK, _cells(table, floors, usual))] if any(floors.values()) else []
         for row in matrix.rows:
@@ -61,16 +57,29 @@ def _values(table: PublishedTable, row: MethodRow, newest: Newest) -> Values:
         return {}
     stored = set_metrics.read(row.paths)
     stored = [each for each in stored if not newest.why_value_outdated(header, each.value_id)]
-    values: dict[str, list[SetValue]] = {}
+    values: dict[str, dict[str, SetValue]] = {}
     for column in table.columns:  # values of its kind, and of structures of as many legs
         legs, _, kind = column.cases.partition(" legs")
         which = column.value_id, kind.strip(), legs == "4"
-        values[column.label] = [
-            each
+        values[column.label] = {
+            each.structure: each
             for each in stored
             if (each.value_id, each.kind, each.structure in header.four_legged) == which
-        ]
+        }
     return values
+
+
+def _usual(values: Iterable[Values], label: str) -> dict[str, SetValue]:
+    """Per structure one of the values of a column with the most common real set."""
+    sets: dict[str, list[SetValue]] = {}
+    for each in (each for by_column in values for each in by_column.get(label, {}).values()):
+        sets.setdefault(each.structure, []).append(each)
+    usual = {}
+    for structure, of_structure in sets.items():
+        having = [each for each in of_structure if each.value is not None] or of_structure
+        real = Counter(each.real for each in having).most_common(1)[0][0]
+        usual[structure] = next(each for each in having if each.real == real)
+    return usual
 
 
 def _cells(table: PublishedTable, values: Values, usual: Values) -> dict[str, Cell]:
@@ -78,39 +87,25 @@ def _cells(table: PublishedTable, values: Values, usual: Values) -> dict[str, Ce
     cells = {}
     for column in table.columns:
         sets = values[column.label]
-        numbers = {each.structure: each.value for each in sets if each.value is not None}
-        having = [each for each in sets if each.structure in numbers]
+        having = [each for each in sets.values() if each.value is not None]
         if not having:
-            cells[column.label] = missing(column, "; ".join(dict.fromkeys(each.reason for each in sets)))
+            reasons = dict.fromkeys(each.reason for each in sets.values())
+            cells[column.label] = missing(column, "; ".join(reasons))
             continue
+        mean = float(np.mean([each.value for each in having if each.value is not None]))
+        real = {name: each.real for name, each in usual[column.label].items() if each.value is not None}
+        reason = ""
+        if lacking := len(set(real) - {each.structure for each in having}):
+            reason = f"over {count(lacking, 'structure')} fewer than the others; not comparable with them"
+        elif any(each.real != real.get(each.structure, each.real) for each in having):
+            reason = "over other windows than the others, since it did not answer the same cases"
         cells[column.label] = replace(
-            number_cell(float(np.mean([*numbers.values()])), None, table.decimals(column.label)),
+            number_cell(mean, None, table.decimals(column.label)),
             n=min(each.n for each in having),
             clips=min(each.clips for each in having),
-            reason=_other_sets(having, usual[column.label]),
+            reason=reason,
         )
     return cells
-
-
-def _other_sets(sets: Sequence[SetValue], usual: Sequence[SetValue]) -> str:
-    """The reason why a number, over other sets than most, may not be compared with them; or ""."""
-    real = {each.structure: each.real for each in usual if each.value is not None}
-    if lacking := len(set(real) - {each.structure for each in sets}):
-        return f"over {count(lacking, 'structure')} fewer than the others; not comparable with them"
-    if any(each.real != real.get(each.structure, each.real) for each in sets):
-        return "over other windows than the others, since it did not answer the same cases"
-    return ""
-
-
-def _usual(values: Sequence[SetValue]) -> list[SetValue]:
-    """Per structure one of the values with the most common real set."""
-    usual = []
-    for structure in dict.fromkeys(each.structure for each in values):
-        sets = [each for each in values if each.structure == structure]
-        having = [each for each in sets if each.value is not None] or sets
-        real = Counter(each.real for each in having).most_common(1)[0][0]
-        usual.append(next(each for each in having if each.real == real))
-    return usual
 
 
 def _counts(where: str, rows: Sequence[OurRow]) -> tuple[str, ...]:

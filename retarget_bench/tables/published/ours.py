@@ -160,7 +160,7 @@ class _Part:
     # ------------------------------------------------------------------------------------------ numbers
     def _numbers(self, column: Column) -> _Numbers:
         """The numbers of a column."""
-        over = np.array([self._asked(column, each) for each in self.methods.values()])
+        over = np.array([self._cases_of(column, each) for each in self.methods.values()])
         answered, unanswered = np.full(over.shape, np.nan), np.zeros_like(over)
         method = {label: number for number, label in enumerate(self.methods)}
         case = {info: number for number, info in enumerate(self.infos)}
@@ -182,7 +182,7 @@ class _Part:
         common, alike, _ = common_cases(shown, ranked, ~self.compared)
         return _Numbers(answered, shown, alike, common, own_cases)
 
-    def _asked(self, column: Column, method: MethodInfo) -> np.ndarray:
+    def _cases_of(self, column: Column, method: MethodInfo) -> np.ndarray:
         """``(cases,)`` bool: the cases that a column is over, of a method."""
         structures = np.array(self.structures)
         if column.chosen_by == "structure":

@@ -134,7 +134,7 @@ def _caption(table: Table, group: Group, intervals: bool) -> str:
 def _tabular(group: Group, intervals: bool) -> list[str]:
     """The rows of a group, with their n where that differs."""
     counted = len({row.n for row in group.rows}) > 1
-    longest = max((len(words.named(row)) for row in group.rows), default=0)
+    longest = max((len(words.row_name(row)) for row in group.rows), default=0)
     width = len(group.columns) + counted
     first = "l" if longest <= LONGEST_NAME else NAME_COLUMN
     head_texts = (
@@ -153,7 +153,7 @@ def _tabular(group: Group, intervals: bool) -> list[str]:
             out.append(rf"\multicolumn{{{width + 1}}}{{@{{}}l}}{{\emph{{{plain(heading)}}}}} \\")
         for row in rows:
             cells = [_cell(each, intervals) for each in row.cells]
-            out.append(_joined([_name(words.named(row)), *cells, *[plain(row.n)] * counted]))
+            out.append(_joined([_name(words.row_name(row)), *cells, *[plain(row.n)] * counted]))
     return [*out, r"\bottomrule", r"\end{tabular}"]
 
 

@@ -76,7 +76,7 @@ class _Page:
 
         def line(row: Row) -> _Line:
             cells = tuple(self.stacked(cell) for cell in row.cells)
-            return _Line(words.named(row), (*cells, (row.n,)) if group.counts else cells)
+            return _Line(words.row_name(row), (*cells, (row.n,)) if group.counts else cells)
 
         lines, counts = [], words.common_counts(group)
         for heading, rows in group.blocks:

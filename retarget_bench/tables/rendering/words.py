@@ -158,7 +158,7 @@ def common_counts(group: Group) -> list[str]:
     return counts if any(counts) and not alike else []
 
 
-def named(row: Row) -> str:
+def row_name(row: Row) -> str:
     """A row's name and why it is not ranked; all controls stand below a heading that says so."""
     return f"{row.label} ({row.mark})" if row.mark not in ("", CONTROL) else row.label
 
