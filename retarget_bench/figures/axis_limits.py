@@ -22,7 +22,7 @@ MARGIN = 0.03
 
 
 def top(highest: Sequence[float], decimals: int = 2, others: Sequence[float] = ()) -> float:
-    """The end of an axis, from the highest number of every method: what is far worse is left out.
+    """The end of an axis, from the highest number of every method; far worse ones are left out.
 
     decimals: with which the numbers are written; methods that have nothing but zeros then do not count.
     others: numbers that the axis reaches to as well, such as controls', but that do not count as methods.

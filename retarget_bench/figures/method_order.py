@@ -37,7 +37,7 @@ def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
 
 
 def everything(roots: Iterable[Path]) -> list[ResultPaths]:
-    """All results under some folders, of every task: what ranks, and so colours, are of."""
+    """All results under some folders, of every task, from which ranks, and so colours, are made."""
     return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
 
 

@@ -40,9 +40,8 @@ class MethodGroup:
     def group(self, absent: Sequence[str]) -> Group:
         """``absent`` are sentences about columns that are left out."""
         there = {score.label: score for section in self.sections for score in section.scores}
-        if {key for _, key in self.column_keys} == {
-            FPS
-        }:  # a control says nothing of how fast motion is made
+        speeds_alone = {key for _, key in self.column_keys} == {FPS}
+        if speeds_alone:  # a control says nothing of how fast motion is made
             there = {label: each for label, each in there.items() if not each.header.method.control}
         shown = (label for label in there if not self._refused(label))
         rows = [self._row(label) for label in sorted(shown, key=self._place)]
@@ -85,9 +84,8 @@ class MethodGroup:
             cases += f" of {count(section.clip_count, 'clip')}"
             if not self.several:
                 frames = sum(info.frames for info in section.infos)
-                cases += f" and {count(section.pair_count, 'pair')}" + (
-                    f", {frames} frames" if frames else ""
-                )
+                cases += f" and {count(section.pair_count, 'pair')}"
+                cases += f", {frames} frames" if frames else ""
             shown.append(f"{section.split}: {cases}")
         return "; ".join(shown)
 

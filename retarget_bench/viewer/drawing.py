@@ -271,7 +271,7 @@ def usual_size(scene: Scene, columns: int, overlay: bool) -> tuple[int, int]:
 
 
 def sheet(scene: Scene, style: DrawingStyle, frames: Sequence[int]) -> Image.Image:
-    """An RGB picture of a scene at some frames; ``look.overlay`` makes it a single row.
+    """An RGB picture of a scene at some frames; ``style.overlay`` makes it a single row.
 
     Raises BenchError where the size leaves too little room for so many figures and moments.
     """

@@ -137,7 +137,7 @@ class Window:
         self._on(self.at, lambda: self.seek(int(self.at.value)))
 
     def _on(self, handle: Any, action: Callable[[], None]) -> None:
-        """Do something, in the thread that draws, when somebody changes a control (not we ourselves)."""
+        """Call a function, in the thread that draws, when a user changes a control."""
         handle.on_update(lambda event: self._todo.append(action) if event.client is not None else None)
 
     # --------------------------------------------------------------------------------------- what is shown

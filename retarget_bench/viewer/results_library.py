@@ -163,7 +163,7 @@ def colours(roots: Iterable[Path]) -> dict[str, str]:
 
 @lru_cache(maxsize=8)
 def _colours(places: tuple[tuple[ResultPaths, int], ...]) -> dict[str, str]:
-    """Of headers that have not changed since they were asked for: who watches a run asks often."""
+    """The colours, cached while headers are the same: a page that watches a run asks often."""
     return method_order.colours(method_order.ranked(place for place, _ in places))
 
 

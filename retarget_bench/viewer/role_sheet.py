@@ -218,7 +218,7 @@ def _arrow(pen: ImageDraw.ImageDraw, stage: Stage, corner: tuple[int, int]) -> N
 
 
 def _size(pen: ImageDraw.ImageDraw, stage: Stage, corner: tuple[int, int]) -> None:
-    """How tall the body stands, beside it."""
+    """The height of the body, beside it."""
     solid, camera = stage.solids[0], stage.camera
     top = float(solid.places[0, :, 1].max())
     ends = camera.project(np.array([[0.0, 0.0, 0.0], [0.0, top, 0.0]]), stage.targets[0])[0] + corner

@@ -133,7 +133,7 @@ def figure_of(label: str, part: Part, motion: Source, labels: Labels | None = No
 
 
 def distinct(labels: Sequence[str], used: Sequence[str] = ()) -> list[str]:
-    """Labels made distinct from each other and from those taken: the second of a kind gets a number."""
+    """Labels made distinct from each other and from those used: the second of a kind gets a number."""
     names: list[str] = []
     for label in labels:
         name, number = label, 1

@@ -9,7 +9,7 @@ from retarget_bench.motion.penetration import inside_mask
 from retarget_bench.viewer.scene import Figure
 
 KEY = "striped: limb inside the body"
-"""What the stripes of pictures mean."""
+"""The meaning of stripes in pictures."""
 _BLOCK = 64
 """Frames at a time."""
 
@@ -32,7 +32,7 @@ def lit(figure: Figure) -> Figure:
 
 
 def key(figures: Sequence[Figure], frames: Sequence[int]) -> str:
-    """What stripes mean, where any figure has some at these frames; else ""."""
+    """The meaning of stripes, where any figure has some at these frames; else ""."""
     any_lit = any(figure.inside is not None and figure.inside[list(frames)].any() for figure in figures)
     return KEY if any_lit else ""
 

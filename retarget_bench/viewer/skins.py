@@ -77,7 +77,7 @@ class Skin:
         return had + 1 - corners
 
     def turns(self, motion: Motion) -> np.ndarray:
-        """``(frames, used, 4)``: what turns the mesh's own pose into that of the motion, without jumps."""
+        """``(frames, used, 4)``: rotations from the mesh's pose to that of the motion, without jumps."""
         _, turned = self.mesh.bound(motion.skeleton)
         turns = rotation.multiply(motion.global_rotations, rotation.conjugate(turned))
         return rotation.continuous(turns[:, self.joints])

@@ -31,7 +31,7 @@ def plain(text: str) -> str:
 
 
 def short(text: str, letters: Font, room: float) -> str:
-    """Text that takes at most ``room`` pixels: what is too long loses its middle."""
+    """Text that takes at most ``room`` pixels; a longer one loses its middle."""
     text = plain(text)
     if letters.getlength(text) <= room:
         return text

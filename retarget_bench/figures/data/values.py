@@ -38,7 +38,7 @@ class Value:
         return "" if self.declared.unit == "1" else self.declared.unit
 
     def losses(self, numbers: np.ndarray) -> np.ndarray:
-        """The same shape: how bad each number is."""
+        """Losses of the same shape: less is better."""
         return statistics.losses(numbers, self.declared.better, self.declared.goal)
 
 

@@ -28,7 +28,7 @@ NARROW = 0.02
 
 
 def spread(frames: int) -> list[int]:
-    """The frames that are drawn unasked: from the first to the last, each once."""
+    """The frames that are drawn by default: from the first to the last, each once."""
     return sorted({int(frame) for frame in np.linspace(0, frames - 1, UNASKED).round()})
 
 
@@ -77,7 +77,7 @@ def _poses(panel: Any, attention: Attention, source: Motion, frames: Sequence[in
 def _pose(
     panel: Any, attention: Attention, source: Motion, frame: int, pose: np.ndarray, scale: Any
 ) -> None:
-    """pose: ``(joints, 3)`` right, up, towards the one who looks; bones that are nearer lie on top."""
+    """Draw a pose, nearer bones on top. pose: ``(joints, 3)`` right, up and towards the viewer."""
     from matplotlib.collections import LineCollection
     from matplotlib.patheffects import Normal, Stroke
 
@@ -96,7 +96,7 @@ def _pose(
 
 
 def projected(source: Motion, frames: Sequence[int]) -> np.ndarray:
-    """``(len(frames), joints, 3)`` metres: right, up and towards the one who looks, a little from above and
+    """``(len(frames), joints, 3)`` metres: right, up and towards the viewer, a little from above and
     from beside where the body faces in each frame. The level origin is at the root joint."""
     character = source.character
     places = source.positions[list(frames)]

@@ -137,7 +137,7 @@ def headed(names: Sequence[str], width: float) -> float:
 
 
 def mark_styles(headers: Mapping[str, ResultHeader], page: Page = PAGE) -> dict[str, dict[str, Any]]:
-    """Label -> what matplotlib takes for its lines and marks, the same in every panel.
+    """Label -> matplotlib properties of its lines and marks, the same in every panel.
 
     headers: label -> the header of its results. Colours are by rank where the page knows it, else in the
     order of the headers.
