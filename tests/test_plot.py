@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -126,7 +127,9 @@ def test_more_or_longer_names_are_a_legend_in_the_order_of_the_lines(
     tmp_path, sections, figures, label, more
 ):
     values = both([0.4, 0.5, 0.7, 0.9], [0.9, 0.9, 0.95, 0.97])
-    sections[0].scores[1:1] = [score(f"{label}{k}", values) for k in range(more)]
+    first, *others = sections[0].scores
+    added = [score(f"{label}{k}", values) for k in range(more)]
+    sections[0] = replace(sections[0], scores=(first, *added, *others))
     drawn(tmp_path / "out.png", sections)
     (legend,) = figures[0].legends
     labels = [canvas.drawable(each.label) for each in sections[0].scores]
