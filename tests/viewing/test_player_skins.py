@@ -117,7 +117,10 @@ def test_corners_follow_the_joints_with_the_largest_shares():
     largest = np.sort(skin.mesh.weights, axis=1)[:, : -FOLLOWED - 1 : -1]
     kept = np.take_along_axis(skin.mesh.weights, skin.joints[skin.followed], axis=1)
     assert np.array_equal(kept, largest)
-    assert np.abs(skin.shares / FULL_WEIGHT - largest / largest.sum(axis=1, keepdims=True)).max() < 1.6 / FULL_WEIGHT
+    assert (
+        np.abs(skin.shares / FULL_WEIGHT - largest / largest.sum(axis=1, keepdims=True)).max()
+        < 1.6 / FULL_WEIGHT
+    )
 
 
 @pytest.mark.parametrize("most", [3000, 700, 60])
