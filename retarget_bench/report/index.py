@@ -141,7 +141,7 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
 
 def _value(split: Split, value: Column, cases: Sequence[int]) -> dict[str, Any]:
     """``among``: methods whose means are over common cases alone; ``alone``: cases that are not common."""
-    common, among = values.common_cases(split.matrix, value.id)
+    _, common, among = values.common_numbers(split.matrix, value.id)
     return {
         "id": value.id,
         "label": value.label,

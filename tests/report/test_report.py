@@ -124,7 +124,7 @@ def test_squares_and_kinds_are_means_over_clips(results, tags):
     picks = [each for _, each in tags.tags if each.get("data-split") == split.name and "aria-label" in each]
     squares = [each for each in picks if " to " in each["aria-label"] and each["data-method"] == LABEL]
     assert len(squares) == 3
-    numbers = values.common_numbers(split.matrix, split.main.id)
+    numbers, _, _ = values.common_numbers(split.matrix, split.main.id)
     for each in squares:
         source, target = each["aria-label"].split(f"{split.name}, ")[1].split(": ")[0].split(" to ")
         found = [

@@ -160,7 +160,7 @@ def clips(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
     ordered = values.in_order([each for each in matrices if value in each.values], order)
     charts = []
     for matrix in ordered:
-        per_clip = statistics.per_clip(values.common_numbers(matrix, value), matrix.clips)
+        per_clip = statistics.per_clip(values.common_numbers(matrix, value)[0], matrix.clips)
         names = list(dict.fromkeys(info.clip for info in matrix.cases))
         boxes, numbers = [], []
         for row, each in zip(matrix.rows, per_clip, strict=True):

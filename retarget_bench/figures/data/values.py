@@ -81,25 +81,17 @@ def ranked(matrices: Sequence[ResultMatrix]) -> list[str]:
     return [label for label, header in methods(matrices).items() if not ranking.unranked(header)]
 
 
-def common_numbers(matrix: ResultMatrix, value: str) -> np.ndarray:
-    """``(methods, cases)`` of a value, as in tables: of ranked methods on their common cases alone."""
-    numbers = matrix.numbers((value, ""))
-    common, among = common_cases(matrix, value)
-    numbers[among] = np.where(common, numbers[among], np.nan)
-    return numbers
-
-
-def common_cases(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarray]:
-    """``(cases,)`` bool: those that all ranked methods have this value of; and ``(methods,)`` bool: whose
-    means are over those alone."""
+def common_numbers(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """``(methods, cases)`` of a value, as in tables: of ranked methods on their common cases alone;
+    ``(cases,)`` bool: these cases; and ``(methods,)`` bool: whose means are over them alone."""
     numbers = matrix.numbers((value, ""))
     ranked = np.array([not ranking.unranked(row.header) for row in matrix.rows])
-    return ranking.common_cases(numbers, ranked)[:2]
+    return numbers, *ranking.common_cases(numbers, ranked)[:2]
 
 
 def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:
     """Label -> the mean over clips of means over cases, as in tables, of methods that have one."""
-    intervals_of = summary.means_over_clips(common_numbers(matrix, value), matrix.clips)
+    intervals_of = summary.means_over_clips(common_numbers(matrix, value)[0], matrix.clips)
     labels = [row.label for row in matrix.rows]
     return {label: mean for label, mean in zip(labels, intervals_of, strict=True) if mean is not None}
 
