@@ -11,7 +11,7 @@ from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.model import Cell, Footnotes, Group, Row, Table
 from retarget_bench.tables.model import Column as Heading
 from retarget_bench.tables.published.our_sets import of_sets
-from retarget_bench.tables.published.ours import OurRow, OurRows, of_cases
+from retarget_bench.tables.published.ours import OurRow, of_cases
 from retarget_bench.tables.published.printed import COUNTED, STRUCTURE, Column, Number, PublishedTable
 from retarget_bench.tables.requested import others
 
@@ -46,11 +46,11 @@ def joined(
             raise BenchError(
                 "this table is between bodies on two legs and on four by itself; leave --bodies"
             )
-        ours = of_sets(table, replace(select, apart=False).parts(result_matrices(places)))
+        ours, counts = of_sets(table, replace(select, apart=False).parts(result_matrices(places)))
     else:
         matrices, hints = _of_bodies(select.parts(result_matrices(places)), bodies, table)
         table = _with_structures(table, matrices)
-        ours = of_cases(table, matrices)
+        ours, counts = of_cases(table, matrices)
     page = _Page(table, ours, known_as or {})
     groups = tuple(page.groups())
     why = dict.fromkeys(column.missing for column in table.columns)
@@ -58,7 +58,7 @@ def joined(
     if any(column.value_id for column in table.columns):
         alone = "None of the results here has a case that this table asks for."
     no_results = () if ours else (alone,)
-    notes = (*table.notes, *no_results, *page.left_out(), *(note for part in ours for note in part.notes))
+    notes = (*table.notes, *no_results, *page.left_out(), *counts)
     return Table(
         table.title,
         groups,
@@ -111,7 +111,7 @@ class _Page:
     """The groups of a table, a group for each block of columns."""
 
     table: PublishedTable
-    parts: Sequence[OurRows]
+    rows: Sequence[OurRow]
     known_as: Mapping[str, str]
     footnotes: Footnotes = field(default_factory=Footnotes)
 
@@ -129,39 +129,34 @@ class _Page:
             shown = self._rows(columns)
             if not block:
                 yield self._group(self.table.source, columns, shown)
-            elif shown and not all(self._repeats(row, columns) for _, row in shown):
-                filled = [
-                    column for column in columns if any(column.label in row.numbers for _, row in shown)
-                ]
+            elif shown and not all(self._repeats(row, columns) for row in shown):
+                filled = [column for column in columns if any(column.label in row.numbers for row in shown)]
                 yield self._group(f"{self.table.source}: {block}", filled, shown)
 
     def left_out(self) -> list[str]:
         """Sentences on methods without a number in a block of columns, and why."""
         sentences = []
         for block, columns in self.blocks.items():
-            shown = [row for _, row in self._rows(columns)]
-            lacking = [row for part in self.parts for row in part.rows if row not in shown]
-            if lacking:
+            shown = self._rows(columns)
+            if lacking := [row for row in self.rows if row not in shown]:
                 why = dict.fromkeys(row.cells[column.label].reason for row in lacking for column in columns)
                 labels = ", ".join(dict.fromkeys(row.label for row in lacking))
                 where = block or "the columns of the paper"
                 sentences.append(f"No number in {where}: {labels} ({'; '.join(why)}).")
         return sentences
 
-    def _rows(self, columns: Sequence[Column]) -> list[tuple[OurRows, OurRow]]:
+    def _rows(self, columns: Sequence[Column]) -> list[OurRow]:
         """Our rows with a number in any of these columns."""
         labels = {column.label for column in columns}
-        return [(part, row) for part in self.parts for row in part.rows if labels & row.numbers.keys()]
+        return [row for row in self.rows if labels & row.numbers.keys()]
 
     def _repeats(self, row: OurRow, columns: Sequence[Column]) -> bool:
         """True for a row whose numbers stand in the paper's columns, too, over as many cases."""
         pairs = ((row.cells[each.label], row.cells.get(each.repeats, Cell(""))) for each in columns)
         return all((one.n, one.value) == (two.n, two.value) for one, two in pairs)
 
-    def _group(
-        self, title: str, columns: Sequence[Column], shown: Sequence[tuple[OurRows, OurRow]]
-    ) -> Group:
-        ours = [(row, self._own(part, row, columns)) for part, row in shown]
+    def _group(self, title: str, columns: Sequence[Column], shown: Sequence[OurRow]) -> Group:
+        ours = [(row, self._own(row, columns)) for row in shown]
         ranked: list[Row] = []
         for label, numbers in self.table.rows.items():
             if any(column.label in numbers for column in columns):
@@ -169,7 +164,7 @@ class _Page:
             ranked += [drawn for row, drawn in ours if self.known_as.get(row.label) == label]
         known_as = self.known_as
         ranked += [drawn for row, drawn in ours if not row.mark and row.label not in known_as]
-        where = ", ".join(dict.fromkeys(part.where for part, _ in shown))
+        where = ", ".join(dict.fromkeys(row.where for row in shown))
         return Group(
             title=f"{title}; ours on {where}" if where else title,
             split="",
@@ -194,11 +189,11 @@ class _Page:
         about = f"here: {', '.join(rebuilt)}" if rebuilt else ""
         return Row(f"{label} ({COUNTED if counted else PRINTED})", "", tuple(cells), "", about)
 
-    def _own(self, part: OurRows, row: OurRow, columns: Sequence[Column]) -> Row:
+    def _own(self, row: OurRow, columns: Sequence[Column]) -> Row:
         row_cells = (row.cells[column.label] for column in columns)
         cells = [replace(cell, footnote=self.footnotes.number(cell.reason)) for cell in row_cells]
         over = {
-            (cell.n, part.common.get(column.label, cell.n))
+            (cell.n, row.common.get(column.label, cell.n))
             for column, cell in zip(columns, cells, strict=True)
             if cell.value is not None
         }
@@ -207,7 +202,7 @@ class _Page:
         if row.label in self.known_as:
             return Row(self.known_as[row.label], row.mark, tuple(cells), counted, row.label)
         label = f"{row.label} ({row.variant})" if row.variant else row.label
-        label += f", {part.where}" if len(self.parts) > 1 else ""
+        label += f", {row.where}" if len({each.where for each in self.rows}) > 1 else ""
         return Row(label, row.mark, tuple(cells), counted)
 
 

@@ -14,7 +14,7 @@ from retarget_bench.results import compatibility
 from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 from retarget_bench.tables.model import Cell, count
-from retarget_bench.tables.published.ours import OurRow, OurRows, counted, missing, number_cell, variant
+from retarget_bench.tables.published.ours import OurRow, counted, missing, number_cell, variant
 from retarget_bench.tables.published.printed import PublishedTable
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
@@ -23,13 +23,15 @@ Values = Mapping[str, Mapping[str, SetValue]]
 """Label of a column -> structure of the targets -> value."""
 
 
-def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
-    """Rows per data set, with the floor: the score of real motion.
+def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> tuple[list[OurRow], list[str]]:
+    """Rows by data set and name, with the floor, the score of real motion; and sentences on what their
+    numbers are over.
 
     Only complete results without references count (their headers say which structures have four legs). Of a
     method with several seeds, the first. A column's number is the mean over the structures that have one.
     """
-    parts = []
+    all_rows: list[OurRow] = []
+    notes: list[str] = []
     for matrix in (each for each in matrices if each.split == CROSS):
         headers = [row.header for each in matrices if each.dataset == matrix.dataset for row in each.rows]
         newest = compatibility.newest(headers)
@@ -39,15 +41,17 @@ def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Our
             label: {name: replace(each, value=each.floor) for name, each in sets.items()}
             for label, sets in usual.items()
         }
-        rows = [OurRow(FLOOR, FLOOR_MARK, _cells(table, floors, usual))] if any(floors.values()) else []
+        where, rows = matrix.dataset, []
+        if any(floors.values()):
+            rows.append(OurRow(where, FLOOR, FLOOR_MARK, _cells(table, floors, usual)))
         for row in matrix.rows:
             if any(values[row.label].values()):
                 cells = _cells(table, values[row.label], usual)
                 method = row.header.method
-                rows.append(OurRow(row.label, never_ranked(method), cells, variant(method)))
-        rows.sort(key=lambda row: row.label)
-        parts.append(OurRows(matrix.dataset, tuple(rows), {}, _counts(matrix.dataset, rows)))
-    return [part for part in parts if part.rows]
+                rows.append(OurRow(where, row.label, never_ranked(method), cells, variant(method)))
+        all_rows += sorted(rows, key=lambda row: row.label)
+        notes += _counts(where, rows)
+    return all_rows, notes
 
 
 def _values(table: PublishedTable, row: MethodRow, newest: Newest) -> Values:

@@ -1,7 +1,7 @@
 """Our results in the columns of a published table, over the cases that all methods answered."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,33 +24,23 @@ UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
 @dataclass(frozen=True)
 class OurRow:
-    """One method on one data set: column -> cell, of all columns.
+    """One method on one data set and group of bodies, ``where``: column -> cell, of all columns.
 
     mark: why a method is not compared, or "". variant: of a published method, or "".
+    common: column -> the cases that compared rows are over.
     """
 
+    where: str
     label: str
     mark: str
     cells: Mapping[str, Cell]
     variant: str = ""
+    common: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def numbers(self) -> dict[str, Cell]:
         """The cells that have a number."""
         return {label: cell for label, cell in self.cells.items() if cell.value is not None}
-
-
-@dataclass(frozen=True)
-class OurRows:
-    """Our rows on one data set and group of bodies, by name.
-
-    common: column -> the cases that compared rows are over. notes: sentences on what numbers are over.
-    """
-
-    where: str
-    rows: tuple[OurRow, ...]
-    common: Mapping[str, int]
-    notes: tuple[str, ...]
 
 
 def variant(method: MethodInfo) -> str:
@@ -89,8 +79,9 @@ def counted(where: str, over: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     return (f"n, {where}: {notes}.",) if over else ()
 
 
-def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
-    """Rows of the methods that have a number in any column, per data set and group of bodies.
+def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> tuple[list[OurRow], list[str]]:
+    """Rows of the methods that have a number in any column, by data set, group of bodies and name; and
+    sentences on what their numbers are over.
 
     matrices: of any splits, of bodies told apart. A number is a mean over clips of the mean over a clip's
     cases, of those that all compared methods have one for (see ``common_cases``). A method that did not
@@ -101,8 +92,13 @@ def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Ou
     for matrix in matrices:
         where = f"{matrix.dataset}: {matrix.bodies}" if matrix.bodies else matrix.dataset
         grouped.setdefault(where, []).append(matrix)
-    parts = [_Part(table, each).rows(where) for where, each in grouped.items()]
-    return [part for part in parts if part.rows]
+    all_rows: list[OurRow] = []
+    notes: list[str] = []
+    for where, each in grouped.items():
+        rows, counts = _Part(table, each).rows(where)
+        all_rows += rows
+        notes += counts if rows else []
+    return all_rows, notes
 
 
 @dataclass(frozen=True)
@@ -145,17 +141,15 @@ class _Part:
         numbers = {column.label: self._numbers(column) for column in table.columns if column.value_id}
         self.numbers = {label: each for label, each in numbers.items() if not np.isnan(each.answered).all()}
 
-    def rows(self, where: str) -> OurRows:
-        """The rows by name, and what their numbers are over."""
-        rows = [self._row(at, *each) for at, each in enumerate(self.methods.items())]
+    def rows(self, where: str) -> tuple[list[OurRow], list[str]]:
+        """The rows by name, and sentences on what their numbers are over."""
+        rows = [self._row(at, where, *each) for at, each in enumerate(self.methods.items())]
         fewer = [self._on_the_same(at, row.label) for at, row in enumerate(rows) if row.mark == FEWER]
-        common = {label: int(each.common.sum()) for label, each in self.numbers.items()}
-        return OurRows(
-            where,
-            tuple(row for row in rows if row.numbers),
-            {label: cases for label, cases in common.items() if cases},
-            (*self._counts(where), *filter(None, fewer)),
-        )
+        common = {
+            label: int(each.common.sum()) for label, each in self.numbers.items() if each.common.any()
+        }
+        shown = [replace(row, common=common) for row in rows if row.numbers]
+        return shown, [*self._counts(where), *filter(None, fewer)]
 
     # ------------------------------------------------------------------------------------------ numbers
     def _numbers(self, column: Column) -> _Numbers:
@@ -202,7 +196,7 @@ class _Part:
         return [each for each in self.table.columns if column.chosen_by == "mean" and each.pairs]
 
     # --------------------------------------------------------------------------------------------- rows
-    def _row(self, at: int, label: str, method: MethodInfo) -> OurRow:
+    def _row(self, at: int, where: str, label: str, method: MethodInfo) -> OurRow:
         mark, fewer = never_ranked(method), False
         having = self._cells({key: found.shown[at] for key, found in self.numbers.items()})
         cells = {}
@@ -220,7 +214,7 @@ class _Part:
             elif cell.n < common:
                 reason = f"over the {cell.n} of the {count(common, 'common case')} that it has"
             cells[column.label] = replace(cell, reason=reason)
-        return OurRow(label, mark or (FEWER if fewer else ""), cells, variant(method))
+        return OurRow(where, label, mark or (FEWER if fewer else ""), cells, variant(method))
 
     def _cells(self, numbers: Mapping[str, np.ndarray]) -> dict[str, Cell]:
         """The cells with a number of one method. numbers: column -> ``(cases,)``."""
