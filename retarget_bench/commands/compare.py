@@ -51,9 +51,7 @@ def command(options: Options) -> None:
         places = options.of(folders).places()
         matrices = of_bodies(_matrices(places, splits), options.bodies)
         both = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
-        if not (found := comparing.compared(both, wanted, options.all)):
-            rows = [row for _, pairs in both for pair in pairs for row in pair if row]
-            raise comparing.nothing_common(first, second, rows)
+        found = comparing.compared(first, second, both, wanted, options.all)
     else:
         matrices = of_bodies(_matrices(options.places(), splits), options.bodies)
         found = comparing.compare(matrices, first, second, wanted, options.all)

@@ -46,20 +46,12 @@ def compare(
             raise selection.unknown([row.label for matrix in matrices for row in matrix.rows], name)
     pairs = [(selection.find(matrix, first), selection.find(matrix, second)) for matrix in matrices]
     both = [(matrix, [pair]) for matrix, pair in zip(matrices, pairs, strict=True)]
-    comparisons = compared(both, columns, everything, as_in_tables=True)
-    if not comparisons:
-        raise nothing_common(first, second, [row for pair in pairs for row in pair if row])
-    return comparisons
-
-
-def nothing_common(first: str, second: str, rows: Sequence[MethodRow]) -> BenchError:
-    """Why these rows cannot be compared."""
-    waiting = dict.fromkeys(filter(None, map(pairwise.so_far, rows)))
-    sentences = [f"{first} and {second} have no case in common that both have a number for", *waiting]
-    return BenchError("; ".join(sentences))
+    return compared(first, second, both, columns, everything, as_in_tables=True)
 
 
 def compared(
+    first: str,
+    second: str,
     pairs: Sequence[tuple[ResultMatrix, Sequence[Pair]]],
     columns: Sequence[str] | None,
     everything: bool,
@@ -68,8 +60,9 @@ def compared(
     """The comparisons of these pairs of rows that have a value in common. A note names those of the values
     asked for, or else of the columns of tables, that are left out.
 
-    as_in_tables: whether the matrices have all rows of a table, whose verdicts hold where it has some.
-    Raises BenchError for values that no result has, or that are curves.
+    first, second: names of the two for errors. as_in_tables: whether the matrices have all rows of a table,
+    whose verdicts hold where it has some. Raises BenchError for values that no result has, or that are
+    curves, and where no case has a number of both.
     """
     if columns is not None and not columns:
         raise BenchError(f"name at least one value, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
@@ -86,7 +79,12 @@ def compared(
             if one and two:
                 comparison = pairwise.compare(matrix, one, two, keys, rankings)
                 comparisons.append(_with_note(comparison, matrix, one, two, ids))
-    return [each for each in comparisons if each.differences]
+    if shown := [each for each in comparisons if each.differences]:
+        return shown
+    progress = (pairwise.so_far(row) for _, rows in pairs for pair in rows for row in pair if row)
+    waiting = dict.fromkeys(filter(None, progress))
+    sentences = [f"{first} and {second} have no case in common that both have a number for", *waiting]
+    raise BenchError("; ".join(sentences))
 
 
 def table_rankings(matrix: ResultMatrix) -> Mapping[str, Ranking]:
