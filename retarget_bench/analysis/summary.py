@@ -130,10 +130,12 @@ class SplitSummary(ResultMatrix):
 
     @property
     def clip_count(self) -> int:
+        """Number of source clips."""
         return len({info.clip for info in self.infos})
 
     @property
     def pair_count(self) -> int:
+        """Number of pairs of source and target."""
         return len({(info.source, info.target) for info in self.infos})
 
     def slower(self, score: MethodSummary) -> str:

@@ -51,6 +51,7 @@ class GroupBuilder:
 
     @cached_property
     def newest(self) -> Newest:
+        """The newest data and versions of metrics of the table."""
         return compatibility.newest(score.header for each in self.sections for score in each.scores)
 
     @cached_property
