@@ -225,12 +225,11 @@ def _seen_groups(matrix: ResultMatrix) -> np.ndarray:
             )
         groups = []
         for info in matrix.cases:
-            new = (
-                case_metadata.not_in(manifest or fallback, info)
-                if unseen is None
-                else unseen.get(info.id, frozenset())
-            )
-            who, what = ("new" if each else "known" for each in (new & {"source", "target"}, "kind" in new))
-            groups.append(f"{who} characters, {what} motion")
+            if unseen is None:
+                new = case_metadata.not_in(manifest or fallback, info)
+            else:
+                new = unseen.get(info.id, frozenset())
+            who = "new" if new & {"source", "target"} else "known"
+            groups.append(f"{who} characters, {'new' if 'kind' in new else 'known'} motion")
         names.append(groups)
     return np.array(names)

@@ -158,9 +158,10 @@ def common_cases(
     """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
     means are over these; and why ranked methods are left out.
 
-    numbers: ``(methods, cases)``, whose other numbers become nan, of methods that are never ranked too;
-    ranked, never: ``(methods,)`` bool. Not every answer has every number: a method that has it for less
-    than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest it shrink the set.
+    numbers: ``(methods, cases)``; outside the common cases those of the methods that are compared, or in
+    ``never``, are set to nan. ranked, never: ``(methods,)`` bool: methods that may be ranked, and that
+    never are. Not every answer has every number: a method that has it for less than ``COVERAGE`` of the
+    cases that any ranked method has it for is left out, lest it shrink the set.
     """
     there = ~np.isnan(numbers)
     any_of = there[ranked].any(axis=0)

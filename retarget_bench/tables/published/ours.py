@@ -171,7 +171,9 @@ class _Part:
         answered[~over] = np.nan
         having = self.compared & ~np.isnan(answered).all(axis=1)
         own_cases = len(np.unique(over[having], axis=0)) > 1
-        ranked = having & ~(over & unanswered).any(axis=1) & ~np.array(own_cases)
+        ranked = having & ~(over & unanswered).any(axis=1)
+        if own_cases:
+            ranked[:] = False
         shown = answered.copy()
         common, alike, _ = common_cases(shown, ranked, ~self.compared)
         return _Numbers(answered, shown, alike, common, own_cases)
