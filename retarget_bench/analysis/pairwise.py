@@ -161,13 +161,18 @@ def compare(
         *_adjusted([each for each in of_cases if each], p_of_best),
         *_adjusted(of_sets, p_of_best),
     ]
+    withheld: dict[str, list[str]] = {}
+    for each in differences:
+        if each.withheld:
+            withheld.setdefault(each.withheld, []).append(each.facts.label)
+    without = [f"no verdict by {', '.join(labels)}: {reason}" for reason, labels in withheld.items()]
     return PairwiseComparison(
         dataset=matrix.dataset,
         split=matrix.split,
         first=first.label,
         second=second.label,
         differences=tuple(sorted(differences, key=lambda each: list(values).index(each.value))),
-        notes=(*_notes(first, second), *_withheld(differences)),
+        notes=(*_notes(first, second), *without),
     )
 
 
@@ -248,14 +253,6 @@ def _of_sets(
             clips=first.clips,
             structure=structure,
         )
-
-
-def _withheld(differences: Sequence[Difference]) -> list[str]:
-    reasons: dict[str, list[str]] = {}
-    for each in differences:
-        if each.withheld:
-            reasons.setdefault(each.withheld, []).append(each.facts.label)
-    return [f"no verdict by {', '.join(labels)}: {reason}" for reason, labels in reasons.items()]
 
 
 def so_far(row: MethodRow) -> str:

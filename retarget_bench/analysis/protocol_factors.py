@@ -7,6 +7,7 @@ them; the factor between the two is measured per case.
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -149,6 +150,7 @@ def factor_text(factor: Factor) -> str:
 def text(explanation: Explanation, factors: Sequence[Factor], columns: int = 100) -> str:
     """For a terminal of so many columns: every protocol's number with what fixes it, then the factors asked
     for."""
+    wrap = partial(textwrap.wrap, width=columns, break_on_hyphens=False)
     out = [f"{explanation.method} on {explanation.dataset}, {explanation.split}", ""]
     ids = max(len(reading.id) for reading in explanation.readings)
     numbers = [f"{reading.value:.4g} {reading.facts['unit']}" for reading in explanation.readings]
@@ -156,20 +158,14 @@ def text(explanation: Explanation, factors: Sequence[Factor], columns: int = 100
     for reading, number in zip(explanation.readings, numbers, strict=True):
         fixed = "; ".join(reading.facts[key] for key in PROTOCOL if key in reading.facts)
         lead = f"  {reading.id:<{ids}}  {number:>{width}}  n {reading.there.sum()}  "
-        out += _filled(fixed, columns, lead, ids + 4)
+        out += wrap(fixed, initial_indent=lead, subsequent_indent=" " * (ids + 4))
     out += ["", f"  ({'; '.join(PROTOCOL)})", ""]
     for factor in factors:
-        out += _filled(f"{factor.first} -> {factor.second}: {factor_text(factor)}", columns, "  ", 10)
+        line = f"{factor.first} -> {factor.second}: {factor_text(factor)}"
+        out += wrap(line, initial_indent="  ", subsequent_indent=" " * 10)
         for reason in factor.reasons:
-            out += _filled(reason, columns, "      ", 10)
+            out += wrap(reason, initial_indent=" " * 6, subsequent_indent=" " * 10)
     return "\n".join(out) + "\n"
-
-
-def _filled(text: str, columns: int, lead: str, indent: int) -> list[str]:
-    """A text on lines of so many characters; ``lead`` stands before the first."""
-    return textwrap.wrap(
-        text, columns, initial_indent=lead, subsequent_indent=" " * indent, break_on_hyphens=False
-    )
 
 
 def markdown(explanation: Explanation, factors: Sequence[Factor]) -> str:
