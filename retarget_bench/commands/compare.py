@@ -45,9 +45,7 @@ def command(options: Options) -> None:
     if all(folder.is_dir() and store.find_results(folder) for folder in folders):
         matrices = comparing.matrices_of(options.of(folders).places(), options)
         pairs = [(matrix, _pairs(matrix, *folders)) for matrix in matrices]
-        if not (comparisons := comparing.compared(pairs, columns, options.all)):
-            rows = [row for _, both in pairs for pair in both for row in pair if row]
-            raise comparing.nothing_common(first, second, rows)
+        comparisons = comparing.compared(first, second, pairs, columns, options.all)
     else:
         matrices = comparing.matrices_of(options.places(), options)
         comparisons = comparing.compare(matrices, first, second, columns, options.all)

@@ -160,14 +160,14 @@ def test_bodies_that_are_left_out_are_told(tmp_path):
     places = [stored(tmp_path, split, "m", [1.0] * 3) for split in ("cross", "intra")]
     for place in places:
         metadata(place, legs={"a": "4", "b": "4"})
-    found = summary.split_summaries(places, select=Selection())
-    shown, hints = requested.of_bodies(found, "")
-    assert ([section.bodies for section in shown], hints) == (["four-legged"] * 2, [])
+    (table,) = requested.tables(places, Request())
+    assert {column.split for column in table.groups[0].columns} == {"cross", "intra"}
+    assert (table.title, table.hints) == ("data: four-legged", ())
     with pytest.raises(BenchError, match="no case is between bodies of the group 'people'; there are four"):
-        requested.of_bodies(found, "people")
+        requested.tables(places, Request(bodies="people"))
     other = stored(tmp_path / "people", "self", "m", [1.0] * 3)
-    _, hints = requested.of_bodies(summary.split_summaries([*places, other], select=Selection()), "")
-    assert hints == ["Not shown: four-legged bodies (6 cases, --bodies four-legged)."]
+    (table,) = requested.tables([*places, other], Request())
+    assert table.hints == ("Not shown: four-legged bodies (6 cases, --bodies four-legged).",)
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))

@@ -24,7 +24,7 @@ from retarget_bench.tables.model import Table
 from retarget_bench.tables.published import printed
 from retarget_bench.tables.published.joined import joined
 from retarget_bench.tables.published.our_sets import of_sets
-from retarget_bench.tables.published.ours import OurRow, OurRows, of_cases, variant
+from retarget_bench.tables.published.ours import OurRow, of_cases, variant
 
 ALL = printed.names()
 VALUES = {
@@ -76,18 +76,19 @@ def drawn(name: str, *roots: Path) -> Table:
     return joined(printed.published(name), places, Selection(variants=True))
 
 
-def ours(name: str, *roots: Path) -> list[OurRows]:
-    """Our rows of a table from all results in these folders."""
+def ours(name: str, *roots: Path) -> tuple[list[OurRow], list[str]]:
+    """Our rows of a table from all results in these folders, and notes on them."""
     table = printed.published(name)
     places = [place for root in roots for place in records.find_results(root)]
     parts = Selection(variants=True).parts(result_matrices(places))
     return of_sets(table, parts) if table.of_sets else of_cases(table, parts)
 
 
-def rows_of(name: str, *roots: Path) -> tuple[OurRow, ...]:
+def rows_of(name: str, *roots: Path) -> list[OurRow]:
     """Likewise, where they are of one data set and group of bodies."""
-    (part,) = ours(name, *roots)
-    return part.rows
+    rows, _ = ours(name, *roots)
+    assert len({row.where for row in rows}) == 1
+    return rows
 
 
 def numbers(name: str, row: str) -> dict[str, float]:
@@ -172,8 +173,7 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
         ("Goblin_m>Vampire_m", "a"): 0.5, ("Aj>BigVegas", "a"): 9.0,
     })  # fmt: skip
     store(tmp_path, "mine", "self", {("Goblin_m>Goblin_m", "a"): 0.2})
-    (part,) = ours("humot-table4", tmp_path)
-    (row,) = part.rows
+    (row,), notes = ours("humot-table4", tmp_path)
     pair = row.cells["G ↔ Mo"]
     # clip a: both directions, mean 0.2; clip b: 0.6
     assert (pair.value, pair.n, pair.clips) == (pytest.approx(0.4), 3, 2)
@@ -184,7 +184,7 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
     assert "Mr ↔ V" not in row.numbers
     (pan,) = rows_of("pan-table1", tmp_path)
     assert pan.cells["intra, self pairs included"].n == 5  # the self pair counts, Aj > BigVegas does not
-    counts, warning = part.notes
+    counts, warning = notes
     assert "G ↔ Mo: 3 cases, pairs 2 of 2, clips 2 of 106" in counts
     assert "do not compare" in warning
 
@@ -242,7 +242,7 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
     store(tmp_path, "mine", "cross", numbers)
     store(tmp_path, "peeks", "cross", numbers, method={"privileged": ["reference"]})
     table = printed.published(name)
-    parts = ours(name, tmp_path)
+    rows, _ = ours(name, tmp_path)
     made = drawn(name, tmp_path)
     first, *others = made.groups
     assert [each.id for each in first.columns] == [c.label for c in table.columns if not c.block]
@@ -254,7 +254,7 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
         assert not [row for row in each.rows if all(cell.value is None for cell in row.cells)]
     for each in others:
         assert "peeks" in {row.label for row in each.unranked}
-    if parts:
+    if rows:
         assert [(row.label, row.mark) for row in made.groups[-1].unranked] == [("peeks", "sees reference")]
         assert any("pairs" in note and "clips" in note for note in made.notes)
     elif any(column.value_id for column in table.columns):

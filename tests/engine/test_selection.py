@@ -41,7 +41,7 @@ def test_bodies_on_two_and_on_four_legs_are_told_apart(tmp_path):
     found = sections([stored(tmp_path, "m")])
     means = {bodies: section.scores[0].means[VALUE].value for bodies, section in found.items()}
     assert means == {"people": 1.5, "four-legged": 3.0, "mixed": 4.0}
-    assert found["people"].clips == 2
+    assert found["people"].clip_count == 2
     assert found["people"].scores[0].asked == 2
 
 

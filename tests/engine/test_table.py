@@ -18,7 +18,8 @@ def test_clips_weigh_the_same_however_many_cases_they_have(tmp_path):
     mean = section.scores[0].means["mpjpe_h.world"]
     assert mean == summary.Mean(value=(2.0 + 10.0) / 2, n=3, clips=2)
     assert section.scores[0].curves["curve"]["0.1"] == summary.Mean(0.5, 1, 1)
-    assert (section.pairs, section.clips, section.frames) == (2, 2, 30)
+    assert (section.pair_count, section.clip_count) == (2, 2)
+    assert sum(info.frames for info in section.infos) == 30
 
 
 def test_legacy_protocols_pool_self_pairs_and_say_nothing_without_them(tmp_path):
@@ -188,7 +189,7 @@ def test_results_on_two_versions_of_the_data_never_mix(tmp_path):
     means = {score.label: score.means for score in section.scores}
     assert means["old"] == {}
     assert means["new"]["mpjpe_h.world"].n == 1
-    assert section.clips == 1
+    assert section.clip_count == 1
 
 
 def test_values_of_two_versions_of_a_metric_never_mix(tmp_path):

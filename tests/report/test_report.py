@@ -124,7 +124,7 @@ def test_squares_and_kinds_are_means_over_clips(results, tags):
     picks = [each for _, each in tags.tags if each.get("data-split") == split.name and "aria-label" in each]
     squares = [each for each in picks if " to " in each["aria-label"] and each["data-method"] == LABEL]
     assert len(squares) == 3
-    numbers = values.common_numbers(split.matrix, split.main.id)
+    numbers, _, _ = values.common_numbers(split.matrix, split.main.id)
     for each in squares:
         source, target = each["aria-label"].split(f"{split.name}, ")[1].split(": ")[0].split(" to ")
         found = [
@@ -204,7 +204,7 @@ def test_flesh_inside_flesh_is_a_figure_where_there_is_some(results):
     scene = scene_builder.dressed(Scene("tubes", (deep,), 30.0))
     ranked = method_order.ranked(found[0].places)
     plain, told = (
-        Tags(page(found, motions.PackedScenes(flesh=each), ranked)).tags for each in (None, scene)
+        Tags(page(found, motions.PackedScenes(penetrating=each), ranked)).tags for each in (None, scene)
     )
     policy = [each["content"] for name, each in told if name == "meta" and "content" in each]
     assert any("img-src data:;" in each for each in policy)

@@ -39,8 +39,8 @@ def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_i
     runs, tmp_path, monkeypatch
 ):
     seen = {}
-    looks = canvas.looks
-    monkeypatch.setattr(canvas, "looks", lambda *each: seen.update(looks(*each)) or looks(*each))
+    styles = canvas.mark_styles
+    monkeypatch.setattr(canvas, "mark_styles", lambda *each: seen.update(styles(*each)) or styles(*each))
     report(runs, "-o", tmp_path / "all.html", "--clips", "0")
     colours = data_of(tmp_path / "all.html")["colours"]
     assert colours == dict(zip(("beta", "gamma", "alpha"), COLOURS, strict=False))

@@ -164,8 +164,8 @@ def test_who_is_elsewhere_is_said_to_be_out_of_view():
     reference = walker(label="reference", part="reference")
     picture = Drawing(scene(reference, far), DrawingStyle((600, 300)))
     near, away = picture._stages
-    assert near.seen(0)
-    assert not away.seen(0)
+    assert near.in_picture(0)
+    assert not away.in_picture(0)
     assert has(picture.at(0), TROUBLE, 5)
 
 

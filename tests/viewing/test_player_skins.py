@@ -15,7 +15,7 @@ from retarget_bench.motion.mesh import Mesh
 from retarget_bench.viewer import player
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Scene
-from retarget_bench.viewer.skins import FOLLOWED, WHOLE, Skin, thinned
+from retarget_bench.viewer.skins import FOLLOWED, FULL_WEIGHT, Skin, thinned
 
 SURFACE = """async (frames) => {
     const { figures, frames: all } = await RetargetPlayer.decode(packed(0));
@@ -112,12 +112,15 @@ def test_corners_follow_the_joints_with_the_largest_shares():
     chance = np.random.default_rng(0)
     mesh = replace(person.mesh, weights=chance.dirichlet(np.ones(18), len(person.mesh.vertices)))
     skin = Skin.of(mesh)
-    assert (skin.shares.sum(axis=1) == WHOLE).all()
+    assert (skin.shares.sum(axis=1) == FULL_WEIGHT).all()
     assert (skin.shares >= 0).all()
     largest = np.sort(skin.mesh.weights, axis=1)[:, : -FOLLOWED - 1 : -1]
     kept = np.take_along_axis(skin.mesh.weights, skin.joints[skin.followed], axis=1)
     assert np.array_equal(kept, largest)
-    assert np.abs(skin.shares / WHOLE - largest / largest.sum(axis=1, keepdims=True)).max() < 1.6 / WHOLE
+    assert (
+        np.abs(skin.shares / FULL_WEIGHT - largest / largest.sum(axis=1, keepdims=True)).max()
+        < 1.6 / FULL_WEIGHT
+    )
 
 
 @pytest.mark.parametrize("most", [3000, 700, 60])

@@ -1,4 +1,4 @@
-"""Flesh inside flesh is lit where the metric finds it, and nowhere else, in pictures and in the player."""
+"""Self-penetration is lit where the metric finds it, and nowhere else, in pictures and in the player."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from playing import button, frame, picture
 from retarget_bench.motion.motion import PointSets, Surface
 from retarget_bench.motion.penetration import inside_mask
 from retarget_bench.motion.point_sets import unknown_body
-from retarget_bench.report.flesh import flesh_figure, penetration
-from retarget_bench.viewer import flesh, player, scene_builder
+from retarget_bench.report.penetration import penetration, penetration_figure
+from retarget_bench.viewer import player, scene_builder, self_penetration
 from retarget_bench.viewer.colours import LIT
 from retarget_bench.viewer.drawing import Drawing
 from retarget_bench.viewer.packing import packed
@@ -47,7 +47,7 @@ def test_what_is_lit_is_inside_now_and_was_not_at_rest(as_surface):
     found = inside_mask(person, person.mesh.skinned(hand_to_belly(person, FRAMES)))
     np.testing.assert_array_equal(deep.inside, found)
     assert deep.inside[3].sum() > still.inside[3].sum()
-    faces = flesh.lit_faces(deep, 3)
+    faces = self_penetration.lit_faces(deep, 3)
     corners = person.mesh.faces
     assert [any(deep.inside[3][k] for k in face) for face in corners.tolist()] == faces.tolist()
     assert deep.motion is None if as_surface else deep.surface is None
@@ -171,7 +171,7 @@ def test_the_reports_figure_is_of_answers_with_more_flesh_inside_than_the_refere
     assert penetration(replace(scene, figures=scene.figures[:1])) == 0
     same = tuple(replace(each, part="reference") for each in scene.figures)
     assert penetration(replace(scene, figures=same)) == 0
-    made = flesh_figure(scene)
+    made = penetration_figure(scene)
     assert "deep" in made.caption
     assert "still" not in made.caption
     assert len(made.png) < 120_000
