@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import smrm_material
 import torch
+import training_material
 from method_bodies import SHORT, body, dance, without
 
 from retarget_bench.api import Context
@@ -98,7 +99,7 @@ def test_both_train_on_bodies_that_lack_joints(name):
     )
     given: dict[str, Any] = {}
     for phase in module.phases:
-        terms = module.losses(phase.name, nkn_toys.batch(module), given)
+        terms = module.losses(phase.name, training_material.batch(module), given)
         assert all(bool(torch.isfinite(term)) for term in terms.values())
 
 

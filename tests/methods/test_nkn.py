@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import apart, body, carried, dance, without
-from nkn_toys import CAST, batch, structured, training_module
+from nkn_toys import CAST, structured, training_module
+from training_material import batch
 
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.training.layers.kinematic.features import answer
 from retarget_bench.training.layers.kinematic.retargeter import Cases
 
@@ -53,64 +53,6 @@ def test_only_rows_of_the_same_body_are_compared_with_their_source():
     assert whole.losses("generator", batch(whole), given)["same_places"].item() > 0.0
     assert not given["fakes"]
     assert whole.losses("discriminator", batch(whole), given) == {}
-
-
-def test_losses_are_sums_over_numbers_and_means_over_real_frames():
-    made = training_module(plugin(same=1.0, losses="autoencoder", **SMALL), window=30)
-    (group,) = (now := batch(made))["groups"]
-    assert len(set(group["lengths"].tolist())) > 1
-    generator = made.modules["generator"]["body22"].eval()
-    poses = generator.scale.poses(group["poses"].transpose(0, 1))
-    bodies = method_bodies_of(made, group)
-    answers = generator.decoder(generator.encoder(poses)[1], bodies)[0]
-    total = 0.0
-    for row, length in enumerate(group["lengths"].tolist()):
-        total += (answers - poses)[:length, row, :66].square().sum().item()
-    terms = made.losses("generator", now, {})
-    assert terms["same_places"].item() == pytest.approx(total / int(group["lengths"].sum()), rel=1e-5)
-
-
-def method_bodies_of(made, group):
-    scale = made.modules["generator"]["body22"].scale
-    return Bodies(made._tree("body22", group["bones"]), group["target_bones"], scale)
-
-
-def test_the_running_score_decides_whether_the_discriminator_learns():
-    made, given = training_module(plugin(**SMALL)), {}
-    now = batch(made)
-    made.losses("generator", now, given)
-    (fake,) = given["fakes"]
-    scores = made.modules["scores"]
-    assert set(made.losses("discriminator", now, given)) == {"cross_entropy"}
-    expected = 0.99 * 0.5 + 0.01 * float(fake.logits.detach().sigmoid().mean())
-    assert float(scores.running[0]) == pytest.approx(expected)
-    scores.running.fill_(0.29)
-    fake.logits = torch.full_like(fake.logits, -100.0)
-    assert made.losses("discriminator", now, given) == {}
-    assert float(scores.running[0]) == pytest.approx(0.99 * 0.29)
-
-
-def test_padding_and_the_order_of_rows_change_nothing():
-    """A row alone, cut to its length, against the same row among longer ones, with rubbish behind it."""
-    made = training_module(plugin(losses="cycle", **SMALL), window=30)
-    made.modules.eval()
-    (group,) = (now := batch(made))["groups"]
-    whole = {name: each.item() for name, each in made.losses("generator", now, {}).items()}
-    frames, summed = int(group["lengths"].sum()), dict.fromkeys(whole, 0.0)
-    for row, length in enumerate(group["lengths"].tolist()):
-        alone = {name: each[row : row + 1] for name, each in group.items() if name != "structures"}
-        alone |= {"structures": group["structures"], "poses": alone["poses"][:, :length]}
-        alone["other"] = torch.nonzero(~alone["same"])[:, 0]
-        for name, each in made.losses("generator", {"groups": [alone]}, {}).items():
-            summed[name] += each.item() * length / frames
-    assert summed == pytest.approx(whole, rel=1e-4)
-    order = torch.tensor([2, 0, 3, 1])
-    mixed = {name: each[order] for name, each in group.items() if name not in ("structures", "other")}
-    mixed |= {"structures": group["structures"], "other": torch.nonzero(~mixed["same"])[:, 0]}
-    behind = torch.arange(30) >= mixed["lengths"][:, None]
-    mixed["poses"] = torch.where(behind[..., None], torch.tensor(1e3), mixed["poses"])
-    again = {name: each.item() for name, each in made.losses("generator", {"groups": [mixed]}, {}).items()}
-    assert again == pytest.approx(whole, rel=1e-4)
 
 
 def test_presets_are_the_papers_and_smaller_ones():

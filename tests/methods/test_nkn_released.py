@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import apart, dance
-from nkn_toys import CAST, batch, training_module
+from nkn_toys import CAST, training_module
 from scipy.spatial.transform import Rotation
+from training_material import batch
 
 from retarget_bench.api import Context
 from retarget_bench.methods.nkn import plugin
@@ -39,7 +40,7 @@ def moving(variant: str, **parameters):
     now = next(
         now
         for step in range(50)
-        if 0 < int((now := batch(made, rows=6, step=step))["groups"][0]["same"].sum()) < 6
+        if 0 < int((now := batch(made, rows=6, seed=step))["groups"][0]["same"].sum()) < 6
     )
     return made, now
 
@@ -111,7 +112,7 @@ def test_the_scale_knows_one_rest_pose_of_every_clip_at_the_height_of_its_hips()
 def test_any_body_may_be_drawn_and_a_fifth_of_the_rows_is_marked():
     made, own, marked, rows = training_module(plugin(**SMALL)), 0, 0, 0
     for step in range(100):
-        (group,) = batch(made, rows=8, step=step)["groups"]
+        (group,) = batch(made, rows=8, seed=step)["groups"]
         itself = (group["bones"] == group["target_bones"]).all(-1).all(-1)
         assert itself[group["same"]].all()
         assert group["other"].tolist() == torch.nonzero(~group["same"])[:, 0].tolist()
@@ -129,7 +130,7 @@ def test_clips_beside_targets_are_of_bodies_that_the_discriminator_is_told():
     bones = {name: plugin(**SMALL).bones(body) for name, body in CAST.items()}
     strangers = 0
     for step in range(30):
-        (group,) = batch(made, rows=8, step=step)["groups"]
+        (group,) = batch(made, rows=8, seed=step)["groups"]
         for row in range(8):
             (whose,) = (n for n in CAST if np.array_equal(bones[n], group["real_bones"][row].numpy()))
             heights = [clip.arrays["poses"][0, 1] for clip in made._material.clips[whose]]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import r2et_material
 import torch
+import training_material
 from method_bodies import about, apart, body, carried, dance
 from r2et_material import BODIES, SHORT
 from scipy.spatial.transform import Rotation
@@ -42,19 +43,6 @@ def test_offsets_are_bones_in_centimetres_below_the_height_of_the_hips():
     missing = Body22(SHORT).lacks
     assert missing.sum() == 6
     assert not features.offsets(SHORT)[missing].any()
-
-
-@pytest.mark.parametrize("degrees", [0.0, 50.0, 170.0, -120.0])
-def test_where_a_body_faces_is_not_seen(degrees):
-    character = BODIES["one"]
-    plain = dance(character)
-    whole = about("Y", np.array([degrees]))[0]
-    turned = plain.rotations.copy()
-    turned[:, 0] = rotation.multiply(whole, turned[:, 0])
-    other = character.motion(turned, rotation.rotate(whole, plain.root), 30.0)
-    assert rotation.angle(*(features.rotations(each, 5.0) for each in (plain, other))).max() < 1e-3
-    far = features.direction(other, 5.0) / features.direction(plain, 5.0)
-    np.testing.assert_allclose(far, np.exp(1j * np.radians(degrees)), atol=1e-9)
 
 
 def test_the_direction_is_scipys_average():
@@ -143,16 +131,6 @@ def test_changes_are_as_written_down():
     assert (network.change(network.join(joined * 512**0.5).relu()) - raw).abs().max() > 1e-2
 
 
-def test_frames_do_not_see_one_another(module):
-    network, seen = module.network.eval(), r2et_material.batch(module)
-    codes = [network.bones(seen[key]["offsets"]).unsqueeze(1) for key in ("source", "target")]
-    whole = network(seen["rotations"], *codes)
-    one = network(seen["rotations"][:, 7:8], *codes)
-    module.network.train()
-    torch.testing.assert_close(whole[:, 7:8], one, atol=1e-5, rtol=0)
-    torch.testing.assert_close(whole.norm(dim=-1), torch.ones(whole.shape[:-1]))
-
-
 def test_the_discriminator_ignores_padding():
     torch.manual_seed(2)
     network = TrajectoryDiscriminator()
@@ -165,18 +143,6 @@ def test_the_discriminator_ignores_padding():
     longer = torch.cat([other, torch.full((4, 21, 3), torch.nan)], 1)
     torch.testing.assert_close(network(longer, lengths)[1:], wanted[1:])
     assert torch.isfinite(network(paths[:, :1], torch.ones(4, dtype=torch.long))).all()
-
-
-# --------------------------------------------------------------------------------------------- losses
-def test_the_semantics_matrix_does_not_know_sizes_but_proportions():
-    places = torch.randn(2, 5, 22, 3)
-    matrix = losses.semantics_matrix(places)
-    torch.testing.assert_close(matrix.sum(-1), torch.ones(2, 5, 22))
-    torch.testing.assert_close(losses.semantics_matrix(3.0 * places + 1.0), matrix, atol=1e-5, rtol=1e-4)
-    apart = (places[1, 2, 4] - places[1, 2]).norm(dim=-1)
-    torch.testing.assert_close(matrix[1, 2, 4], apart / apart.sum(), atol=1e-5, rtol=1e-4)
-    other = places * torch.tensor([1.0, 2.0, 1.0])
-    assert losses.semantics(other, places, torch.ones(2, 5, dtype=torch.bool)) > 1e-3
 
 
 def test_joints_in_one_place_have_gradients():
@@ -202,7 +168,7 @@ def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
 def test_every_term_is_its_formula(module):
     """In NumPy, from the answers; twists of all joints but the hips."""
     module.modules.eval()
-    seen, memory = r2et_material.batch(module, 8), {}
+    seen, memory = training_material.batch(module, 8), {}
     turned = rotation.normalise(np.random.default_rng(3).normal(size=seen["rotations"].shape))
     seen["rotations"] = torch.from_numpy(turned).float()
     terms = {name: float(term.detach()) for name, term in module.losses("network", seen, memory).items()}
@@ -239,58 +205,14 @@ def test_every_term_is_its_formula(module):
     assert terms == pytest.approx(wanted, rel=1e-4)
 
 
-def run(module, seen):
-    memory = {}
-    torch.manual_seed(0)  # what the discriminator drops
-    return [
-        {name: float(term.detach()) for name, term in module.losses(phase.name, seen, memory).items()}
-        for phase in module.phases
-    ]
-
-
-def test_padding_changes_no_loss(module):
-    """Rows of the shorter clips are followed by what never counts."""
-    module.modules.eval()
-    seen = r2et_material.batch(module, 12)
-    behind = torch.arange(30) >= seen["lengths"].unsqueeze(1)
-    assert behind.any()
-    other = {key: each.clone() if hasattr(each, "clone") else each for key, each in seen.items()}
-    for key in ("positions", "path", "turn"):
-        other[key][behind] = 7.0
-    other["rotations"][behind] = torch.tensor([0.6, 0.8, 0.0, 0.0])
-    for one, two in zip(run(module, seen), run(module, other), strict=True):
-        assert one == pytest.approx(two, rel=1e-4)
-    module.modules.train()
-
-
-def test_its_own_body_and_no_change_cost_nothing(module):
-    """With changes that are the identity, only the adversarial term is left of rows of the same body."""
-    seen = r2et_material.batch(module)
-    seen["target"], seen["same"] = seen["source"], torch.ones_like(seen["same"])
-    still = torch.zeros(4).index_fill_(0, torch.tensor([0]), 1.0)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module.network, "forward", lambda q, *_: still.expand_as(q))
-        found = module.losses("network", seen, {})
-    left = {name for name, term in found.items() if float(term.detach()) > 1e-5}
-    assert left <= {"twist", "adversarial"}
-
-
-# ------------------------------------------------------------------------------------------- learning
-def test_the_discriminator_rests_while_nothing_fools_it(module):
-    assert set(run(module, r2et_material.batch(module))[1]) == {"real", "shown"}
-    module.rule.running.fill_(0.2)
-    assert run(module, r2et_material.batch(module))[1] == {}
-    module.rule.running.fill_(0.5)
-
-
 def test_half_of_the_rows_go_to_their_own_body(module):
     """As published; of a row there is always one that does not."""
-    rows = [bool(each) for seed in range(40) for each in r2et_material.batch(module, 16, seed)["same"]]
+    rows = [bool(each) for seed in range(40) for each in training_material.batch(module, 16, seed)["same"]]
     assert 0.45 < np.mean(rows) < 0.55
 
 
 def test_a_batch_is_windows_and_bodies(module):
-    seen = r2et_material.batch(module, 40)
+    seen = training_material.batch(module, 40)
     for row in range(0, 40, 7):
         skeleton = replace(
             Body22(BODIES["one"]).skeleton, offsets=seen["source"]["offsets"][row].double().numpy()

@@ -23,7 +23,7 @@ FORMS = [
 
 
 def dance(name: str = "one", frames: int = 25):
-    return smrm_material.dances(name, (frames,))[0]
+    return method_bodies.dance(smrm_material.BODIES[name], frames)
 
 
 def turned_about(motion, degrees: float, shift: np.ndarray):
