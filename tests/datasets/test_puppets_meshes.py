@@ -85,10 +85,6 @@ def test_weights_are_shares_and_every_bone_moves_its_own_skin(skinned: tuple[Bod
     assert mesh.weights[far][:, right].max() < 0.1
 
 
-def p_hip(body: Body) -> float:
-    return body.proportions.hip_half
-
-
 def test_the_rigs_t_pose_shows_the_skin_as_drawn_and_turns_it_whole(skinned: tuple[Body, Mesh]) -> None:
     body, mesh = skinned
     who = rigs.character(body)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from puppet_takes import restlessness, touch_gap
 
 from retarget_bench.api import TrainingPair, optional
 from retarget_bench.commands.train import command
@@ -27,7 +28,6 @@ from retarget_bench.datasets.puppets.corpus.pairs import TROUPE
 from retarget_bench.datasets.puppets.corpus.training_bodies import LEAST_UNLIKE, training_bodies
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
-from retarget_bench.motion.transfer import relative
 from retarget_bench.training.stored_pairs import stored
 
 NUMBER = 120
@@ -140,9 +140,7 @@ def test_drawn_bodies_move_well(cache: Path) -> None:
                 continue
             seen += 1
             contacts = data._generated.studio.contacts(clips.listed[0], name)
-            joints = [motion.character.joint_of[role] for role in contacts.roles]
-            steps = np.linalg.norm(np.diff(motion.positions[:, joints], axis=0), axis=-1)
-            assert steps[contacts.planted[1:]].max(initial=0.0) < 1e-3, clips.names[0]
+            assert restlessness(motion, contacts) < 1e-3, clips.names[0]
             assert motion.positions[..., 1].min() > -0.005, clips.names[0]
             turn = np.degrees(rotation.angle(motion.rotations[:-1], motion.rotations[1:]))
             assert turn.max() < 60.0, clips.names[0]
@@ -198,9 +196,7 @@ def test_contacts_of_pairs_agree(pairs: list[TrainingPair]) -> None:
             columns = one.planted[:, one.roles.index(role)], other.planted[:, other.roles.index(role)]
             assert (columns[0] == columns[1]).mean() > 0.97, (pair.clip, role)
         for each, contacts in ((pair.source, one), (pair.target, other)):
-            joints = [each.motion.character.joint_of[role] for role in contacts.roles]
-            steps = np.linalg.norm(np.diff(each.motion.positions[:, joints], axis=0), axis=-1)
-            assert steps[contacts.planted[1:]].max(initial=0.0) < 1e-3, pair.clip
+            assert restlessness(each.motion, contacts) < 1e-3, pair.clip
 
 
 def test_touches_of_pairs_are_the_same_and_touch(pairs: list[TrainingPair]) -> None:
@@ -211,14 +207,9 @@ def test_touches_of_pairs_are_the_same_and_touch(pairs: list[TrainingPair]) -> N
         assert other is not None
         assert [(t.end, t.bearing) for t in one] == [(t.end, t.bearing) for t in other]
         for each in (pair.source, pair.target):
-            turned, character = relative(each.motion), each.motion.character
             for touch in each.touches or ():
-                points = []
-                for role, at in ((touch.end, touch.point), (touch.bearing, touch.place)):
-                    joint = character.joint_of[role]
-                    points.append(each.motion.positions[:, joint] + rotation.rotate(turned[:, joint], at))
-                gap = np.linalg.norm(points[0] - points[1], axis=-1)[touch.rests]
-                assert gap.max(initial=0.0) < 0.012, (pair.clip, touch.end, touch.bearing)
+                gap = touch_gap(each.motion, touch).max(initial=0.0)
+                assert gap < 0.012, (pair.clip, touch.end, touch.bearing)
                 touching += 1
     assert touching > 10
 
