@@ -141,24 +141,6 @@ def test_the_target_s_skeleton_and_weights_are_not_read(method, source):
     np.testing.assert_array_equal(carried(method, source, scrambled), carried(method, source, target))
 
 
-def test_order_of_points_changes_nothing(method, source):
-    numbers = np.random.default_rng(1)
-    shuffled = replace(source, points=tuple(numbers.permutation(each) for each in source.points))
-    target = skr_material.body()
-    found, other = (carried(method, each, target) for each in (source, shuffled))
-    np.testing.assert_allclose(found, other, atol=1e-4)
-
-
-def test_what_comes_later_changes_nothing_before(method, source):
-    """As many frames and points, so that matrix products round alike."""
-    numbers = np.random.default_rng(2)
-    later = tuple(numbers.normal(size=each.shape) for each in source.points[3:])
-    other = replace(source, points=(*source.points[:3], *later))
-    found, wanted = (carried(method, each, skr_material.body()) for each in (other, source))
-    np.testing.assert_array_equal(found[:3], wanted[:3])
-    assert np.abs(found[3:] - wanted[3:]).max() > 0.01
-
-
 @pytest.mark.parametrize("fps", [24.0, 60.0])
 def test_other_rates_and_numbers_of_points(method, source, fps):
     thin = tuple(each[: 50 + 20 * k] for k, each in enumerate(source.points))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import humot_material
+import method_bodies
 import numpy as np
 import pan_material
 import pytest
@@ -24,7 +25,7 @@ def method():
 
 
 def dance(name, frames):
-    return pan_material.dances(name, (frames,))[0]
+    return method_bodies.dance(pan_material.BODIES[name], frames)
 
 
 def carried(method, source, target):

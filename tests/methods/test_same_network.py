@@ -133,16 +133,6 @@ def test_rows_do_not_see_each_other() -> None:
             torch.testing.assert_close(one.root[0], answer.root[row], atol=1e-3, rtol=1e-5)
 
 
-def test_frames_do_not_see_each_other() -> None:
-    mine, side = network(), graphs("plain")
-    given = seen(len(side.row), 5)
-    with torch.no_grad():
-        whole = mine.decode(mine.encode(given, side), side)
-        part = mine.decode(mine.encode(given[:, 1:3], side), side)
-    for one, other in zip(part, whole, strict=True):
-        torch.testing.assert_close(one, other[:, 1:3], atol=1e-3, rtol=1e-5)
-
-
 def test_the_order_of_nodes_does_not_matter() -> None:
     mine, plain = network(), Nodes.of(body(same_material.BODIES["plain"]))
     order = np.concatenate([[0], 1 + np.random.default_rng(0).permutation(len(plain.parents) - 1)])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 import same_material
@@ -59,12 +56,7 @@ def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path
     assert Same(weights=str(folder)).weights_hash != method.weights_hash
 
 
-class Harmful:
-    def __reduce__(self):
-        return os.mkdir, (str(Path(os.environ["SAME_TRAP"])),)
-
-
-def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path, monkeypatch) -> None:
+def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path) -> None:
     statistics = {f"{part}_{kind}": torch.ones(6) for part in ("lo", "go") for kind in "ms"}
     torch.save(statistics, tmp_path / STATISTICS)
     with pytest.raises(FileError, match=f"{MODEL} cannot be read; SAME needs both"):
@@ -78,27 +70,15 @@ def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path, monk
         torch.save(wrong, tmp_path / MODEL)
         with pytest.raises(FileError, match=said):
             Released(tmp_path).tensors()
-    for content in (b"PK, and then something else", b"hello world"):
-        (tmp_path / MODEL).write_bytes(content)
-        with pytest.raises(FileError, match="is damaged, or holds more than tensors"):
-            Released(tmp_path).tensors()
-    bias = "encoder.0.convs.3.bias"
-    for value, said in ((torch.full((16,), torch.inf), "not finite"), ("text", "real numbers")):
-        torch.save({"model": {bias: value}}, tmp_path / MODEL)
-        with pytest.raises(FileError, match=rf"{MODEL}: {bias} .*{said}"):
-            Released(tmp_path).tensors()
+    torch.save({"model": {"encoder.0.convs.3.bias": torch.full((16,), torch.inf)}}, tmp_path / MODEL)
+    with pytest.raises(FileError, match=rf"{MODEL}: encoder\.0\.convs\.3\.bias .*not finite"):
+        Released(tmp_path).tensors()
     torch.save({"model": {}}, tmp_path / MODEL)
     parts = ("lo", "go", "q", "p", "r", "pv", "qv", "pprev")
     statistics |= {f"{part}_{kind}": torch.ones(6) for part in parts for kind in "ms"}
     torch.save({**statistics, "r_s": torch.full((4,), torch.nan)}, tmp_path / STATISTICS)
     with pytest.raises(FileError, match=f"{STATISTICS}: r_s .*not finite"):
         Released(tmp_path).tensors()
-    trap = tmp_path / "trap"
-    monkeypatch.setenv("SAME_TRAP", str(trap))
-    torch.save({"model": Harmful()}, tmp_path / MODEL)
-    with pytest.raises(FileError, match="holds more than tensors"):
-        Released(tmp_path).tensors()
-    assert not trap.exists()
 
 
 def test_another_network_under_the_authors_names_is_refused(real_data, tmp_path) -> None:

@@ -241,13 +241,3 @@ def test_says_what_it_cannot_do():
     assert method.supports(ada, ada) is None
     assert "another" in method.supports(ada, sumo)
     assert "mesh" in method.unfit(replace(ada, skin=None))
-    for wrong in (
-        {"network": "big"},
-        {"dropout": 1.0},
-        {"fewest": 9, "most": 8},
-        {"direction": "up"},
-        {"stretched": 1.5},
-        {"views": 3},
-    ):
-        with pytest.raises(BenchError):
-            SKR(**wrong)
