@@ -43,13 +43,13 @@ def pack() -> dict[str, Character]:
 
 @pytest.fixture(scope="module", params=KINDS)
 def takes(request: pytest.FixtureRequest, pack: dict[str, Character]) -> list[Take]:
-    kind, found = request.param, []
+    kind, performances = request.param, []
     for number, body in enumerate(DOGS.values()):
         name = f"{kind}-{number % 3}"
         score = KINDS[kind](Stream("dogs", "quality", name), FRAMES.get(kind, USUAL_FRAMES))
         solution, who = solve(score, body), pack[body.name]
-        found.append(played(f"{body.name}/{name}", body, who, score, solution))
-    return found
+        performances.append(played(f"{body.name}/{name}", body, who, score, solution))
+    return performances
 
 
 def test_planted_paws_rest(takes: list[Take]) -> None:
@@ -220,8 +220,8 @@ def test_every_part_begins_and_ends_standing_on_four_paws(kind: str) -> None:
 def test_sequences_in_a_given_order_go_through_all_of_it() -> None:
     order = ("trot", "dog_lie", "dog_walk", "dog_sit", "dog_turn")
     score = sequence(Stream("dogs", "given"), 600, order)
-    done = [act.kind for act in score.acts if act.kind != "transition"]
-    assert list(dict.fromkeys(done)) == list(order)
+    kinds = [act.kind for act in score.acts if act.kind != "transition"]
+    assert list(dict.fromkeys(kinds)) == list(order)
     lying, sitting = ([act for act in score.acts if act.kind == kind] for kind in ("dog_lie", "dog_sit"))
     assert score.height[lying[0].first : lying[-1].end].min() < 0.05
     assert score.fore[lying[0].first : lying[-1].end].min() < 0.05
