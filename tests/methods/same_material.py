@@ -61,8 +61,10 @@ def write_released(arrays: Oracle, folder: Path) -> Path:
     torch.save(
         {"epoch": 239, "model": model, "optimizer": {}, "scheduler": {"last_epoch": 240}}, folder / MODEL
     )
-    kept = {name[6:]: torch.from_numpy(each) for name, each in arrays.items() if name.startswith("stats/")}
-    torch.save(kept, folder / STATISTICS)
+    statistics = {
+        name[6:]: torch.from_numpy(each) for name, each in arrays.items() if name.startswith("stats/")
+    }
+    torch.save(statistics, folder / STATISTICS)
     return folder
 
 

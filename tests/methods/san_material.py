@@ -33,5 +33,5 @@ def training_module(names: Sequence[str] = TWO, seed: int = 0, **parameters: Any
 @cache
 def trained(names: Sequence[str] = TWO, **parameters: Any) -> San:
     """A method with weights that are drawn, not learnt: answers that differ from frame to frame."""
-    made: Any = training_module(names, **parameters).method()
-    return made  # type: ignore[no-any-return]
+    method: Any = training_module(names, **parameters).method()
+    return method  # type: ignore[no-any-return]

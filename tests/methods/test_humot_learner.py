@@ -44,18 +44,18 @@ def test_the_whole_skeleton_where_nothing_is_left_out():
 
 def test_two_draws_of_joints_are_independent_and_fit_their_templates():
     module = humot_material.training_module(**humot_material.PLAIN)
-    found = training_material.batch(module, 40)
+    rows = training_material.batch(module, 40)
     differ = 0
     for side in ("given", "asked"):
-        part = found[side]
+        part = rows[side]
         assert (part["places"][~part["joints"].unsqueeze(1).expand(-1, WINDOW, -1)] == 0.0).all()
-        assert (part["places"][~found["frames"]] == 0.0).all()
+        assert (part["places"][~rows["frames"]] == 0.0).all()
         assert (part["parents"][~part["joints"]] == -1).all()
         assert part["joints"].sum(1).min() >= 2
     for row in range(40):
-        counts = [int(found[side]["joints"][row].sum()) for side in ("given", "asked")]
+        counts = [int(rows[side]["joints"][row].sum()) for side in ("given", "asked")]
         templates = [
-            found[side]["template"][row, :count]
+            rows[side]["template"][row, :count]
             for side, count in zip(("given", "asked"), counts, strict=True)
         ]
         differ += counts[0] != counts[1] or not torch.equal(*templates)

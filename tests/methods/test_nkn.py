@@ -66,7 +66,7 @@ def test_presets_are_the_papers_and_smaller_ones():
 def test_chunks_of_any_length_are_the_whole(method, path):
     source, target = dance(CAST["one"], 60), CAST["long"]
     method = plugin(**SMALL, path=path).using(method.tensors)
-    sight, whole = method.see(source), carried(method, source, target)
+    sight, complete = method.see(source), carried(method, source, target)
     lead = sight.hips * target.measures.hip_height / source.character.measures.hip_height
     for sizes in ([1] * 60, [7, 1, 52], [59, 1]):
         stream = method.stream(Cases([source.character], [target]))
@@ -77,7 +77,7 @@ def test_chunks_of_any_length_are_the_whole(method, path):
             at += size
         turns, turn, hips = (np.concatenate(each)[:, 0] for each in zip(*parts, strict=True))
         again = answer(method.body(target), turns, turn, hips, 60, 30.0)
-        assert apart(again, whole) < 1e-6
+        assert apart(again, complete) < 1e-6
 
 
 def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
@@ -113,9 +113,9 @@ def test_clean_up_takes_signs_from_the_source(method):
     clean = carried(cleaned.using(method.tensors), source, CAST["long"])
     sight = method.see(source)
     rises = np.diff(clean.root[:, 1])
-    wanted = sight.poses[1:, 67]
-    assert (np.sign(rises[np.abs(rises) > 1e-9]) == np.sign(wanted[np.abs(rises) > 1e-9])).all()
-    assert not rises[np.abs(wanted) <= 0.01].any()
+    expected = sight.poses[1:, 67]
+    assert (np.sign(rises[np.abs(rises) > 1e-9]) == np.sign(expected[np.abs(rises) > 1e-9])).all()
+    assert not rises[np.abs(expected) <= 0.01].any()
 
 
 # -------------------------------------------------------------------------------------------- refusals

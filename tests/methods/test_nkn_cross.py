@@ -171,6 +171,6 @@ def _ends_term(made, own: bool) -> tuple[float, float]:
     for seed in range(50):
         drawn = made.draw(np.random.default_rng(seed), 2)
         if all((group["structures"][0] == group["structures"][1]) == own for group in drawn["groups"]):
-            found = made.losses("generator", to_device(drawn, torch.device("cpu")), {})
-            return float(found["ends"]), float(found["ends_moves"])
+            losses = made.losses("generator", to_device(drawn, torch.device("cpu")), {})
+            return float(losses["ends"]), float(losses["ends_moves"])
     raise LookupError("no such batch was drawn")

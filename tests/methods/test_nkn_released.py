@@ -237,7 +237,7 @@ def test_the_discriminators_loss_is_that_of_real_clips_plus_that_of_all_answers(
     made, now = moving("released")
     (group,), given = now["groups"], {}
     made.losses("generator", now, given)
-    found = made.losses("discriminator", now, given)["cross_entropy"].item()
+    loss = made.losses("discriminator", now, given)["cross_entropy"].item()
     seen = Seen(made, group)
     fake = discriminated(made, group, seen, "released")
     plain = group["real"]["poses"].double().numpy()
@@ -250,7 +250,7 @@ def test_the_discriminators_loss_is_that_of_real_clips_plus_that_of_all_answers(
             group["real"]["lengths"] - 1,
         )
     expected = np.log1p(np.exp(-real.double().numpy())).mean() + np.log1p(np.exp(fake)).mean()
-    assert found == pytest.approx(expected, rel=1e-4)
+    assert loss == pytest.approx(expected, rel=1e-4)
 
 
 def test_answers_are_forward_kinematics_on_the_targets_bones_at_its_height():

@@ -103,9 +103,11 @@ def test_every_edge_is_there_once() -> None:
 
 def test_targets_are_brought_to_one_stature() -> None:
     for character in BODIES.values():
-        found = Identity.of(character)
-        assert np.ptp(found.scale * found.vertices[:, 1]) == pytest.approx(1.7)
-        assert found.vertices.min(axis=0) + found.vertices.max(axis=0) == pytest.approx(0.0, abs=1e-12)
+        identity = Identity.of(character)
+        assert np.ptp(identity.scale * identity.vertices[:, 1]) == pytest.approx(1.7)
+        assert identity.vertices.min(axis=0) + identity.vertices.max(axis=0) == pytest.approx(
+            0.0, abs=1e-12
+        )
 
 
 def test_points_are_drawn_all_before_any_is_drawn_again() -> None:

@@ -255,11 +255,9 @@ def test_every_term_is_its_formula(variant):
     }
     assert min(expected.values()) > 0.0
     assert terms == pytest.approx(expected, rel=1e-3)
-    found = made.losses("discriminator", now, given)["cross_entropy"].item()
+    loss = made.losses("discriminator", now, given)["cross_entropy"].item()
     real = plain.judged(made, "seen", variant)
-    assert found == pytest.approx(
-        np.log1p(np.exp(-real)).mean() + np.log1p(np.exp(logits)).mean(), rel=1e-3
-    )
+    assert loss == pytest.approx(np.log1p(np.exp(-real)).mean() + np.log1p(np.exp(logits)).mean(), rel=1e-3)
 
 
 def test_movements_are_divided_by_sizes_and_turns_are_not():

@@ -37,9 +37,9 @@ def method():
 
 # ------------------------------------------------------------------------------------------- features
 def test_offsets_are_bones_in_centimetres_below_the_height_of_the_hips():
-    found = features.offsets(body(thigh=0.45, shin=0.42))
-    np.testing.assert_allclose(found[0], [0, 97, 0], atol=1e-4)
-    np.testing.assert_allclose(found[BODY22.index("left_leg")], [0, -45, 0], atol=1e-4)
+    offsets = features.offsets(body(thigh=0.45, shin=0.42))
+    np.testing.assert_allclose(offsets[0], [0, 97, 0], atol=1e-4)
+    np.testing.assert_allclose(offsets[BODY22.index("left_leg")], [0, -45, 0], atol=1e-4)
     missing = Body22(SHORT).lacks
     assert missing.sum() == 6
     assert not features.offsets(SHORT)[missing].any()
@@ -66,8 +66,8 @@ def test_seen_positions_are_where_seen_rotations_lead():
     hips = motion.positions[:, motion.character.joint_of["hips"]]
     places = motion.positions[:, list(Body22(motion.character).joints)] - hips[:, None]
     level = (places[..., 2] + 1j * places[..., 0]) * facing.conj()
-    wanted = np.stack([level.imag, places[..., 1] + motion.character.measures.hip_height, level.real], -1)
-    np.testing.assert_allclose(seen["positions"], 100 * wanted, atol=2e-4)
+    expected = np.stack([level.imag, places[..., 1] + motion.character.measures.hip_height, level.real], -1)
+    np.testing.assert_allclose(seen["positions"], 100 * expected, atol=2e-4)
     assert seen["rotations"][..., 0].min() >= 0
 
 
@@ -78,8 +78,8 @@ def test_sizes_of_a_body():
     assert features.size(character, "chain") == pytest.approx(trunk + 0.45 + 0.42 + np.hypot(0.1, 0.15))
     rows = 0.01 * features.offsets(character)
     pairs = [(1, 0), (2, 1), (3, 2), (4, 3), (5, 4), (7, 6), (8, 7), (9, 8)]
-    wanted = sum(np.linalg.norm(rows[a] - rows[b]) for a, b in pairs)
-    assert features.size(character, "published") == pytest.approx(wanted)
+    expected = sum(np.linalg.norm(rows[a] - rows[b]) for a, b in pairs)
+    assert features.size(character, "published") == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("kind", ["hip_height", "chain", "published"])
@@ -105,8 +105,8 @@ def test_an_encoder_is_attention_as_written_down():
     tokens = encoder.enter(joints)
     queries, keys, values = (each.view(3, 22, 2, 32) for each in encoder.qkv(tokens).split(64, -1))
     scores = torch.einsum("bihd,bjhd->bhij", queries, keys) / 8.0
-    found = torch.einsum("bhij,bjhd->bihd", scores.softmax(-1), values).reshape(3, 22, 64)
-    code = encoder.out(found)
+    attended = torch.einsum("bhij,bjhd->bihd", scores.softmax(-1), values).reshape(3, 22, 64)
+    code = encoder.out(attended)
     fed = encoder.feed[1](encoder.feed[0](encoder.norm(code)).relu())
     torch.testing.assert_close(encoder(joints), code + fed, atol=1e-5, rtol=1e-5)
 
@@ -126,8 +126,8 @@ def test_changes_are_as_written_down():
     order = torch.from_numpy(np.where(channel % 2, np.cos(angle), np.sin(angle))).float()
     raw = network.change(network.join(joined * 512**0.5 + order).relu())
     found = raw * deviation.view(22, 4) + mean.view(22, 4)
-    wanted = found / found.norm(dim=-1, keepdim=True)
-    torch.testing.assert_close(network(rotations, *codes), wanted, atol=1e-5, rtol=1e-5)
+    expected = found / found.norm(dim=-1, keepdim=True)
+    torch.testing.assert_close(network(rotations, *codes), expected, atol=1e-5, rtol=1e-5)
     assert (network.change(network.join(joined * 512**0.5).relu()) - raw).abs().max() > 1e-2
 
 
@@ -135,13 +135,13 @@ def test_the_discriminator_ignores_padding():
     torch.manual_seed(2)
     network = TrajectoryDiscriminator()
     paths, lengths = torch.randn(4, 60, 3), torch.tensor([60, 31, 8, 1])
-    wanted = network(paths, lengths)
+    expected = network(paths, lengths)
     other = paths.clone()
     for row, length in enumerate(lengths.tolist()):
         other[row, length:] = torch.nan
-    torch.testing.assert_close(network(other, lengths), wanted)
+    torch.testing.assert_close(network(other, lengths), expected)
     longer = torch.cat([other, torch.full((4, 21, 3), torch.nan)], 1)
-    torch.testing.assert_close(network(longer, lengths)[1:], wanted[1:])
+    torch.testing.assert_close(network(longer, lengths)[1:], expected[1:])
     assert torch.isfinite(network(paths[:, :1], torch.ones(4, dtype=torch.long))).all()
 
 
@@ -154,12 +154,12 @@ def test_joints_in_one_place_have_gradients():
 
 
 def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
-    found, wanted = torch.zeros(2, 3, 22, 3), torch.zeros(2, 3, 22, 3)
+    found, expected = torch.zeros(2, 3, 22, 3), torch.zeros(2, 3, 22, 3)
     found[0, 0, BODY22.index("left_leg"), 1] = 2.0
     found[0, 1, BODY22.index("head"), 2] = 3.0
     found[1, 2] = torch.nan
     real = torch.tensor([[True, True, False], [True, True, False]])
-    assert losses.positions(found, wanted, losses.joint_weights(), real) == (2 * 4.0 + 9.0) / 4
+    assert losses.positions(found, expected, losses.joint_weights(), real) == (2 * 4.0 + 9.0) / 4
     turned = torch.zeros(1, 1, 22, 4)
     turned[..., 0] = 1.0
     assert losses.rotations(turned, -turned, torch.ones(1, 1, dtype=torch.bool)) == 0
@@ -194,15 +194,15 @@ def test_every_term_is_its_formula(module):
     def of_frames(values, which):
         return (values.reshape(*real.shape, -1).sum(-1) * which).sum() / which.sum()
 
-    wanted = {
+    expected = {
         "positions": of_frames(apart * weights[:, None], own),
         "rotations": of_frames((found - signed) ** 2, own),
         "twist": 10.0 * ((beyond**2).mean(-1) * real).sum() / real.sum(),
         "semantics": 100.0 * of_frames((matrix(places) - matrix(truth)) ** 2, real),
         "adversarial": 2.0 * float(np.log1p(np.exp(-memory["shown"][3].detach().numpy())).mean()),
     }
-    assert min(wanted.values()) > 1e-3
-    assert terms == pytest.approx(wanted, rel=1e-4)
+    assert min(expected.values()) > 1e-3
+    assert terms == pytest.approx(expected, rel=1e-4)
 
 
 def test_half_of_the_rows_go_to_their_own_body(module):
@@ -231,8 +231,8 @@ def test_a_batch_is_windows_and_bodies(module):
 @pytest.mark.parametrize("chunk", [1, 7, 1000])
 def test_chunks_change_nothing(method, chunk):
     source, target = dance(BODIES["one"], 40), BODIES["legs"]
-    found = retargeted(method._network, source, target, 20.0, "hip_height", chunk)
-    assert apart(found, carried(method, source, target)) < 1e-6
+    answer = retargeted(method._network, source, target, 20.0, "hip_height", chunk)
+    assert apart(answer, carried(method, source, target)) < 1e-6
 
 
 def test_a_turned_source_gives_a_turned_answer(method):
@@ -252,16 +252,16 @@ def test_no_change_is_a_copy(method):
     with torch.no_grad():
         network.change.weight.zero_()
         network.change.bias.copy_(torch.tensor([1.0, 0.0, 0.0, 0.0]))
-    found = retargeted(network, source, target, 20.0, "hip_height")
-    assert rotation.angle(found.rotations, source.rotations).max() < 1e-5
-    np.testing.assert_allclose(found.root, 1.4 * source.root, atol=1e-9)
+    answer = retargeted(network, source, target, 20.0, "hip_height")
+    assert rotation.angle(answer.rotations, source.rotations).max() < 1e-5
+    np.testing.assert_allclose(answer.root, 1.4 * source.root, atol=1e-9)
 
 
 def test_head_toes_and_hands_turn_as_the_sources(method):
     source, target = dance(BODIES["one"], 20), BODIES["tall"]
-    found = carried(method, source, target)
+    answer = carried(method, source, target)
     joints = [BODIES["one"].joint_of[BODY22[leaf]] for leaf in features.LEAVES]
-    turned = rotation.angle(found.rotations, source.rotations)
+    turned = rotation.angle(answer.rotations, source.rotations)
     assert turned[:, joints].max() < 1e-6
     others = [joint for joint in range(22) if joint not in joints]
     assert turned[:, others].max(0).min() > 1e-3

@@ -32,9 +32,9 @@ def test_the_whole_way_is_the_authors(real_data, tmp_path, pair) -> None:
     answer = retargeted(same_material.released(arrays, tmp_path), source, target.character)
     theirs = arrays[f"{pair}/target/names"].tolist()
     names = [name for name in theirs if not name.endswith("_End")]
-    wanted = arrays[f"{pair}/output/world_positions"][:, [theirs.index(name) for name in names]]
+    expected = arrays[f"{pair}/output/world_positions"][:, [theirs.index(name) for name in names]]
     found = 100 * answer.positions[1:, [target.skeleton.index(name) for name in names]]
-    level = [each - each[:1, :1] * [1, 0, 1] for each in (found, wanted)]
+    level = [each - each[:1, :1] * [1, 0, 1] for each in (found, expected)]
     paths = [(each[..., 2] + 1j * each[..., 0]).ravel() for each in level]
     turn = np.vdot(*paths)
     placed = facing.placed(level[0], turn / abs(turn))
@@ -49,8 +49,8 @@ def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path
     assert method.weights_label == f"local-{method.weights_hash[:8]}"
     assert Same.card_of(str(folder))["hash"] == method.weights_hash
     assert Same(weights=str(folder / MODEL)).weights_hash == method.weights_hash  # a file for its folder
-    found = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
-    assert np.isfinite(found.positions).all()
+    answer = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
+    assert np.isfinite(answer.positions).all()
     kept = torch.load(folder / STATISTICS, weights_only=True)
     torch.save(kept | {"q_m": kept["q_m"] + 1}, folder / STATISTICS)
     assert Same(weights=str(folder)).weights_hash != method.weights_hash
@@ -95,8 +95,8 @@ def test_dogs_and_rigs_of_puppets() -> None:
     method = same_material.trained()
     for name in ("fox", "hugo", "dora"):
         assert method.supports(cast[name], cast["fox"]) is None
-        found = method.retarget(dance(cast[name], 12), cast["fox"], context=Context())
-        assert np.isfinite(found.positions).all()
+        answer = method.retarget(dance(cast[name], 12), cast["fox"], context=Context())
+        assert np.isfinite(answer.positions).all()
 
 
 def test_errors_of_a_relative_path_fade_and_those_of_an_integrated_one_add_up() -> None:
@@ -104,8 +104,8 @@ def test_errors_of_a_relative_path_fade_and_those_of_an_integrated_one_add_up() 
     ratio = BODIES["small"].measures.hip_height / BODIES["plain"].measures.hip_height
     away = {}
     for path in ("relative", "integrated"):
-        found = same_material.trained(path=path).retarget(source, BODIES["small"], context=Context())
-        away[path] = np.linalg.norm((found.root - ratio * source.root)[:, [0, 2]], axis=-1)
+        answer = same_material.trained(path=path).retarget(source, BODIES["small"], context=Context())
+        away[path] = np.linalg.norm((answer.root - ratio * source.root)[:, [0, 2]], axis=-1)
         assert away[path][0] < 1e-9
     late = {path: each[150:].max() / each[:50].max() for path, each in away.items()}
     assert late["relative"] < 1.5

@@ -56,9 +56,9 @@ def test_cut_bodies_are_whole_graphs() -> None:
 
 
 def test_batches_put_bodies_beside_each_other() -> None:
-    found = training_material.batch(same_material.training_module(), 5)
+    rows = training_material.batch(same_material.training_module(), 5)
     for side in ("given", "asked"):
-        graphs, seen = found[side]["graphs"], found[side]["seen"]
+        graphs, seen = rows[side]["graphs"], rows[side]["seen"]
         assert seen.shape == (len(graphs.row), same_material.WINDOW, 26)
         assert graphs.row.unique().tolist() == list(range(5))
         assert torch.equal(graphs.row[graphs.mine], graphs.row[graphs.near])
@@ -126,7 +126,7 @@ def test_losses_are_the_formulas() -> None:
     low = np.clip(1 - a.world[:, 1:, 1] / 3, 0, 1)
     jerk = a.world[:, 3:] - 3 * a.world[:, 2:-1] + 3 * a.world[:, 1:-2] - a.world[:, :-3]
     step = (a.world[:, 1:] - a.world[:, :-1]) - (t.world[:, 1:] - t.world[:, :-1])
-    wanted = {
+    expected = {
         "rotations": ((a.turned - t.turned)[turning] ** 2).mean(),
         "positions": ((a.local - t.local) ** 2).mean(),
         "root": (((a.root - t.root) / unit.numpy()) ** 2).mean(),
@@ -137,8 +137,8 @@ def test_losses_are_the_formulas() -> None:
         "slide": ((speed * low) ** 2).mean(),
         "jerk": ((jerk * 30**3 * 1e-5) ** 2).sum(-1).mean(),
     }
-    assert {*wanted, "codes"} == set(losses.WEIGHTS)
-    for name, each in wanted.items():
+    assert {*expected, "codes"} == set(losses.WEIGHTS)
+    for name, each in expected.items():
         assert each > 0.0, name
         assert found[name] == pytest.approx(each, rel=1e-4), name
 
@@ -159,8 +159,8 @@ def test_terms_are_weighed_as_released() -> None:
     weights = {"rotations": 5, "positions": 0.01, "root": 10, "velocities": 1, "contacts": 1}
     weights |= {"still": 6, "codes": 1, "floor": 0.1, "slide": 6, "jerk": 0.2}
     assert weights == losses.WEIGHTS  # some terms are zero here, and would hide it
-    wanted = {name: weight * float(plain[name]) for name, weight in weights.items()}
-    assert found == pytest.approx(wanted, rel=1e-5)
+    expected = {name: weight * float(plain[name]) for name, weight in weights.items()}
+    assert found == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_world_is_a_product_of_the_moves() -> None:
@@ -173,8 +173,8 @@ def test_the_world_is_a_product_of_the_moves() -> None:
             cos, sin = np.cos(turn), np.sin(turn)
             move = [[cos, 0, sin, left], [0, 1, 0, 0], [-sin, 0, cos, ahead], [0, 0, 0, 1]]
             frame = frame @ np.array(move)
-            wanted = local[nodes, k] @ frame[:3, :3].T + frame[:3, 3]
-            np.testing.assert_allclose(truth.world[nodes, k].numpy(), wanted, atol=1e-3)
+            expected = local[nodes, k] @ frame[:3, :3].T + frame[:3, 3]
+            np.testing.assert_allclose(truth.world[nodes, k].numpy(), expected, atol=1e-3)
 
 
 # --------------------------------------------------------------------------------------------- learning

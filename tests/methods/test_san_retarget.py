@@ -42,8 +42,8 @@ def test_people_and_dogs_exchange_motions():
     names = san_material.LEGS
     method = trained(names, structures="all")
     for source, target in (("one", "rex"), ("pup", "tall")):
-        found = method.retarget(dance(BODIES[source], 24), BODIES[target], context=Context())
-        assert np.isfinite(found.positions).all()
+        answer = method.retarget(dance(BODIES[source], 24), BODIES[target], context=Context())
+        assert np.isfinite(answer.positions).all()
 
 
 def shown(name):

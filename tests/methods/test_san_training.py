@@ -35,16 +35,16 @@ def steps(module, count, batch=None, rate=1e-3):
 
 def test_a_weight_of_zero_leaves_a_term_out():
     module = san_material.training_module(adversarial=0.0, cycle=0.0, ends=0.0, positions=0.0)
-    found = terms(module, training_material.batch(module))
-    assert set(found) == {"generator"}
-    assert set(found["generator"]) == {"edges", "root"}
+    losses = terms(module, training_material.batch(module))
+    assert set(losses) == {"generator"}
+    assert set(losses["generator"]) == {"edges", "root"}
 
 
 def test_structures_of_other_chains_learn_together():
     """People and dogs: a tail, which people do not have, comes out of nothing."""
     module = san_material.training_module(LEGS, structures="all")
-    found = terms(module, training_material.batch(module))
-    assert all(each.isfinite() for phase in found.values() for each in phase.values())
+    losses = terms(module, training_material.batch(module))
+    assert all(each.isfinite() for phase in losses.values() for each in phase.values())
     dog = module._structures["dog_four_legged"]
     assert set(dog.layout.names) - set(module._structures["plain"].layout.names) == {"tail"}
 

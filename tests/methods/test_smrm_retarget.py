@@ -45,8 +45,8 @@ def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root, path):
 def test_what_comes_later_changes_nothing_before(method):
     """Online: a frame depends on no later one."""
     source = dance(smrm_material.BODIES["one"], 60)
-    whole, begun = (carried(method, source.at(slice(frames)), BODIES["tall"]) for frames in (60, 20))
-    assert apart(whole.at(slice(20)), begun) < 1e-6
+    complete, begun = (carried(method, source.at(slice(frames)), BODIES["tall"]) for frames in (60, 20))
+    assert apart(complete.at(slice(20)), begun) < 1e-6
 
 
 @pytest.mark.parametrize("fps", [25.0, 29.0, 50.0, 59.94, 90.0, 240.0, 1000.0])
@@ -67,8 +67,8 @@ def test_rounded_rates_are_thirty(method, fps):
 def test_begins_where_the_source_begins_for_a_body_of_that_size(method):
     source, target = dance(smrm_material.BODIES["one"], 20), BODIES["tall"]
     ratio = root_rules.ratio("hip_height", source.character, target)
-    found = carried(method, source, target)
-    np.testing.assert_allclose(found.root[0, [0, 2]], ratio * source.root[0, [0, 2]], atol=1e-9)
+    answer = carried(method, source, target)
+    np.testing.assert_allclose(answer.root[0, [0, 2]], ratio * source.root[0, [0, 2]], atol=1e-9)
 
 
 def test_where_one_stands_and_looks_changes_nothing(method):

@@ -65,49 +65,49 @@ def test_terms_against_numpy(seed):
     bends = np.concatenate(
         [np.linalg.norm(np.diff(path[k, :n], 2, axis=0), axis=-1) for k, n in enumerate(lengths)]
     )
-    wanted = bends.mean() if len(bends) else 0.0
-    assert losses.acceleration(torch.from_numpy(path), real).item() == pytest.approx(wanted)
+    expected = bends.mean() if len(bends) else 0.0
+    assert losses.acceleration(torch.from_numpy(path), real).item() == pytest.approx(expected)
 
 
 def test_terms_of_a_step_are_those_of_its_answers():
     """Carried there and back by hand, frame by frame in NumPy."""
     module = still(smrm_material.training_module(same=0.5, adversarial=0.0, rotation_cycle=1.0))
     batch = training_material.batch(module)
-    found = {name: term.item() for name, term in module.losses("generator", batch, {}).items()}
+    losses = {name: term.item() for name, term in module.losses("generator", batch, {}).items()}
     source, features = batch["source"], module.features
     with torch.no_grad():
         there = _carried(module, source["positions"], source["moves"], batch["target"])
         back = _carried(module, there.positions, there.moves, batch["body"])
-    assert found["joints"] == pytest.approx(_square(back.positions, source["positions"]), rel=1e-5)
+    assert losses["joints"] == pytest.approx(_square(back.positions, source["positions"]), rel=1e-5)
     path = [features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
-    assert found["hips"] == pytest.approx(_square(*path), rel=1e-5)
+    assert losses["hips"] == pytest.approx(_square(*path), rel=1e-5)
     same = batch["same"]
     assert 0 < same.sum() < len(same)
-    assert found["self_joints"] == pytest.approx(
+    assert losses["self_joints"] == pytest.approx(
         _square(there.positions[same], source["positions"][same]), rel=1e-5
     )
     dots = (back.rotations * source["rotations"]).sum(-1).abs()
-    assert found["rotations"] == pytest.approx(((2 - 2 * dots) / 4).mean().item(), rel=1e-4)
+    assert losses["rotations"] == pytest.approx(((2 - 2 * dots) / 4).mean().item(), rel=1e-4)
 
 
 def test_the_variant_paper_is_eq_2_as_printed():
     """Cycle of joints and hips + adversarial + 0.01 rotations + 0.001 smooth, and nothing else."""
     module = still(smrm_material.training_module(variant="paper"))
     batch, memory = training_material.batch(module), {}
-    found = {name: term.item() for name, term in module.losses("generator", batch, memory).items()}
+    losses = {name: term.item() for name, term in module.losses("generator", batch, memory).items()}
     assert not batch["same"].any()
-    assert found["self_joints"] == found["self_hips"] == 0.0
+    assert losses["self_joints"] == losses["self_hips"] == 0.0
     source, features = batch["source"], module.features
     with torch.no_grad():
         there = _carried(module, source["positions"], source["moves"], batch["target"])
         back = _carried(module, there.positions, there.moves, batch["body"])
         path = features.path(there.moves, source["turn"]).numpy()
     logits = memory["shown"][3].detach().numpy()
-    assert found["adversarial"] == pytest.approx(np.log1p(np.exp(-logits)).mean(), rel=1e-5)
+    assert losses["adversarial"] == pytest.approx(np.log1p(np.exp(-logits)).mean(), rel=1e-5)
     dots = (back.rotations * source["rotations"]).sum(-1).abs()
-    assert found["rotations"] == pytest.approx(0.01 * ((2 - 2 * dots) / 4).mean().item(), rel=1e-4)
+    assert losses["rotations"] == pytest.approx(0.01 * ((2 - 2 * dots) / 4).mean().item(), rel=1e-4)
     bends = np.linalg.norm(np.diff(path, 2, axis=1), axis=-1).mean()
-    assert found["smooth"] == pytest.approx(0.001 * bends, rel=1e-4)
+    assert losses["smooth"] == pytest.approx(0.001 * bends, rel=1e-4)
 
 
 def test_weights_that_are_given_override_those_of_the_variant():
@@ -149,8 +149,8 @@ def test_rotations_may_be_compared_with_those_of_the_own_body():
         itself = _carried(module, source["positions"], source["moves"], batch["body"])
         back = _carried(module, itself.positions, itself.moves, batch["body"])
     dots = (back.rotations * itself.rotations).sum(-1).abs()
-    found = module.losses("generator", batch, {})["rotations"]
-    assert found.item() == pytest.approx(((2 - 2 * dots) / 4).mean().item(), rel=1e-3)
+    loss = module.losses("generator", batch, {})["rotations"]
+    assert loss.item() == pytest.approx(((2 - 2 * dots) / 4).mean().item(), rel=1e-3)
 
 
 # ------------------------------------------------------------------------------------- rows and masks
