@@ -133,14 +133,14 @@ def test_several_data_sets_are_trained_on_and_the_first_that_tests_is_named(benc
         "--out",
         str(out),
     )
-    status, said, _ = bench("toy_trainee", *data)
-    assert (status, said.splitlines()[-1]) == (
+    status, output, _ = bench("toy_trainee", *data)
+    assert (status, output.splitlines()[-1]) == (
         0,
         f"Use them: bench run '{TRAINEE}[weights={out}]' -d '{WALKS}[kind=near]'",
     )
-    kept = json.loads((out / "run.json").read_text())
-    assert kept["dataset"] == "toy_walks[kind=near]+toy_walks[root=/a b]"
-    assert kept["command"].startswith(
+    recorded = json.loads((out / "run.json").read_text())
+    assert recorded["dataset"] == "toy_walks[kind=near]+toy_walks[root=/a b]"
+    assert recorded["command"].startswith(
         "bench train toy_trainee -d 'toy_walks[kind=near]' -d toy_walks --preset"
     )
 
