@@ -261,8 +261,8 @@ def test_people_of_amass_have_the_joints_of_the_body_model(tmp_path):
 
 
 def test_acclaim_files_stand_beside_both(loose):
-    body = person(np.random.default_rng(4), frames=6)
-    body.save(loose / "robot.glb")
+    asset = person(np.random.default_rng(4), frames=6)
+    asset.save(loose / "robot.glb")
     bones, lines = ASF, [":FULLY-SPECIFIED", ":DEGREES"]
     for frame in range(1, 9):
         lines += [str(frame), f"root 0 16 {frame} 0 0 0", f"lfemur {frame} 0 0", f"rhumerus 0 {frame} 0"]
@@ -287,11 +287,11 @@ def test_acclaim_files_stand_beside_both(loose):
 
 
 def test_content_follows_the_buffers_of_text_files(tmp_path):
-    body = person(np.random.default_rng(4), frames=6)
-    body.save(tmp_path / "a.gltf", linked="a.bin")
+    asset = person(np.random.default_rng(4), frames=6)
+    asset.save(tmp_path / "a.gltf", linked="a.bin")
     before = Folder(str(tmp_path)).content
     data = bytearray((tmp_path / "a.bin").read_bytes())
-    view = body.content["bufferViews"][1]["byteOffset"]
+    view = asset.content["bufferViews"][1]["byteOffset"]
     data[view : view + 16] = np.array([0, 0, 0, 1], "<f4").tobytes()
     (tmp_path / "a.bin").write_bytes(data)
     (tmp_path / "a.gltf").write_text((tmp_path / "a.gltf").read_text() + " ")
@@ -300,7 +300,7 @@ def test_content_follows_the_buffers_of_text_files(tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     (other / "a.gltf").write_text((tmp_path / "a.gltf").read_text())
-    (other / "a.bin").write_bytes(bytes(body.data))
+    (other / "a.bin").write_bytes(bytes(asset.data))
     assert Folder(str(other)).content != text
 
 

@@ -242,10 +242,10 @@ def test_takes_of_less_than_a_second_are_left_out_and_told(
     bvh.write(root / "lafan1" / "aiming9_subject1.bvh", motion, scale=100.0)
     data = LafanDog(str(root))
     assert {info.clip for info in data.cases("retarget", "self")} == names
-    notes = (
+    note = (
         f"1 takes left out: aiming9_subject1 (has {frames} frames at 30 per second; clips have 30 or more)"
     )
-    assert notes in data.notes
+    assert note in data.notes
     for name in PEOPLE:
         (root / "lafan1" / f"{name}.bvh").unlink()
     with pytest.raises(BenchError, match=f"no take of a person can be used: .*has {frames} frames"):

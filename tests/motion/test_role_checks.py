@@ -85,12 +85,12 @@ def test_a_wrong_map_is_told_in_a_line_and_used(file: Path, tmp_path: Path, kind
     wrong: Callable[[], dict[str, str]] = WRONG[kind][0]
     roles = saved(tmp_path / "roles.toml", wrong())
     findings = load(file, Reading(roles=roles)).findings
-    notes = [each for each in findings.doubts if each.startswith("roles look wrong: ")]
-    assert len(notes) == 1
-    assert "\n" not in notes[0]
-    assert notes[0].endswith("correct the table of roles")
+    doubts = [each for each in findings.doubts if each.startswith("roles look wrong: ")]
+    assert len(doubts) == 1
+    assert "\n" not in doubts[0]
+    assert doubts[0].endswith("correct the table of roles")
     for word in WRONG[kind][1]:
-        assert word in notes[0]
+        assert word in doubts[0]
     for name, role in wrong().items():
         assert role == "none" or dict(findings.joints)[name] == role
 

@@ -140,8 +140,8 @@ def test_what_the_user_says_stands(tmp_path, mesh):
 
 def test_a_doubtful_size_is_told(tmp_path, mesh):
     path = written(tmp_path / "body.ply", mesh.vertices * 0.2, mesh.faces)
-    (notes,) = load_scan(path).findings.warnings
-    assert "the unit is a guess: in m the body is" in notes
+    (warning,) = load_scan(path).findings.warnings
+    assert "the unit is a guess: in m the body is" in warning
 
 
 # ----------------------------------------------------------------------------------------------- bad input
