@@ -73,11 +73,6 @@ def test_the_same_plug_in_over_two_folders_is_two_data_sets(toy_plugins):
     )
 
 
-def test_only_training_knows_of_it(toy_plugins):
-    with pytest.raises(BenchError, match="several at once are for bench train alone"):
-        registry.canonical("datasets", BOTH)
-
-
 def test_without_places_is_without_the_place_of_each():
     text = request.without_places("folder[protocol=train,root=/a/b]+puppets+folder[root=/c]")
     assert text == "folder[protocol=train]+puppets+folder"

@@ -54,14 +54,6 @@ def test_without_a_method_it_asks_for_one(bench):
     assert "say which METHOD to train, or --resume -o DIR" in err
 
 
-def test_a_mistake_is_one_sentence_and_no_traceback(bench, tmp_path):
-    status, _, err = bench(
-        "toy_trainee", "-d", "toy_walks", "--out", str(tmp_path / "run"), "--preset", "no"
-    )
-    assert status == 2
-    assert err == "bench: toy_trainee has no preset 'no'; there are default, quick, wild\n"
-
-
 def test_torchrun_is_told_the_sentence_too(bench, tmp_path, monkeypatch):
     """As torch reads and prints it, in its own report on processes that failed."""
     from torch.distributed.elastic.multiprocessing.errors import ChildFailedError, ProcessFailure

@@ -88,14 +88,6 @@ def test_what_half_precision_cannot_hold_stays_as_it_is(tmp_path):
     assert torch.equal(back["precise"], tensors["precise"])
 
 
-def test_writing_what_was_read_changes_nothing(tmp_path):
-    first = weights.write(tmp_path, "a", some(), CARD)
-    again = weights.write(tmp_path, "b", weights.read(tmp_path / "a.json").tensors, first.card)
-    assert again.hash == first.hash
-    assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
-    assert weights.write(tmp_path, "c", some(1), CARD).hash != first.hash
-
-
 def test_the_card_comes_back_and_needs_no_tensor(tmp_path):
     card = {**CARD, "recipe": {"steps": 3, "rate": 1e-4}, "notes": ["größer"], "init": None}
     weights.write(tmp_path, "w", some(), card)
