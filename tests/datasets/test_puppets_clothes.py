@@ -75,13 +75,13 @@ def test_cloth_is_as_loose_as_the_joints_under_it_allow(both: Both) -> None:
 def test_noise_is_smooth_bounded_and_everybodys_own() -> None:
     ada, boris = BODIES["ada"], BODIES["boris"]
     points = np.random.default_rng(0).uniform(-1.0, 1.0, (4000, 3))
-    found = clothes.noise(ada, points)
-    assert np.abs(found).max() <= 1.0
-    assert found.std() > 0.1
+    noise = clothes.noise(ada, points)
+    assert np.abs(noise).max() <= 1.0
+    assert noise.std() > 0.1
     # the shortest wave is two girths long: no slope is steeper than pi / girth
     near = clothes.noise(ada, points + np.array([1e-4, 0.0, 0.0]))
-    assert np.abs(near - found).max() <= 1e-4 * np.pi / ada.proportions.girth
-    assert np.abs(clothes.noise(boris, points) - found).max() > 0.5
+    assert np.abs(near - noise).max() <= 1e-4 * np.pi / ada.proportions.girth
+    assert np.abs(clothes.noise(boris, points) - noise).max() > 0.5
 
 
 def test_normals_of_a_ball_point_outward() -> None:

@@ -43,8 +43,8 @@ def off_the_way(motion: Motion, leg: float, heading: np.ndarray, speed: np.ndarr
     ahead = np.stack([np.sin(heading), np.cos(heading)], axis=-1)
     # what is covered in half a second along the way, and what the labels add up to in it
     went = ((middle[1:] - middle[:-1]) * 0.5 * (ahead[1:] + ahead[:-1])).sum(axis=-1)
-    said = 0.5 * (speed[1:] + speed[:-1]) / 30.0
-    gaps = np.convolve(went - said, np.ones(HALF), mode="valid") * 30.0 / HALF
+    expected = 0.5 * (speed[1:] + speed[:-1]) / 30.0
+    gaps = np.convolve(went - expected, np.ones(HALF), mode="valid") * 30.0 / HALF
     return float(np.abs(gaps).max()), float(np.degrees(np.abs(np.angle(turned))).max())
 
 
@@ -102,15 +102,15 @@ def test_train_and_test_share_nothing() -> None:
     names: list[str] = []
     for size in ("tiny", "default", "large"):
         data = Puppets(size=size)
-        seen = data.training_manifest()
+        manifest = data.training_manifest()
         for part in ("train", "test") if size != "large" else ("train",):
             for matches in data.matched(part).values():
                 for match in matches:
                     for clip, body in (match.biped, match.dog):
                         names.append(clip.name)
-                        assert part == "test" or body in seen["characters"]
+                        assert part == "test" or body in manifest["characters"]
                         assert clip.kind not in HELD_OUT_KINDS
-        names += [name for mine in data.training().values() for c in mine.values() for name in c.names]
+        names += [name for cast in data.training().values() for c in cast.values() for name in c.names]
     assert len(set(names)) == len(names)
 
 
@@ -172,7 +172,7 @@ def test_they_can_be_trained_on_without_their_pairs() -> None:
     matches = Puppets().matched("train")["body22", "dog21"]
     training = matches.clips()
     assert set(training) == {"body22", "dog21"}
-    assert sum(len(own) for mine in training.values() for own in mine.values()) == 2 * len(matches)
+    assert sum(len(own) for cast in training.values() for own in cast.values()) == 2 * len(matches)
     name, own = next(iter(training["dog21"].items()))
     assert own[0].character.name == name
     assert own[0].frames == own.listed[0].frames

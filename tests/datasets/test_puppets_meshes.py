@@ -85,10 +85,6 @@ def test_weights_are_shares_and_every_bone_moves_its_own_skin(skinned: tuple[Bod
     assert mesh.weights[far][:, right].max() < 0.1
 
 
-def p_hip(body: Body) -> float:
-    return body.proportions.hip_half
-
-
 def test_the_rigs_t_pose_shows_the_skin_as_drawn_and_turns_it_whole(skinned: tuple[Body, Mesh]) -> None:
     body, mesh = skinned
     who = rigs.character(body)
@@ -98,8 +94,8 @@ def test_the_rigs_t_pose_shows_the_skin_as_drawn_and_turns_it_whole(skinned: tup
     root = np.stack([who.skeleton.offsets[0], np.array([1.0, 2.0, 3.0])])
     still, turned = mesh.skinned(who.motion(pose, root, 30.0))
     np.testing.assert_allclose(still, mesh.vertices, atol=1e-9)
-    wanted = rotation.rotate(turn, mesh.vertices - root[0]) + root[1]
-    np.testing.assert_allclose(turned, wanted, atol=1e-9)
+    expected = rotation.rotate(turn, mesh.vertices - root[0]) + root[1]
+    np.testing.assert_allclose(turned, expected, atol=1e-9)
 
 
 def test_no_node_of_the_grid_is_so_near_the_skin_that_rounding_could_decide(monkeypatch) -> None:
@@ -147,11 +143,11 @@ SAMPLE = np.array(
 
 def test_a_mesh_is_kept_on_disk_and_drawn_again_when_damaged(cache: Path) -> None:
     first = rigs.character(BODIES["pip"]).mesh
-    (kept,) = cache.rglob("pip-*.npz")
-    before = kept.stat().st_mtime_ns
+    (file,) = cache.rglob("pip-*.npz")
+    before = file.stat().st_mtime_ns
     again = rigs.character(BODIES["pip"]).mesh
-    assert kept.stat().st_mtime_ns == before
-    kept.write_bytes(kept.read_bytes()[:-200])
+    assert file.stat().st_mtime_ns == before
+    file.write_bytes(file.read_bytes()[:-200])
     rebuilt = rigs.character(BODIES["pip"]).mesh
     for other in (again, rebuilt):
         np.testing.assert_array_equal(other.vertices, first.vertices)

@@ -139,11 +139,13 @@ def test_parents_are_the_nearest_that_stay(data):
     count = data.draw(st.integers(2, 12))
     parents = [-1, *(data.draw(st.integers(0, joint - 1)) for joint in range(1, count))]
     joints = np.array(sorted(data.draw(st.sets(st.integers(0, count - 1), min_size=1))))
-    found = parents_among(parents, joints)
+    nearest = parents_among(parents, joints)
     for place, joint in enumerate(joints):
         line, above = [], parents[joint]
         while above >= 0:
             line.append(above)
             above = parents[above]
-        wanted = [each for each in line if each in joints]
-        assert (joints[found[place]] if found[place] >= 0 else None) == (wanted[0] if wanted else None)
+        expected = [each for each in line if each in joints]
+        assert (joints[nearest[place]] if nearest[place] >= 0 else None) == (
+            expected[0] if expected else None
+        )

@@ -110,9 +110,9 @@ def test_regression_is_exact_on_linear_data_and_agrees_with_least_squares():
 
 def test_a_large_penalty_gives_the_mean_pose():
     rng = np.random.default_rng(6)
-    seen, wanted = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 2, 3))
-    examples = completion.Examples(np.arange(3, 5), seen.mean(axis=0), seen, wanted)
-    assert np.allclose(regression(examples, 1e6)(seen), wanted.mean(axis=0), atol=1e-4)
+    seen, expected = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 2, 3))
+    known = completion.Examples(np.arange(3, 5), seen.mean(axis=0), seen, expected)
+    assert np.allclose(regression(known, 1e6)(seen), expected.mean(axis=0), atol=1e-4)
 
 
 def test_one_neighbour_finds_a_pose_that_was_trained_on():
