@@ -15,10 +15,9 @@ from retarget_bench.api import Context, MethodCard
 from retarget_bench.api.optional import takes_batches
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
-from retarget_bench.evaluation import predict, runner
-from retarget_bench.plugins import bound, registry
+from retarget_bench.evaluation import predict
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.post_processors import Composed
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -176,31 +175,6 @@ def test_keys_differ_with_the_post_processes_and_not_without(tmp_path):
     assert keys[2] == keys[4]
     assert found[2].paths == found[4].paths
     assert "posts" not in found[0].prediction_facts
-
-
-def test_the_code_of_a_post_process_counts(tmp_path, monkeypatch):
-    monkeypatch.setattr(registry, "_FILES", {})
-    for file in TOYS[:2]:
-        registry.add_file(file)
-    post = tmp_path / "then.py"
-    post.write_text(TOYS[3].read_text())
-    registry.add_file(post)
-    spec = Spec.parse("toy_method+then")
-    bound.method_code.cache_clear()
-    before, alone = bound.method_code(spec), bound.method_code(spec.alone)
-    post.write_text(post.read_text() + "\nMORE = 1\n")
-    bound.method_code.cache_clear()
-    assert bound.method_code(spec) != before
-    assert bound.method_code(spec.alone) == alone
-
-
-def test_a_finished_cell_is_not_asked_again(tmp_path):
-    (first,) = carry_out(tmp_path, "toy_method+toy_post[by=1]")
-    stamp = first.paths.header.stat().st_mtime_ns
-    totals = []
-    runner.run(asked(tmp_path, "toy_method+toy_post[by=1]"), lambda done, total: totals.append(total))
-    assert totals == [0]
-    assert first.paths.header.stat().st_mtime_ns == stamp
 
 
 # ------------------------------------------------------------------------------------------------ faults

@@ -200,25 +200,6 @@ def test_a_case_under_several_seeds_is_one_case(tmp_path: Path) -> None:
     assert cell.text == f"0.3000 ±{np.std([0.2, 0.4]):.4f}"
 
 
-def test_one_method_in_two_folders_is_two_rows(tmp_path: Path) -> None:
-    for folder, number in (("old", 0.1), ("new", 0.3)):
-        store(tmp_path / folder, "mine", "cross", {("BigVegas>Goblin_m", "a"): number})
-    rows = rows_of("humot-table5", *(tmp_path / folder for folder in ("old", "new", "new")))
-    found = {row.label: row.cells["B → G"].value for row in rows}
-    assert found == {f"mine ({tmp_path / 'old'})": 0.1, f"mine ({tmp_path / 'new'})": 0.3}
-
-
-def test_numbers_of_an_older_metric_are_left_out(tmp_path: Path) -> None:
-    for name, version, made in (("then", "1", "2026-01-01"), ("now", "2", "2026-06-01")):
-        values = {"humot_mpjpe": {**VALUES["humot_mpjpe"], "metric": "papers"}}
-        store(
-            tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1},
-            values=values, metrics={"papers": version}, date=made,
-        )  # fmt: skip
-    rows = rows_of("humot-table5", tmp_path)
-    assert [row.label for row in rows] == ["now"]
-
-
 def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None:
     data = {"name": "folder", "label": "folder"}
     store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1}, dataset=data)
@@ -391,13 +372,6 @@ def test_variants_stand_in_the_rows_and_the_root_rule_of_copied_rotations_is_not
     assert labels[0] == "copy_rotations (root rule hip_height)"
     assert labels[1].startswith("pan (ours: ")
     assert "copied rotations treat the root" in made.notes[0]
-
-
-def test_printed_numbers_keep_their_digits() -> None:
-    (group,) = drawn("pan-table1").groups
-    shown = {row.label: [cell.text for cell in row.cells] for row in group.ranked}
-    assert shown["PAN (printed)"] == ["0.50", "1.62"]
-    assert shown["Copy rotations (printed)"] == ["8.86", "n/a"]
 
 
 def test_an_unknown_table_names_those_there_are() -> None:

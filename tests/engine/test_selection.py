@@ -1,6 +1,5 @@
 """Which methods and bodies tables are made of."""
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 from stored import metadata, running, store
@@ -10,7 +9,6 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.data import rows
-from retarget_bench.report import chapters
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder
@@ -93,20 +91,6 @@ def test_they_step_back_in_results_of_two_folders_too(tmp_path):
     assert len(shown) == 2
     assert all(each.startswith("copy_rotations (") for each in shown)
     assert len(labels(places, variants=True)) == 4
-
-
-def test_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
-    variant = "copy_rotations[root_rule=none]"
-    stored(tmp_path, "copy_rotations")
-    stored(tmp_path, "v", name="copy_rotations", label=variant, parameters={"root_rule": "none"})
-
-    def shown(table):
-        return {row.label for row in table.groups[0].rows}
-
-    for asked in ({}, {"variants": True}, {"methods": [variant]}):
-        chapter = chapters.chapters([tmp_path], **asked)[0]
-        assert (variant in shown(chapter.tables[0])) == bool(asked)
-        assert (variant in chapter.splits[0].section.rankings[VALUE].order) == bool(asked)
 
 
 def answered(places, **choice):
@@ -192,16 +176,3 @@ def test_a_control_that_is_asked_for_comes_without_the_others(tmp_path):
     assert labels(places, methods=("right",)) == ["right"]
     assert labels(places, methods=("m", "right")) == ["m", "right"]
     assert labels(places, methods=("m",)) == ["m", "still", "right"]
-
-
-def test_the_best_on_the_cases_of_another_is_by_hand(tmp_path):
-    clips = [("ann>bo", f"c{n}") for n in range(20)]
-    numbers = np.arange(20.0)
-    best = store(tmp_path, "cross", "best", [(*c, {VALUE: x}) for c, x in zip(clips, numbers, strict=True)])
-    few = store(
-        tmp_path, "cross", "few", [(*c, {VALUE: 5.0} if n < 8 else "failed") for n, c in enumerate(clips)]
-    )
-    (section,) = summary.split_summaries([best, few])
-    mine, other = section.on_cases_of("few", "best", [VALUE])[VALUE]
-    assert (mine.value, mine.n) == (5.0, 8)
-    assert (other.value, other.n) == (3.5, 8)

@@ -42,14 +42,6 @@ def test_the_formats_are_those_of_the_renderers():
     assert set(FORMATS) == set(RENDERERS) == set(WITH_INTERVALS)
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_every_format_is_printed_and_written_alike(results, tmp_path, form):
-    file = tmp_path / "table"
-    assert bench(results, "-f", form, "-o", file) == f"wrote {file}\n"
-    assert file.read_text(encoding="utf-8") == bench(results, "-f", form)
-    assert "2.55" in file.read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize(
     ("ending", "form"),
     [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv"), ("json", "json")],
@@ -143,12 +135,6 @@ def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
     assert "no case is in the split up; self and cross have some" in str(done.exception)
 
 
-def test_a_split_without_cases_is_told_with_those_that_have_some(results):
-    done = CliRunner().invoke(group, ["table", "-r", str(results), "-s", "self", "-s", "intra"])
-    assert done.exit_code
-    assert "no case is in the split self or intra; cross" in str(done.exception)
-
-
 def test_methods_are_named_in_one_word_or_several(results):
     numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 7.0}) for n in range(12)]
     store(results, "cross", "three[a=1,b=2]", numbers)
@@ -167,17 +153,6 @@ def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
     monkeypatch.setenv("COLUMNS", columns)
     assert options.screen_width() == most
     assert max(map(len, bench(results, "--notes").splitlines())) <= most
-
-
-def test_a_few_columns_of_all_splits_stand_side_by_side(results):
-    for name in ("one", "two"):
-        store(results, "self", name, [("a>a", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(12)])
-    shown = bench(results, "--columns", "mpjpe_h.world")
-    assert shown.count("\n  method") == 1
-    assert "cross: 12 cases of 12 clips; self: 12 cases" in shown
-    assert (
-        bench(results, "--columns", "mpjpe_h.world", "-s", "cross", "-s", "self").count("\n  method") == 2
-    )
 
 
 @pytest.mark.parametrize("form", ["text", "md", "tex"])

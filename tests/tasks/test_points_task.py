@@ -10,7 +10,6 @@ import pytest
 
 from retarget_bench.api import Case, Context
 from retarget_bench.api.comparison import Comparison
-from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import predict, runner, timing
 from retarget_bench.evaluation.plan import Plan, data_of
@@ -276,24 +275,6 @@ def test_a_worker_is_sent_points_and_meshes_and_sends_a_skin(tmp_path, case):
             assert np.array_equal(outcome.prediction.vertices, here.vertices.astype(np.float32))
     finally:
         pool.close()
-
-
-def test_the_command_runs_the_task_and_tables_it(tmp_path, capsys):
-    def bench(*arguments: str) -> str:
-        with pytest.raises(SystemExit) as stopped:
-            main(list(arguments))
-        told = capsys.readouterr()
-        assert not stopped.value.code, told.err
-        return told.out + told.err
-
-    asked = ("--task", "points", "-s", "self", "--limit", "1", "--metrics", "position")
-    told = bench("run", str(TOYS / "rest_skin.py"), *asked, "--out", str(tmp_path / "runs"))
-    assert "rest_skin" in told
-    assert "points" in told
-    told = bench("table", "-r", str(tmp_path / "runs"), "--task", "points", "-f", "csv")
-    assert "rest_skin" in told
-    (folder,) = (tmp_path / "runs").glob("*/points/self")
-    assert len(list((folder / "rest_skin").glob("*.npz"))) == 1
 
 
 def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):

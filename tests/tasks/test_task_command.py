@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 
 import numpy as np
@@ -139,36 +138,6 @@ def test_levels_stand_in_their_order_with_their_own_means(results):
     assert parts == ["50 %", "100 %", "major"]
 
 
-def test_interrupted_and_uninterrupted_runs_give_the_same_bytes(tmp_path):
-    task, methods = "denoise[levels='1,4',motions=3]", ("identity", "savitzky_golay")
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    asked = []
-    for root in (whole, broken):
-        registry.add_file(TOYS)
-        plan = Plan(
-            methods=tuple(map(Spec.parse, methods)), datasets=(Spec.parse("toy_people"),), splits=("self",),
-            metrics=METRICS, task=task, out=root,
-        )  # fmt: skip
-
-        def progress(done: int, total: int, root: Path = root) -> None:
-            if root == broken and done and not asked:
-                asked.append(total)
-                raise KeyboardInterrupt
-
-        try:
-            places = runner.run(plan, progress)
-        except KeyboardInterrupt:
-            places = runner.run(plan, progress)
-    assert asked == [12]  # two methods
-    for place in places:
-        assert place.rows.read_bytes() == (whole / place.rows.relative_to(broken)).read_bytes()
-        keys = [
-            json.loads(path.read_text())["keys"]
-            for path in (place.header, whole / place.header.relative_to(broken))
-        ]
-        assert keys[0] == keys[1]
-
-
 def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
     found = [
         carried_out(tmp_path, task, "identity")[0]
@@ -195,24 +164,6 @@ def test_the_command_shows_a_line_per_level(tmp_path, capsys):
     assert "level" in again.splitlines()[0]
     status, told = bench(capsys, "table", "-r", str(tmp_path))
     assert (status, "no results in" in told) == (2, True)
-
-
-@pytest.mark.parametrize(
-    ("task", "words"),
-    [
-        ("denoise[levels=-3]", "standard deviations in centimetres"),
-        ("joint-completion[levels=0]", "above 0 and at most 1"),
-        ("joint-completion[levels=1.5]", "above 0 and at most 1"),
-        ("reconstruct[motions=0]", "motions is 0; it is a number of motions, at least 1"),
-        ("reconstruct[levels=1]", "reconstruct has no parameter 'levels'"),
-    ],
-)
-def test_hostile_values_are_one_sentence(tmp_path, capsys, task, words):
-    status, told = bench(capsys, "run", "--task", task, "--out", str(tmp_path / "none"))
-    assert status == 2
-    assert words in told
-    assert "Traceback" not in told
-    assert not (tmp_path / "none").exists()
 
 
 def test_table_2_has_the_printed_numbers_and_our_structures(results, capsys):
