@@ -97,12 +97,6 @@ def test_no_batch_could_have_taken_the_first_of_a_later_one(cases):
         assert full or told
 
 
-def test_sixteen_clips_of_a_minute_fit():
-    cases = listed(*[("a1", "a2", 1800)] * 16, *[("a1", "a2", 30)] * 3)
-    assert [len(batch) for batch in batches.batches(cases, CAST)] == [16, 3]
-    assert [len(batch) for batch in batches.batches(cases[:16], CAST)] == [16]
-
-
 # ----------------------------------------------------------------------------------------------- in runs
 def test_cases_are_asked_together_and_the_refused_are_left_out(tmp_path):
     mix, picky = carry_out(tmp_path, "toy_batches", "toy_batches[does=picky]")

@@ -256,12 +256,6 @@ def test_code_is_hashed_without_importing_it():
     assert done.stdout.split() == ["8", "False"]
 
 
-def test_names_of_the_motion_room_are_relative_to_it():
-    names = [name for name, _ in package_code("motion")]
-    assert len(set(names)) == len(names)
-    assert {"motion/rotation.py", "motion/bvh/__init__.py", "motion/fitting/fit.py"} <= set(names)
-
-
 def test_what_keys_leave_out_of_the_motion_room_is_reached_by_no_method():
     """Formats of files and edits: no plug-in and no other module of the room imports the edits."""
     root = Path(bound.__file__).parents[2]

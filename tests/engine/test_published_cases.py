@@ -121,23 +121,6 @@ def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> N
     )
 
 
-def test_who_answered_fewer_is_set_apart_and_the_best_on_the_same_is_told(tmp_path: Path) -> None:
-    hard = PEOPLE[4:]
-    store(tmp_path, "intra", "best", all_of(PEOPLE[:4], 0.1) | all_of(hard, 0.9))
-    store(tmp_path, "intra", "worse", all_of(PEOPLE, 0.8))
-    store(tmp_path, "intra", "few", all_of(PEOPLE[:4], 0.2) | all_of(hard, "unsupported"))
-    table = made(tmp_path, "humot-table4")
-    group = table.groups[1]
-    assert [(row.label, row.cells[0].value, row.n) for row in group.ranked] == [
-        ("best", pytest.approx(0.5), "8"),
-        ("worse", pytest.approx(0.8), "8"),
-    ]
-    assert [(row.label, row.mark, row.cells[0].value, row.n) for row in group.unranked] == [
-        ("few", "answered fewer cases", pytest.approx(0.2), "4/8"),
-    ]
-    assert "few answered fewer cases; on these best has all intra 0.1000." in table.notes
-
-
 def test_columns_over_different_cases_say_how_many_each(tmp_path: Path) -> None:
     for name in ("one", "two"):
         store(tmp_path, "self", name, all_of([("ann>ann", "c0")], 0.1))
@@ -194,23 +177,6 @@ def test_the_command_prints_the_papers_numbers_where_there_are_no_results(
         assert "8.86" in done.output
     refused = CliRunner().invoke(commands, ["table", "-r", "nowhere", "--paper", "pan-table1"])
     assert str(refused.exception) == "there is no folder nowhere"
-
-
-def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
-    def drawn(*words: str) -> str:
-        asked = ["table", "-r", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
-        done = CliRunner().invoke(commands, asked)
-        assert done.exit_code == 0, done.output
-        return done.output
-
-    assert '"narrow"' in drawn()
-    assert '"narrow"' not in drawn("-m", "wide")
-    assert '"9"' not in drawn()
-    assert '"9"' in drawn("--bodies", "four-legged")
-    refused = CliRunner().invoke(
-        commands, ["table", "-r", str(with_dogs), "--paper", "pan-table3", "--bodies", "people"]
-    )
-    assert "leave --bodies" in str(refused.exception)
 
 
 def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> None:

@@ -114,15 +114,6 @@ def test_neighbours_differ_in_grey():
     assert min(abs(a - b) for a, b in pairwise(grey)) >= 9
 
 
-def test_colours_start_again():
-    last = len(palette.COLOURS)
-    methods = [palette.method_style(place).colour for place in (0, last - 1, last)]
-    assert methods[2] == methods[0] != methods[1]
-    control = MethodInfo(label="still", privileged=(), control=True)
-    controls = [palette.method_style(place, control).colour for place in (0, 3)]
-    assert controls[0] == controls[1]
-
-
 def test_colours_can_be_seen_on_light_and_dark_paper():
     shown = [method_style(k) for k in range(len(COLOURS))]
     shown += [method_style(k, CONTROL) for k in range(len(CONTROLS))]

@@ -24,7 +24,7 @@ from retarget_bench.viewer.scene import Scene, figure_of
 from tests.engine import stored
 from tests.motion.tubes import fleshed, hand_to_belly
 from tests.report.odd_runs import LABEL, report
-from tests.report.report_toys.odd_moves import BODIES, CLIPS
+from tests.report.report_toys.odd_moves import BODIES, CLIPS, JOINTS
 
 KNOWN = re.findall(
     r"\w+",
@@ -73,7 +73,7 @@ def data(tags):
 def test_names_are_text_and_nothing_else(tags):
     assert {tag for tag, _ in tags.tags} <= set(KNOWN)
     assert not [a for _, attributes in tags.tags for a in attributes if a.startswith("on")]
-    for name in (*map(printable, BODIES), *CLIPS.values(), LABEL):
+    for name in (*map(printable, BODIES), *CLIPS.values(), *JOINTS, LABEL):
         assert name in tags.text or any(name in v for _, each in tags.tags for v in each.values())
     assert "49" not in re.findall(r"it's (\S+)", tags.text)
 

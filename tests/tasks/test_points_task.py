@@ -11,7 +11,7 @@ import pytest
 from retarget_bench.api import Case, Context
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation import predict, runner, timing
+from retarget_bench.evaluation import predict, runner
 from retarget_bench.evaluation.plan import Plan, data_of
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Limits, check_file
@@ -287,17 +287,3 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
         method, case, predict.context_for(method, data_of(bound.dataset(PUPPETS), "points"), case, 0)
     )
     assert np.array_equal(answer.prediction.rotations, case.reference.rotations)
-
-
-def test_methods_are_timed_on_points(tmp_path):
-    plan = Plan(
-        methods=(Spec("rest_skin"),),
-        datasets=(Spec("few_puppets"),),
-        splits=("self",),
-        metrics=("position",),
-        task="points",
-        out=tmp_path,
-    )
-    (place,) = runner.run(plan, lambda done, total: None, timed=True)
-    (time,) = timing.read(place)
-    assert (time.case, time.frames > 0) == ("puppets/ada>ada/walk-001", True)

@@ -12,7 +12,6 @@ from retarget_bench.analysis import summary
 from retarget_bench.cli import main
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.evaluation.tasks import canonical
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
@@ -77,14 +76,6 @@ def test_doing_nothing_scores_the_noise_before_and_after(results):
         assert np.mean(by_level[level]) == pytest.approx(CHI3 * sigma, rel=4 * 0.422 / np.sqrt(lengths))
 
 
-def test_a_method_that_needs_rotations_says_so(results):
-    found = rows(results, "denoise", "copy_rotations")
-    (problem,) = found.header.problems
-    assert problem.status == "unsupported"
-    assert problem.message == "takes motion as source, but this source is known by positions only"
-    assert {e.status for e in rows(results, "reconstruct", "copy_rotations").entries} == {"ok"}
-
-
 def test_all_joints_given_leave_no_error_and_missing_ones_are_told_apart(results):
     for name in ("linear_joints", "nearest_pose"):
         for entry in rows(results, "joint-completion", name).entries:
@@ -136,17 +127,6 @@ def test_levels_stand_in_their_order_with_their_own_means(results):
         for section in summary.split_summaries(store.find_results(results, "joint-completion"), "level")
     ]
     assert parts == ["50 %", "100 %", "major"]
-
-
-def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
-    found = [
-        carried_out(tmp_path, task, "identity")[0]
-        for task in ("reconstruct[motions=2]", "denoise[levels=0,motions=2]", "denoise[levels=1,motions=2]")
-    ]
-    assert len({each.header.keys["prediction_key"] for each in found}) == 3
-    assert len({each.paths.folder for each in found}) == 3
-    assert not store.find_results(tmp_path)
-    assert len(store.find_results(tmp_path, "denoise")) == 2
 
 
 def test_the_command_shows_a_line_per_level(tmp_path, capsys):
@@ -205,7 +185,3 @@ def test_pictures_without_results_say_how_to_make_some(tmp_path, capsys, task):
     assert f"bench run --task {task} makes some" in told
     status, told = bench(capsys, *drawn, str(tmp_path / "out.doc"))
     assert (status, ".png, .pdf, .svg" in told) == (2, True)
-
-
-def test_results_of_the_usual_levels_are_known_by_the_task_alone():
-    assert canonical(Spec("denoise")).slug == "denoise"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from acted import clad_scene
-from small_runs import CASE, OTHER, bvh_file, ran, toys
+from small_runs import CASE, bvh_file, ran, toys
 from viewing_toys.toy_moves import DOG, PERSON
 
 from retarget_bench.errors import BenchError, FileError
@@ -78,13 +78,6 @@ def test_what_failed_is_told_and_not_drawn(tmp_path, does, status, words):
     assert (lost.positions, lost.status, lost.error) == (None, status, None)
     assert words in lost.message
     assert scene.figures[2].positions is not None
-
-
-def test_a_refused_case_is_told_beside_one_that_was_not(tmp_path):
-    places = ran(tmp_path, "picky")
-    assert scene_builder.of_case(places, CASE).figures[2].status == "ok"
-    refused = scene_builder.of_case(places, OTHER).figures[2]
-    assert (refused.status, refused.message) == ("unsupported", "I only know tall targets")
 
 
 def test_a_prediction_that_is_gone_or_not_the_scored_one_is_missing(tmp_path):
