@@ -111,6 +111,7 @@ def test_a_bad_file_costs_its_own_line_and_the_exit_code(bench, folders):
     assert code == 2
     assert results().keys() == {"back.bvh", "bow.bvh"}
     assert "2 retargeted, 0 up to date, 1 failed" in out
+    assert "3 of 3 files tried" in err
     (said,) = [line for line in err.splitlines() if "was not made" in line]
     assert said.startswith("bench: out/aaa.bvh was not made: mocap/aaa.bvh:")
     told = json.loads(Path("report.json").read_text())["results"]

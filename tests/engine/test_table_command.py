@@ -47,7 +47,7 @@ def test_the_formats_are_those_of_the_renderers():
     [("txt", "text"), ("md", "md"), ("tex", "tex"), ("html", "html"), ("csv", "csv"), ("json", "json")],
 )
 def test_the_format_follows_the_ending_of_the_file(results, tmp_path, ending, form):
-    bench(results, "-o", tmp_path / f"t.{ending}")
+    assert bench(results, "-o", tmp_path / f"t.{ending}") == f"wrote {tmp_path / f't.{ending}'}\n"
     assert (tmp_path / f"t.{ending}").read_text(encoding="utf-8") == bench(results, "-f", form)
     bench(results, "-o", tmp_path / f"u.{ending}", "-f", "csv")
     assert (tmp_path / f"u.{ending}").read_text(encoding="utf-8") == bench(results, "-f", "csv")
@@ -153,6 +153,17 @@ def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
     monkeypatch.setenv("COLUMNS", columns)
     assert options.screen_width() == most
     assert max(map(len, bench(results, "--notes").splitlines())) <= most
+
+
+def test_a_few_columns_of_all_splits_stand_side_by_side(results):
+    for name in ("one", "two"):
+        store(results, "self", name, [("a>a", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(12)])
+    shown = bench(results, "--columns", "mpjpe_h.world")
+    assert shown.count("\n  method") == 1
+    assert "cross: 12 cases of 12 clips; self: 12 cases" in shown
+    assert (
+        bench(results, "--columns", "mpjpe_h.world", "-s", "cross", "-s", "self").count("\n  method") == 2
+    )
 
 
 @pytest.mark.parametrize("form", ["text", "md", "tex"])

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.evaluation import timing
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from tests.engine import stored
+from tests.engine.small_plans import asked
 from tests.in_process import run_here
 from tests.report.odd_runs import bench, report
 
@@ -45,15 +45,8 @@ def marks(root: Path, name: str) -> dict[tuple[str, str], float]:
 )
 def test_every_level_has_the_number_of_the_table(tmp_path, task, methods):
     registry.add_file(TOYS)
-    plan = Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse("toy_people[clips=2]"),),
-        splits=("self",),
-        metrics=("restoration",),
-        task=task,
-        out=tmp_path,
-    )
-    run_here(plan)
+    about = {"splits": ("self",), "metrics": ("restoration",), "task": task}
+    run_here(asked(tmp_path, *methods, data="toy_people[clips=2]", **about))
     name = Spec.parse(task).name
     table = csv.DictReader(io.StringIO(bench("table", "-r", tmp_path, "--task", name, "-f", "csv")))
     rows = [row for row in table if row.get("value") in (None, "restored_cm")]

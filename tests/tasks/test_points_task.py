@@ -11,8 +11,8 @@ import pytest
 from retarget_bench.api import Case, Context
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation import predict, runner
-from retarget_bench.evaluation.plan import Plan, data_of
+from retarget_bench.evaluation import predict, runner, timing
+from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Limits, check_file
 from retarget_bench.evaluation.prediction.workers import WorkerPool
@@ -27,6 +27,7 @@ from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.plans import default_methods, default_metrics
 from retarget_bench.results import predictions, store
+from tests.engine.small_plans import asked
 
 TOYS = Path(__file__).parent / "toys"
 PUPPETS = Spec.parse("puppets[size=tiny]")
@@ -217,15 +218,8 @@ def test_privileged_methods_alone_see_the_motion(case):
 
 # --------------------------------------------------------------------------------------------------- runs
 def carried_out(root: Path, **changes) -> dict[tuple[str, str], store.Results]:
-    plan = Plan(
-        methods=tuple(map(Spec, ("rest_skin", "carried_skin", "ik"))),
-        datasets=(Spec("few_puppets"),),
-        splits=("self", "cross"),
-        metrics=("position", "joint_speed"),
-        task="points",
-        out=root,
-        **changes,
-    )
+    usual = {"data": "few_puppets", "splits": ("self", "cross"), "metrics": ("position", "joint_speed")}
+    plan = asked(root, "rest_skin", "carried_skin", "ik", task="points", **usual, **changes)
     places = runner.run(plan, lambda done, total: None)
     found = [] if plan.stage == "predict" else list(map(store.read_results, places))
     return {(each.header.method.name, each.header.split): each for each in found}
@@ -287,3 +281,10 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
         method, case, predict.context_for(method, data_of(bound.dataset(PUPPETS), "points"), case, 0)
     )
     assert np.array_equal(answer.prediction.rotations, case.reference.rotations)
+
+
+def test_methods_are_timed_on_points(tmp_path):
+    plan = asked(tmp_path, "rest_skin", data="few_puppets", splits=("self",), task="points")
+    (place,) = runner.run(plan, lambda done, total: None, timed=True)
+    (time,) = timing.read(place)
+    assert (time.case, time.frames > 0) == ("puppets/ada>ada/walk-001", True)

@@ -12,10 +12,9 @@ import pytest
 
 from retarget_bench import cli
 from retarget_bench.analysis import seen_unseen
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from tests.engine.small_plans import asked
 from tests.engine.stored import metadata
 from tests.in_process import run_here
 
@@ -31,15 +30,8 @@ def results(tmp_path_factory) -> Path:
     root = tmp_path_factory.mktemp("apart")
     registry.add_file(TOYS)
     for task, levels in (("denoise", "1,2,5"), ("joint-completion", "0.3,0.5,major")):
-        plan = Plan(
-            methods=(Spec.parse(LEARNED[task]), Spec.parse(PLAIN[task])),
-            datasets=(Spec.parse("toy_people[clips=3]"),),
-            splits=("self",),
-            metrics=("restoration",),
-            task=f"{task}[levels='{levels}']",
-            out=root,
-        )
-        place, *_ = run_here(plan)
+        about = {"splits": ("self",), "metrics": ("restoration",), "task": f"{task}[levels='{levels}']"}
+        place, *_ = run_here(asked(root, LEARNED[task], PLAIN[task], data="toy_people[clips=3]", **about))
         metadata(place, structure=dict(zip(people(place), ("tall17", "wide17"), strict=True)))
         trained_on(root, task, ["tall17"])
     return root

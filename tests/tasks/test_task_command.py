@@ -11,10 +11,9 @@ import pytest
 from retarget_bench.analysis import summary
 from retarget_bench.cli import main
 from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from tests.engine.small_plans import asked
 from tests.in_process import without_processes
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
@@ -24,15 +23,8 @@ METRICS = ("restoration", "smoothness")
 
 def carried_out(root: Path, task: str, *methods: str, **changes) -> list[store.Results]:
     registry.add_file(TOYS)
-    plan = Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse("toy_people[clips=6]"),),
-        splits=("self",),
-        metrics=METRICS,
-        task=task,
-        out=root,
-        **changes,
-    )
+    data = "toy_people[clips=6]"
+    plan = asked(root, *methods, data=data, splits=("self",), metrics=METRICS, task=task, **changes)
     return [store.read_results(place) for place in runner.run(plan, lambda done, total: None)]
 
 

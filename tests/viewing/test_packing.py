@@ -17,6 +17,7 @@ from viewing_toys.toy_moves import DOG, PERSON, body
 
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
+from retarget_bench.figures import palette
 from retarget_bench.viewer import bodies, player
 from retarget_bench.viewer.packing import STEP, packed
 from retarget_bench.viewer.scene import Figure, Scene
@@ -96,6 +97,11 @@ def test_bodies_are_told_once_and_figures_without_positions_have_words_only():
     broken = told["figures"][-1]
     assert (broken["shown"], broken["status"], broken["contacts"]) == (False, "failed", None)
     assert broken["message"] == "ValueError: no luck at all"
+
+
+def test_source_and_reference_have_their_colours_and_others_theirs_by_place():
+    colours = [each["colour"] for each in packed(scene())["figures"]]
+    assert colours == [palette.SOURCE, palette.REFERENCE, *(palette.COLOURS[place] for place in range(4))]
 
 
 def test_values_that_are_no_numbers_are_left_out():

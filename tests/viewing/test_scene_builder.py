@@ -9,10 +9,10 @@ from small_runs import CASE, bvh_file, ran, toys
 from viewing_toys.toy_moves import DOG, PERSON
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions
 from retarget_bench.viewer import scene_builder
+from tests.engine.small_plans import asked
 from tests.in_process import run_here
 from tests.motion import smpl_files
 
@@ -199,14 +199,8 @@ def test_skins_of_positions_follow_rotations_that_are_fitted_to_them():
 
 
 def test_the_reference_is_shown_once_where_the_control_of_that_name_was_run(tmp_path):
-    plan = Plan(
-        methods=(Spec.parse("reference"), Spec.parse("toy_method")),
-        datasets=(Spec.parse("toy_moves"),),
-        splits=("intra",),
-        metrics=("position",),
-        out=tmp_path,
-    )
-    scene = scene_builder.of_case(run_here(plan), CASE)
+    places = run_here(asked(tmp_path, "reference", "toy_method", data="toy_moves"))
+    scene = scene_builder.of_case(places, CASE)
     assert [figure.label for figure in scene.figures] == ["source", "reference", "toy_method"]
     assert scene.values["toy_method"]["mpjpe_h.world"] > 1
     assert scene.values["reference"]["mpjpe_h.world"] < 1e-3
