@@ -40,5 +40,7 @@ def report(*arguments: object) -> str:
 
 def bench(*arguments: object) -> str:
     """Any command, likewise."""
-    done = CliRunner().invoke(group, [*map(str, arguments)], catch_exceptions=False, standalone_mode=False)
-    return done.output
+    result = CliRunner().invoke(
+        group, [*map(str, arguments)], catch_exceptions=False, standalone_mode=False
+    )
+    return result.output
