@@ -154,3 +154,10 @@ def test_bodies_are_as_thick_left_as_right_and_no_thicker_than_long(joints):
             assert radii[left].max() <= 0.5 * character.skeleton.bone_lengths[left]
     sides = dict(zip(joints, bodies.sides(character), strict=True))
     assert (sides["LeftArm"], sides["RightFoot"], sides["Spine"]) == ("l", "r", "-")
+
+
+def test_bodies_without_roles_are_drawn_too():
+    snake = many_joints().figures[0].character
+    assert (bodies.radii(snake)[1:] > 0).all()
+    assert bodies.ends(snake) == [199]
+    assert bodies.heads(snake) == []
