@@ -159,3 +159,13 @@ def test_asking_for_a_broken_plug_in_is_one_sentence(bench, arguments, told):
     assert done.returncode == 2
     assert told in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_method_that_crashes_costs_its_own_rows_only(bench):
+    done = bench("run", "crashes", "sway", "-d", "beam", "-j", "1")
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "sway" in done.stdout
+    failed = bench("test", "crashes", "-d", "beam")
+    assert failed.returncode == 1
+    assert "ZeroDivisionError: a bone of length 0 (crashes.py:13)" in failed.stdout

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.analysis.selection import Selection
-from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import store as records
@@ -149,8 +148,6 @@ def test_methods_are_chosen_and_the_floor_stays(tmp_path: Path) -> None:
     for name in ("a", "b"):
         store(tmp_path, name, [value("dog", 2.0)])
     assert [row.label for row in drawn(tmp_path, "a").groups[0].rows[4:]] == ["a", "floor"]
-    with pytest.raises(BenchError, match="on two legs and on four by itself; leave --bodies"):
-        joined(TABLE, records.find_results(tmp_path), Selection(), "people")
 
 
 def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:

@@ -218,6 +218,12 @@ def test_results_of_two_data_sets_are_no_submission(
     assert {path.name for path in (tmp_path / "ik").iterdir()} == {"another", CARD}
 
 
+def test_a_method_is_found_however_it_is_written(tmp_path: Path, runs: Path) -> None:
+    folder = make(tmp_path / "one", runs, "Copy rotations[root_rule=hip_height]")
+    headers = [store.read_header(place.header) for place in store.find_results(folder)]
+    assert {header.method.label for header in headers} == {"copy_rotations"}
+
+
 def test_paper_and_licence_are_copied_from_the_card(tmp_path: Path) -> None:
     text = (TOYS / "toy_method.py").read_text()
     told = 'summary="toy",\n            paper="Toys, 2026",\n            licence="MIT",'
