@@ -222,26 +222,3 @@ def summary_places(root: Path):
     from retarget_bench.results import store
 
     return store.find_results(root)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["-o", "out.jpg"], "pictures are written as .png, .pdf, .svg"),
-        (["-o", "out.png", "-m", "rest_pse"], "did you mean rest_pose?"),
-        (["-o", "out.png", "-d", "mixamo"], "no results of mixamo in"),
-        (["-o", "out.png", "-s", "cross"], "no results of split 'cross' here; there are intra"),
-    ],
-)
-def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, bench, arguments, words):
-    monkeypatch.chdir(tmp_path)
-    code, _, err = bench("plot", "recall", "-r", str(runs), *arguments)
-    assert code == 2
-    assert words in err
-    assert not list(tmp_path.iterdir())
-
-
-def test_the_command_needs_a_place_to_draw_to(bench):
-    code, _, err = bench("plot", "recall")
-    assert code == 2
-    assert "--out" in err

@@ -134,16 +134,6 @@ class Late(Fault):
         return target.motion(answer.rotations[held], answer.root[held], answer.fps)
 
 
-class FacesNorth(Fault):
-    """Turns whatever way the source faces back to +Z."""
-
-    def retarget(self, source, target, *, context):
-        answer = super().retarget(source, target, context=context)
-        rotations = np.array(answer.rotations)
-        rotations[:, 0] = rotations[:1, 0]
-        return target.motion(rotations, answer.root, answer.fps)
-
-
 class Blind(Fault):
     """The same dance for everybody."""
 

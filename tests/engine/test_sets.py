@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_plans import asked
 
 from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.api.comparison import Comparison
@@ -16,7 +17,6 @@ from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.set_metrics import draw, evaluate, files
 from retarget_bench.plugins import bound, registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.predictions import read_prediction
 
@@ -157,14 +157,7 @@ def test_groups_are_about_equally_large_and_hold_whole_clips():
 
 # --------------------------------------------------------------------------------------------- whole runs
 def plan(root: Path, *methods: str, metric: str = "toy_sets", clips: int = 24, **changes) -> Plan:
-    return Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse(f"toy_cases[clips={clips}]"),),
-        splits=("intra",),
-        metrics=("position", metric),
-        out=root,
-        **changes,
-    )
+    return asked(root, *methods, clips=clips, metrics=("position", metric), **changes)
 
 
 def carry_out(*args, **changes) -> list[store.ResultPaths]:
